@@ -1,0 +1,69 @@
+# Two commands on a fresh machine: make demo, make test. Each makes .venv, installs what it needs
+# and builds with colcon. Where ROS 2 Jazzy is sourced its rclpy is used, elsewhere PyPI's wheels.
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+OUT ?= out/demo
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+ifeq ($(ROS_DISTRO),jazzy)
+  VENV_FLAGS := --system-site-packages
+  CONSTRAINTS := constraints-jazzy.txt
+  ROS_PACKAGES :=
+else
+  VENV_FLAGS :=
+  CONSTRAINTS := constraints.txt
+  ROS_PACKAGES := 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces
+endif
+
+.PHONY: help
+help: ## Show this list.
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(0 if (3, 10) <= v < (3, 13) else f"Python {v[0]}.{v[1]} was found, 3.10 to 3.12 is needed: make PYTHON=python3.11")'
+	$(PYTHON) -m venv $(VENV_FLAGS) $(VENV)
+	touch $(VENV)/COLCON_IGNORE
+
+$(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
+	$(PIP) -c $(CONSTRAINTS) -r requirements.txt 'setuptools<80' colcon-common-extensions $(ROS_PACKAGES)
+	touch $@
+
+$(VENV)/.test: $(VENV)/.runtime
+	$(PIP) -c $(CONSTRAINTS) pytest ruff mypy types-PyYAML torch 'setuptools<80'
+	touch $@
+
+.PHONY: build
+build: $(VENV)/.runtime ## Build the ROS package with colcon into install/.
+	@source $(BIN)/activate; \
+	colcon list --base-paths . --packages-select diffcal_ros | grep -q 'ros.ament_python' \
+	  || { echo 'package.xml is not valid: colcon does not see an ament_python package' >&2; exit 1; }; \
+	colcon build --base-paths . --packages-select diffcal_ros
+
+.PHONY: demo
+demo: build ## Replay the sample bag through the three nodes and fit it.
+	@source $(BIN)/activate; source install/setup.bash; \
+	python demo/run_demo.py --bag bags/sample --scene bags/sample/scene.yaml --out $(OUT)
+
+.PHONY: lint
+lint: $(VENV)/.test ## Check style and types.
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+.PHONY: test
+test: lint build ## Lint, build and run every test; fails when anything failed or nothing ran.
+	@source $(BIN)/activate; rm -rf build/diffcal_ros/pytest.xml; \
+	colcon test --base-paths . --packages-select diffcal_ros --event-handlers console_direct+ \
+	  --return-code-on-test-failure || failed=1; \
+	colcon test-result --test-result-base build/diffcal_ros --verbose; \
+	python -c "import sys, xml.etree.ElementTree as t; n = sum(int(s.get('tests')) for s in t.parse('build/diffcal_ros/pytest.xml').iter('testsuite')); sys.exit(0 if n else 'no test ran')"; \
+	exit $${failed:-0}
+
+.PHONY: clean
+clean: ## Remove what was built; .venv stays.
+	rm -rf build install log out

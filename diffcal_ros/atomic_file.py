@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Write files whole or not at all."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+import os
+from pathlib import Path
+from uuid import uuid4
+
+from diffcal_ros.errors import InputError
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Offer a new path beside `path`; what was written there takes its place at the end.
+
+    Readers see the old file or the new one, never a part. After an error, a full disk or an
+    interruption, `path` is as it was before. Missing folders are made.
+
+    Raises:
+        InputError: when the folder cannot be written to or the disk is full.
+    """
+    if not path.name or path.is_dir():
+        raise InputError(f'{path} is a folder: name the file to write')
+    # The suffix stays last: image writers choose their format by it.
+    fresh = path.with_name(f'.{path.stem}.{uuid4().hex[:8]}{path.suffix}')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield fresh
+        with fresh.open('rb') as written:
+            os.fsync(written.fileno())
+        fresh.replace(path)
+    except OSError as error:
+        raise InputError(
+            f'{path} cannot be written ({error.strerror or error}): see that its folder '
+            'may be written to and that the disk has room, or choose another folder'
+        ) from error
+    finally:
+        with suppress(OSError):
+            fresh.unlink(missing_ok=True)
+
+
+def write_text_atomically(path: Path, text: str) -> None:
+    """Write a UTF-8 text; see `replacing`."""
+    write_bytes_atomically(path, text.encode('utf-8'))
+
+
+def write_bytes_atomically(path: Path, content: bytes) -> None:
+    """Write a binary file; see `replacing`."""
+    with replacing(path) as fresh:
+        fresh.write_bytes(content)

@@ -1,0 +1,340 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Fit a scene's parameters to observations: the one function behind every door."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+import time
+
+from diffcal_ros.calibration.demon import minimise_with_demon
+from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.image_objective import ImageObjective
+from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.parameters import Kind, make_parameters, ParameterSet
+from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.calibration.uncertainty import (
+    estimate_uncertainty,
+    MESH_SHIFT_FACTOR,
+    Uncertainty,
+)
+from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.errors import InputError
+from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[IterationRecord], bool]
+
+# A fit that leaves more than this, or covers less, calls for an explanation.
+_LARGE_GAP = 0.003
+_LOW_COVERAGE = 0.80
+_STRONG_CORRELATION = 0.95
+_LONGEST_STEPS = {
+    Kind.YOUNGS_MODULUS: 0.7,
+    Kind.DENSITY: 0.7,
+    Kind.POISSONS_RATIO: 0.05,
+    Kind.GRAVITY_TILT: 0.1,
+    Kind.EDGE_BIAS: 2.0,
+}
+_LONGEST_SHIFT, _LONGEST_TURN = 0.03, 0.15
+# Doublings of a Gauss-Newton step on a whole-image loss, and Adam's step in the coordinates.
+_IMAGE_DOUBLINGS = 8
+_ADAM_STEP = 0.05
+
+
+class Calibration:
+    """One fit: model, objective and the state between steps.
+
+    Attributes:
+        coordinates: of the parameters after the last accepted step, shape (k,); the model stands
+            there while `on_iteration` is told of it.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        observations: Sequence[Observation],
+        settings: CalibrationSettings | None = None,
+    ) -> None:
+        """Prepare the model.
+
+        Args:
+            scene: body, clamp, material, priors.
+            observations: at least one; they share the parameters.
+            settings: how to fit.
+
+        Raises:
+            InputError: when there is nothing to fit, or a camera does not see the body.
+        """
+        if not observations:
+            raise InputError('there is no observation: a calibration needs at least one recording')
+        self.scene = scene
+        self.settings = settings or CalibrationSettings()
+        is_robust = self.settings.loss == 'robust'
+        self.parameters = make_parameters(
+            scene,
+            self.settings.fit,
+            pose_covariances=[o.pose_covariance for o in observations] if is_robust else (),
+            with_edge_bias=is_robust,
+        )
+        self.model = ForwardModel(
+            scene,
+            observations,
+            self.parameters,
+            solver=self.settings.solver,
+            device=self.settings.device,
+        )
+        self.objective: RobustObjective | ImageObjective = (
+            RobustObjective(self.model, device=self.settings.device)
+            if is_robust
+            else ImageObjective(self.model, self.settings.loss)
+        )
+        self.coordinates = self.parameters.start()
+
+    def run(self, on_iteration: Progress | None = None) -> CalibrationResult:
+        """Fit, starting from `coordinates`.
+
+        Args:
+            on_iteration: told of every accepted step; returns False to stop.
+
+        Raises:
+            InputError: when the start cannot be simulated or is out of view.
+        """
+        begun = time.perf_counter()
+        start = self.coordinates
+        history: list[IterationRecord] = []
+
+        def tell(iteration: Iteration) -> bool:
+            self.coordinates = iteration.coordinates
+            record = IterationRecord(
+                number=iteration.number,
+                loss=self._reported_loss(iteration),
+                gap=self.objective.gap(iteration.coordinates),
+                values=self.parameters.values(iteration.coordinates),
+                seconds=time.perf_counter() - begun,
+            )
+            history.append(record)
+            return on_iteration is None or on_iteration(record)
+
+        try:
+            gap_start = self.objective.gap(start)
+            minimum = self._minimise(start, tell)
+        except (EquilibriumError, OutOfViewError) as error:
+            raise InputError(f'the start values cannot be simulated: {error}') from error
+        self.coordinates = minimum.coordinates
+        seconds = time.perf_counter() - begun
+        return self._result(minimum, gap_start, history, seconds)
+
+    def unfinished(self, history: Sequence[IterationRecord]) -> CalibrationResult:
+        """Return what is known after the last step of a fit that goes on."""
+        last = history[-1]
+        nothing = float('nan')
+        return CalibrationResult(
+            outcome=Outcome.INTERRUPTED,
+            parameters=tuple(
+                FittedParameter(
+                    name=p.name,
+                    value=last.values[p.name],
+                    std_error=nothing,
+                    mesh_error=nothing,
+                    unit=p.unit,
+                    start=p.quantity.start,
+                    is_nuisance=p.is_nuisance,
+                )
+                for p in self.parameters
+            ),
+            gap_start=history[0].gap,
+            gap_end=last.gap,
+            loss=self.settings.loss,
+            history=tuple(history),
+            correlation=np.zeros((0, 0)),
+            seconds=last.seconds,
+        )
+
+    def _minimise(self, start: FloatArray, tell: Callable[[Iteration], bool]) -> Minimum:
+        bounds, settings = self.parameters.bounds(), self.settings
+        if settings.optimizer == 'adam_demon':
+            assert isinstance(self.objective, ImageObjective)
+            return minimise_with_demon(
+                self.objective,
+                start,
+                bounds,
+                _ADAM_STEP * longest_steps(self.parameters) / 0.7,
+                max_iterations=settings.max_iterations or 100,
+                on_iteration=tell,
+            )
+        return minimise(
+            self.objective,
+            start,
+            bounds,
+            longest_steps(self.parameters),
+            max_iterations=settings.max_iterations or 30,
+            max_doublings=0 if settings.loss == 'robust' else _IMAGE_DOUBLINGS,
+            on_iteration=tell,
+        )
+
+    def _reported_loss(self, iteration: Iteration) -> float:
+        if isinstance(self.objective, ImageObjective):
+            return self.objective.value(iteration.coordinates)
+        return iteration.cost
+
+    def _result(
+        self,
+        minimum: Minimum,
+        gap_start: Gap,
+        history: list[IterationRecord],
+        seconds: float,
+    ) -> CalibrationResult:
+        shift = np.zeros(len(self.parameters))
+        if self.settings.with_mesh_error and isinstance(self.objective, RobustObjective):
+            shift = self.objective.mesh_shift(minimum.coordinates, solver=self.settings.solver)
+        uncertainty = estimate_uncertainty(minimum.linearisation, self.parameters, shift)
+        gap_end = self.objective.gap(minimum.coordinates)
+        fitted = fitted_parameters(self.parameters, minimum.coordinates, uncertainty)
+        outcome = judge(minimum, gap_end, fitted, uncertainty)
+        return CalibrationResult(
+            outcome=outcome,
+            parameters=fitted,
+            gap_start=gap_start,
+            gap_end=gap_end,
+            loss=self.settings.loss,
+            history=tuple(history),
+            correlation=uncertainty.correlation,
+            warnings=tuple(warn(outcome, gap_end, fitted, uncertainty)),
+            seconds=seconds,
+        )
+
+
+def calibrate(
+    scene: Scene,
+    observations: Sequence[Observation],
+    settings: CalibrationSettings | None = None,
+    *,
+    on_iteration: Progress | None = None,
+) -> CalibrationResult:
+    """Fit a scene's parameters to observations.
+
+    Args:
+        scene: body, clamp, material, priors.
+        observations: of one or several postures; they share the parameters.
+        settings: how to fit; default: robust loss, Gauss-Newton, what the scene says.
+        on_iteration: told of every accepted step; returns False to stop.
+
+    Raises:
+        InputError: when something given is wrong; the message says what to do.
+    """
+    return Calibration(scene, observations, settings).run(on_iteration)
+
+
+def longest_steps(parameters: ParameterSet) -> FloatArray:
+    """Return how far one step may move each coordinate, shape (k,)."""
+    return np.array(
+        [
+            _LONGEST_STEPS.get(p.kind, _LONGEST_SHIFT if p.axis < 3 else _LONGEST_TURN)
+            for p in parameters
+        ]
+    )
+
+
+def fitted_parameters(
+    parameters: ParameterSet, coordinates: FloatArray, uncertainty: Uncertainty
+) -> tuple[FittedParameter, ...]:
+    """Turn coordinates and their errors into values and standard errors."""
+    lower, upper = parameters.bounds()
+    fitted = []
+    for place, parameter in enumerate(parameters):
+        value = parameter.value(coordinates[place])
+        rate = value if parameter.is_logarithmic else 1.0
+        fitted.append(
+            FittedParameter(
+                name=parameter.name,
+                value=value,
+                std_error=float(rate * uncertainty.standard_errors[place]),
+                mesh_error=float(rate * abs(MESH_SHIFT_FACTOR * uncertainty.mesh_shift[place])),
+                unit=parameter.unit,
+                start=parameter.quantity.start,
+                at_bound=bool(
+                    coordinates[place] <= lower[place] or coordinates[place] >= upper[place]
+                ),
+                is_nuisance=parameter.is_nuisance,
+            )
+        )
+    return tuple(fitted)
+
+
+def judge(
+    minimum: Minimum,
+    gap: Gap,
+    fitted: Sequence[FittedParameter],
+    uncertainty: Uncertainty,
+) -> Outcome:
+    """Say how a fit ended."""
+    if minimum.stop is Stop.INTERRUPTED:
+        return Outcome.INTERRUPTED
+    if minimum.stop is Stop.STUCK or not np.isfinite(gap.median):
+        return Outcome.DIVERGED
+    asked = {p.name for p in fitted if not p.is_nuisance}
+    if asked & set(uncertainty.blind):
+        return Outcome.NOT_IDENTIFIABLE
+    if minimum.stop is Stop.EXHAUSTED:
+        return Outcome.NOT_CONVERGED
+    if any(p.at_bound and not p.is_nuisance for p in fitted):
+        return Outcome.AT_BOUND
+    if gap.median > _LARGE_GAP or gap.coverage < _LOW_COVERAGE:
+        return Outcome.MODEL_DISAGREES
+    return Outcome.CONVERGED
+
+
+def warn(
+    outcome: Outcome, gap: Gap, fitted: Sequence[FittedParameter], uncertainty: Uncertainty
+) -> list[str]:
+    """List what a person should know before using the numbers."""
+    warnings = []
+    if uncertainty.blind:
+        warnings.append(f'the data cannot tell apart: {", ".join(uncertainty.blind)}')
+        kinds = {name.partition('.')[0] for name in uncertainty.blind}
+        if {'youngs_modulus', 'density'} <= kinds:
+            warnings.append("a body at rest shows only the ratio of Young's modulus to density")
+    if uncertainty.prior_bound:
+        names = ', '.join(uncertainty.prior_bound)
+        warnings.append(f'known more from its prior than from the data: {names}')
+    warnings.extend(
+        f'{p.name} stopped at its bound {p.value:.4g} {p.unit}' for p in fitted if p.at_bound
+    )
+    warnings.extend(
+        f'the mesh is coarse for {p.name}: halving it would move the value by about '
+        f'{100.0 * p.mesh_error / abs(p.value):.0f} %'
+        for p in fitted
+        if p.name.startswith('youngs_modulus') and p.mesh_error > 0.1 * abs(p.value)
+    )
+    if np.isfinite(gap.median) and gap.median > _LARGE_GAP:
+        warnings.append(f'a median gap of {1e3 * gap.median:.1f} mm is left on the body')
+    if gap.coverage < _LOW_COVERAGE:
+        warnings.append(
+            f'only {gap.coverage:.0%} of the rendered body was found in the depth image'
+        )
+    warnings.extend(_strong_pairs(fitted, uncertainty))
+    return warnings
+
+
+def _strong_pairs(fitted: Sequence[FittedParameter], uncertainty: Uncertainty) -> list[str]:
+    asked = [place for place, p in enumerate(fitted) if not p.is_nuisance]
+    return [
+        f'{fitted[i].name} and {fitted[j].name} are hard to tell apart '
+        f'(correlation {uncertainty.correlation[i, j]:+.2f})'
+        for i in asked
+        for j in asked
+        if i < j and abs(uncertainty.correlation[i, j]) > _STRONG_CORRELATION
+    ]
+
+
+def with_details(result: CalibrationResult, **details: object) -> CalibrationResult:
+    """Return the result with versions, hashes and the like added."""
+    return replace(result, details={**result.details, **details})

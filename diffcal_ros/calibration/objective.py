@@ -1,0 +1,329 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Cost, gradient and curvature of the robust comparison over all views, with priors.
+
+Costs are in units of half a chi-square of *independent* residuals: a residual that is worth only
+1/n of an independent one, because its neighbours say the same, weighs 1/n.
+"""
+
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.correlation import correlation_lengths
+from diffcal_ros.calibration.forward_model import ForwardModel, View
+from diffcal_ros.calibration.gap import Gap, measure_gap
+from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.pixel_masks import make_view_mask
+from diffcal_ros.calibration.robust_residual import Comparison, Reach, Residuals, ViewComparer
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Structure that no model explains is taken for this coarse [px] until the residuals tell.
+LONGEST_CORRELATION = 30.0
+# Robust widths shrink to this: the structured bias of a LIDAR on a soft body [m].
+FINAL_WIDTH = 0.0015
+_WIDEST = 0.020
+_NARROWING = 0.5
+# The widths follow this quantile of the residuals: an outline that is off moves few of them.
+_BULK = 0.8
+_FINEST_NOISE = 0.0002
+# Width of the robust weights in units of the noise, once that is known (95 % efficiency).
+_CAUCHY = 2.385
+# Of a residual's weight, this share at least stays in the curvature.
+_LEAST_CURVATURE = 0.5
+_WIDE_REACH = Reach(depth=0.060, edge_depth=0.060, edge_pixels=80)
+_EDGE_REACH = 30
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How residuals of one kind are weighed.
+
+    Attributes:
+        width: residuals well beyond this weigh little [m].
+        noise: standard deviation of one residual [m].
+        correlation: length over which residuals say the same [px].
+    """
+
+    width: float = _WIDEST
+    noise: float = _WIDEST
+    correlation: float = LONGEST_CORRELATION
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scales of both kinds, and how far to look."""
+
+    depth: Scale = Scale()
+    edge: Scale = Scale()
+    reach: Reach = _WIDE_REACH
+
+    @property
+    def are_final(self) -> bool:
+        """Tell whether the widths have shrunk to the end."""
+        return max(self.depth.noise, self.edge.noise) <= FINAL_WIDTH
+
+
+class RobustObjective:
+    """The default objective of a calibration."""
+
+    def __init__(self, model: ForwardModel, *, device: str = 'cpu') -> None:
+        self.model = model
+        masks = model.scene.masks
+        self.truncation = masks.truncation
+        self._comparers = [
+            ViewComparer(
+                observation,
+                tracer,
+                make_view_mask(observation, model.body(observation), tracer, masks),
+                masks,
+                device,
+            )
+            for observation, tracer in zip(model.observations, model.tracers, strict=True)
+        ]
+        self.scales = Scales()
+        self._prior_mean, self._prior_precision = model.parameters.prior()
+        self._bias_places = model.parameters.find(Kind.EDGE_BIAS)
+
+    @property
+    def is_sharp(self) -> bool:
+        """Tell whether the robust widths have shrunk to the end."""
+        return self.scales.are_final
+
+    def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
+        """Compare every view with its observation."""
+        views = self.model.views(coordinates)
+        return [
+            comparer.compare(view, self.scales.reach)
+            for comparer, view in zip(self._comparers, views, strict=True)
+        ]
+
+    def cost(self, coordinates: FloatArray) -> float:
+        """Return half chi-square, priors included."""
+        return self._cost(self.comparisons(coordinates), coordinates)
+
+    def gap(self, coordinates: FloatArray) -> Gap:
+        """Measure the gap at some coordinates."""
+        compared = self.comparisons(coordinates)
+        return measure_gap(
+            [c.difference for c in compared], [c.counted for c in compared], self.truncation
+        )
+
+    def linearise(self, coordinates: FloatArray) -> Linearisation:
+        """Expand the cost around some coordinates."""
+        compared = self.comparisons(coordinates)
+        tangents = self.model.tangents(coordinates)
+        count = len(coordinates)
+        descent = np.zeros(count)
+        curvature, information, scatter = (np.zeros((count, count)) for _ in range(3))
+        views = self.model.views(coordinates)
+        for comparison, view, tangent in zip(compared, views, tangents, strict=True):
+            blocks = self._blocks(comparison, view, tangent, coordinates)
+            for (residuals, jacobian, scale), dimension in zip(blocks, (2, 1), strict=True):
+                weights = robust_weights(residuals, scale, dimension)
+                pull = weights.gradient * residuals.values
+                descent += jacobian.T @ pull
+                curvature += _squared(jacobian, weights.curvature)
+                information += _squared(jacobian, weights.true_curvature)
+                patch = scale.correlation**dimension / np.maximum(residuals.weights, 1e-12)
+                scatter += _squared(jacobian, pull**2 * patch)
+        offset = coordinates - self._prior_mean
+        return Linearisation(
+            cost=self._cost(compared, coordinates),
+            descent=descent - self._prior_precision @ offset,
+            curvature=curvature + self._prior_precision,
+            information=information,
+            scatter=scatter,
+        )
+
+    def mesh_shift(self, coordinates: FloatArray, *, solver: str = 'auto') -> FloatArray:
+        """Return how far a better mesh would shift the minimum, to first order, shape (k,)."""
+        linear = self.linearise(coordinates)
+        moves = self.model.mesh_moves(coordinates, solver=solver)
+        views = self.model.views(coordinates)
+        pull = np.zeros(len(coordinates))
+        for comparison, view, tangent, move in zip(
+            self.comparisons(coordinates),
+            views,
+            self.model.tangents(coordinates),
+            moves,
+            strict=True,
+        ):
+            # One more column: the mesh error as if it were a parameter of size one.
+            wide = np.concatenate([tangent, move[None]])
+            blocks = self._blocks(comparison, view, wide, coordinates)
+            for (residuals, jacobian, scale), dimension in zip(blocks, (2, 1), strict=True):
+                weights = robust_weights(residuals, scale, dimension)
+                pull += (jacobian[:, :-1] * weights.true_curvature[:, None]).T @ jacobian[:, -1]
+        stiff = linear.information + self._prior_precision
+        shift, *_ = np.linalg.lstsq(stiff, -pull, rcond=1e-10)
+        return np.asarray(shift, dtype=np.float64)
+
+    def narrow(self, coordinates: FloatArray) -> None:
+        """Let the robust widths follow the residuals down to their final value."""
+        if self.scales.are_final:
+            return
+        depths, edges = self._gathered(self.comparisons(coordinates), coordinates)
+        depth = _narrowed(self.scales.depth, depths)
+        edge = _narrowed(self.scales.edge, edges)
+        reach = _WIDE_REACH
+        if max(depth.width, edge.width) < self.truncation / 2.0:
+            reach = Reach(self.truncation, 1.5 * self.truncation, _EDGE_REACH)
+        self.scales = Scales(depth, edge, reach)
+
+    def refine(self, coordinates: FloatArray) -> bool:
+        """Weigh by the noise and correlation that the residuals show, where they are finer.
+
+        Returns:
+            True when the scales changed, so that the fit should go on.
+        """
+        compared = self.comparisons(coordinates)
+        finer: dict[str, Scale] = {}
+        for name, residuals in zip(
+            ('depth', 'edge'), self._gathered(compared, coordinates), strict=True
+        ):
+            noise = max(_spread(residuals), _FINEST_NOISE)
+            scale: Scale = getattr(self.scales, name)
+            if len(residuals.values) == 0 or noise > 0.7 * scale.noise:
+                continue
+            length = self._correlation(compared, coordinates, name, 3.0 * noise)
+            fine = Scale(
+                width=_CAUCHY * noise,
+                noise=noise,
+                correlation=min(scale.correlation, length),
+            )
+            finer[name] = fine
+        if not finer:
+            return False
+        self.scales = Scales(
+            depth=finer.get('depth', self.scales.depth),
+            edge=finer.get('edge', self.scales.edge),
+            reach=self.scales.reach,
+        )
+        return True
+
+    def _correlation(
+        self, compared: list[Comparison], coordinates: FloatArray, name: str, limit: float
+    ) -> float:
+        """Return the longest correlation length over the views [px]."""
+        lengths = [1.0]
+        for comparison in compared:
+            residuals: Residuals = getattr(self._unbiased(comparison, coordinates), name)
+            if len(residuals.values) == 0:
+                continue
+            low = residuals.pixels.min(axis=0)
+            columns, rows = (residuals.pixels - low).T
+            shape = (int(rows.max()) + 1, int(columns.max()) + 1)
+            image, mask = np.zeros(shape), np.zeros(shape, dtype=bool)
+            image[rows, columns] = np.clip(residuals.values, -limit, limit)
+            mask[rows, columns] = True
+            square, line = correlation_lengths(image, mask)
+            lengths.append(square if name == 'depth' else line)
+        return max(lengths)
+
+    def _gathered(
+        self, compared: list[Comparison], coordinates: FloatArray
+    ) -> tuple[Residuals, Residuals]:
+        """Put all views' residuals of each kind together."""
+        unbiased = [self._unbiased(comparison, coordinates) for comparison in compared]
+        return _joined([c.depth for c in unbiased]), _joined([c.edge for c in unbiased])
+
+    def _unbiased(self, comparison: Comparison, coordinates: FloatArray) -> Comparison:
+        """Take the sensor's edge bias off the edge residuals."""
+        bias = float(sum(coordinates[place] for place in self._bias_places))
+        values = comparison.edge.values - bias * comparison.edge_scale
+        return replace(comparison, edge=replace(comparison.edge, values=values))
+
+    def _blocks(
+        self, comparison: Comparison, view: View, tangent: FloatArray, coordinates: FloatArray
+    ) -> list[tuple[Residuals, FloatArray, Scale]]:
+        """Return residuals, their Jacobian (M, k) and scale, for both kinds."""
+        unbiased = self._unbiased(comparison, coordinates)
+        by_depth = view.trace.push_depth(unbiased.depth.places, tangent)
+        by_edge = view.trace.push_outline(unbiased.edge.places, tangent)
+        by_edge *= comparison.edge_scale[:, None]
+        for place in self._bias_places:
+            by_edge[:, place] = comparison.edge_scale
+        return [
+            (unbiased.depth, by_depth, self.scales.depth),
+            (unbiased.edge, by_edge, self.scales.edge),
+        ]
+
+    def _cost(self, compared: list[Comparison], coordinates: FloatArray) -> float:
+        total = 0.0
+        for comparison in compared:
+            unbiased = self._unbiased(comparison, coordinates)
+            scales, reach = self.scales, self.scales.reach
+            total += _robust_cost(unbiased.depth, scales.depth, reach.depth, 2)
+            total += _robust_cost(unbiased.edge, scales.edge, reach.edge_depth, 1)
+        offset = coordinates - self._prior_mean
+        return total + 0.5 * float(offset @ self._prior_precision @ offset)
+
+
+def _robust_cost(residuals: Residuals, scale: Scale, limit: float, dimension: int) -> float:
+    """Return Cauchy's cost; what was not found counts as far as was looked."""
+    square = scale.width**2
+    costs = 0.5 * square * np.log1p(residuals.values**2 / square)
+    worst = 0.5 * square * np.log1p(limit**2 / square)
+    total = float(residuals.weights @ costs) + residuals.missing * worst
+    return total / (scale.noise**2 * scale.correlation**dimension)
+
+
+@dataclass(frozen=True)
+class RobustWeights:
+    """Weights of residuals [1/m^2], shape (M,) each.
+
+    Attributes:
+        gradient: times a residual, its pull.
+        curvature: for steps; never below a share of the former.
+        true_curvature: second derivative of the cost where it is positive, else 0.
+    """
+
+    gradient: FloatArray
+    curvature: FloatArray
+    true_curvature: FloatArray
+
+
+def robust_weights(residuals: Residuals, scale: Scale, dimension: int) -> RobustWeights:
+    """Weigh residuals by Cauchy's cost.
+
+    Args:
+        residuals: with their shares.
+        scale: width, noise and correlation.
+        dimension: 2 for pixels, 1 for pieces of outline.
+    """
+    ratio = (residuals.values / scale.width) ** 2
+    weight = residuals.weights / (scale.noise**2 * scale.correlation**dimension) / (1.0 + ratio)
+    # The weights alone overstate the curvature, which falls below zero in the tails, and make
+    # every step too short; the true one alone makes steps overshoot.
+    true = weight * np.maximum((1.0 - ratio) / (1.0 + ratio), 0.0)
+    return RobustWeights(weight, np.maximum(true, _LEAST_CURVATURE * weight), true)
+
+
+def _squared(jacobian: FloatArray, weights: FloatArray) -> FloatArray:
+    return (jacobian * weights[:, None]).T @ jacobian
+
+
+def _spread(residuals: Residuals) -> float:
+    """Return the robust standard deviation around zero [m]."""
+    if len(residuals.values) == 0:
+        return 0.0
+    return 1.4826 * float(np.median(np.abs(residuals.values)))
+
+
+def _narrowed(scale: Scale, residuals: Residuals) -> Scale:
+    bulk = float(np.quantile(np.abs(residuals.values), _BULK)) if len(residuals.values) else 0.0
+    width = max(FINAL_WIDTH, min(bulk, _NARROWING * scale.width))
+    return Scale(width=width, noise=width, correlation=scale.correlation)
+
+
+def _joined(parts: list[Residuals]) -> Residuals:
+    return Residuals(
+        values=np.concatenate([part.values for part in parts]),
+        weights=np.concatenate([part.weights for part in parts]),
+        pixels=np.concatenate([part.pixels for part in parts]),
+        places=np.concatenate([part.places for part in parts]),
+        missing=sum(part.missing for part in parts),
+    )

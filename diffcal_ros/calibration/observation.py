@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What was seen of the body in one posture by one camera."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.camera_pose import CameraPose
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import RecordingError
+from diffcal_ros.scene.model import DepthSensor
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Frames beyond this many say nothing new about a body at rest.
+MAX_FUSED_FRAMES = 31
+
+
+@dataclass(frozen=True)
+class Observation:
+    """Depth of a body at rest, and where the camera was.
+
+    Attributes:
+        name: for reports.
+        setup_index: which posture of the scene it shows.
+        depth: z [m], shape (H, W), float32; NaN where invalid.
+        camera: intrinsics of the depth image.
+        depth_from_world: camera pose, shape (4, 4).
+        pose_covariance: of that pose: a shift of `pose_pivot` [m] and a turn about it [rad],
+            as vectors in the depth camera's frame, shape (6, 6); None where it is taken as exact.
+        pose_pivot: point of the rig whose pose was measured, in the depth camera's frame [m],
+            shape (3,); None for the middle of the held part.
+        frame_count: frames that `depth` was made from.
+        noise: standard deviation of one fused pixel [m], measured from the frames; NaN from one.
+    """
+
+    name: str
+    setup_index: int
+    depth: NDArray[np.float32]
+    camera: PinholeCamera
+    depth_from_world: FloatArray
+    pose_covariance: FloatArray | None = None
+    pose_pivot: FloatArray | None = None
+    frame_count: int = 1
+    noise: float = float('nan')
+
+
+@dataclass(frozen=True)
+class FusedDepth:
+    """Frames of a scene at rest made into one.
+
+    Attributes:
+        depth: median over frames [m], shape (H, W), NaN where most frames saw nothing.
+        frame_count: frames used.
+        noise: standard deviation of one pixel of `depth` over time [m]; NaN from one frame.
+    """
+
+    depth: NDArray[np.float32]
+    frame_count: int
+    noise: float
+
+
+def fuse_frames(frames: Iterable[DepthFrame]) -> FusedDepth:
+    """Take the median over frames of a body at rest.
+
+    A pixel counts where at least half of the frames saw something: flying pixels come and go.
+
+    Raises:
+        RecordingError: without frames, or when every pixel of every frame is invalid.
+    """
+    stack: list[NDArray[np.float32]] = []
+    for frame in frames:
+        stack.append(frame.depth)
+        if len(stack) == MAX_FUSED_FRAMES:
+            break
+    if not stack:
+        raise RecordingError('there is no depth frame: a calibration needs at least one')
+    if len(stack) == 1:
+        fused, noise = stack[0], float('nan')
+    else:
+        images = np.stack(stack)
+        seen = np.isfinite(images).sum(axis=0)
+        fused = np.full(images.shape[1:], np.nan, dtype=np.float32)
+        enough = 2 * seen >= len(stack)
+        fused[enough] = np.nanmedian(images[:, enough], axis=0)
+        noise = _temporal_noise(images[:, seen == len(stack)])
+    if not np.isfinite(fused).any():
+        raise RecordingError(
+            'every depth pixel is invalid: check the distance to the body, the depth unit '
+            '(32FC1 is metres, 16UC1 millimetres) and the sensor'
+        )
+    return FusedDepth(fused, len(stack), noise)
+
+
+def make_observation(
+    name: str,
+    setup_index: int,
+    fused: FusedDepth,
+    camera: PinholeCamera,
+    pose: CameraPose,
+    sensor: DepthSensor,
+) -> Observation:
+    """Put together what was seen and from where, without the bias of a sensor that truncates."""
+    depth = fused.depth
+    if sensor.quantization_mode == 'truncate':
+        depth = depth + np.float32(0.5 * sensor.quantization)
+    return Observation(
+        name=name,
+        setup_index=setup_index,
+        depth=depth,
+        camera=camera,
+        depth_from_world=pose.depth_from_world,
+        pose_covariance=pose.covariance,
+        pose_pivot=pose.pivot,
+        frame_count=fused.frame_count,
+        noise=fused.noise,
+    )
+
+
+def _temporal_noise(samples: NDArray[np.float32]) -> float:
+    """Return the noise of a median of these frames [m], from shape (frames, pixels)."""
+    if samples.shape[1] == 0:
+        return float('nan')
+    single = float(np.median(np.std(samples, axis=0, ddof=1)))
+    # A median of n normal samples is as good as a mean of 2 n / pi.
+    return single * float(np.sqrt(np.pi / (2.0 * samples.shape[0])))

@@ -1,0 +1,274 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters: their names, scales, bounds and priors, and what each does to the model.
+
+An optimiser sees *coordinates*: the logarithm of moduli and densities, everything else as it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+from diffcal_ros.errors import SceneError
+from diffcal_ros.scene.model import Quantity, Region, Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
+TILT_AXES = ('a', 'b')
+_TILT_LIMIT = np.deg2rad(45.0)
+_TILT_STD = np.deg2rad(2.0)  # What a rig levelled by eye is off by.
+_OFFSET_LIMITS = (0.2, 0.2, 0.2, np.pi / 3, np.pi / 3, np.pi / 3)
+_EDGE_BIAS_STD = 1.0  # A LIDAR's spot smears an edge over about a pixel.
+
+
+class Kind(str, Enum):
+    """What a parameter acts on."""
+
+    YOUNGS_MODULUS = 'youngs_modulus'
+    POISSONS_RATIO = 'poissons_ratio'
+    DENSITY = 'density'
+    GRAVITY_TILT = 'gravity_tilt'
+    RIGID_OFFSET = 'rigid_offset'
+    CAMERA_POSE = 'camera_pose'
+    EDGE_BIAS = 'edge_bias'
+
+
+UNITS = {
+    Kind.YOUNGS_MODULUS: 'Pa',
+    Kind.POISSONS_RATIO: '1',
+    Kind.DENSITY: 'kg/m^3',
+    Kind.GRAVITY_TILT: 'rad',
+    Kind.EDGE_BIAS: 'px',
+}
+_LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY)
+_PER_REGION = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY)
+FIT_NAMES = (*(kind.value for kind in _PER_REGION), 'gravity_tilt', 'rigid_offset')
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One fitted number.
+
+    Attributes:
+        name: as in results, for example `youngs_modulus.tip`.
+        kind: what it acts on.
+        target: number of its region, axis or observation.
+        unit: SI.
+        quantity: start, bounds and prior, in that unit.
+        axis: second index, for poses.
+        is_nuisance: carried along for honest errors, not asked for.
+    """
+
+    name: str
+    kind: Kind
+    target: int
+    unit: str
+    quantity: Quantity
+    axis: int = 0
+    is_nuisance: bool = False
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Tell whether its coordinate is its logarithm."""
+        return self.kind in _LOGARITHMIC
+
+    def coordinate(self, value: float) -> float:
+        """Turn a value into the optimiser's coordinate."""
+        return float(np.log(value)) if self.is_logarithmic else float(value)
+
+    def value(self, coordinate: float) -> float:
+        """Turn the optimiser's coordinate into a value."""
+        return float(np.exp(coordinate)) if self.is_logarithmic else float(coordinate)
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """All fitted parameters, in the order of the coordinates.
+
+    Attributes:
+        parameters: one a coordinate.
+        pose_covariances: joint priors of camera poses: number of the observation, shape (6, 6).
+    """
+
+    parameters: tuple[Parameter, ...] = field(default_factory=tuple)
+    pose_covariances: tuple[tuple[int, FloatArray], ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def __iter__(self):  # type: ignore[no-untyped-def]
+        return iter(self.parameters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in order."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    def start(self) -> FloatArray:
+        """Coordinates where a fit starts, shape (k,)."""
+        return np.array([p.coordinate(p.quantity.start) for p in self.parameters])
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper coordinates, shape (k,) each."""
+        lower = [p.coordinate(p.quantity.lower) for p in self.parameters]
+        upper = [p.coordinate(p.quantity.upper) for p in self.parameters]
+        return np.array(lower), np.array(upper)
+
+    def values(self, coordinates: FloatArray) -> dict[str, float]:
+        """Values in SI units by name."""
+        return {p.name: p.value(c) for p, c in zip(self.parameters, coordinates, strict=True)}
+
+    def prior(self) -> tuple[FloatArray, FloatArray]:
+        """Prior mean, shape (k,), and precision, shape (k, k), zero without a prior."""
+        means, precision = np.zeros(len(self)), np.zeros((len(self), len(self)))
+        for index, p in enumerate(self.parameters):
+            mean, std = p.quantity.prior_mean, p.quantity.prior_std
+            if mean is None or std is None:
+                continue
+            # A logarithm's standard deviation is the relative one, to first order.
+            spread = std / mean if p.is_logarithmic else std
+            means[index], precision[index, index] = p.coordinate(mean), 1.0 / spread**2
+        for observation, covariance in self.pose_covariances:
+            places = [
+                index
+                for index, p in enumerate(self.parameters)
+                if p.kind is Kind.CAMERA_POSE and p.target == observation
+            ]
+            precision[np.ix_(places, places)] = np.linalg.inv(covariance)
+        return means, precision
+
+    def find(self, kind: Kind) -> list[int]:
+        """Places of the parameters of one kind."""
+        return [index for index, p in enumerate(self.parameters) if p.kind is kind]
+
+
+def make_parameters(
+    scene: Scene,
+    fit: Sequence[str] | None = None,
+    *,
+    pose_covariances: Sequence[FloatArray | None] = (),
+    with_edge_bias: bool = True,
+) -> ParameterSet:
+    """Lay out the parameters of a fit.
+
+    Args:
+        scene: gives regions, start values and priors.
+        fit: names as in `FIT_NAMES`, a region's as `youngs_modulus.<region>`; default: the
+            scene's.
+        pose_covariances: of each observation's camera pose, shape (6, 6), translation [m] first;
+            None where the pose is taken as exact.
+        with_edge_bias: add the width by which the sensor smears edges, a nuisance.
+
+    Raises:
+        SceneError: for an unknown name, or a start outside its bounds.
+    """
+    names = tuple(scene.fit if fit is None else fit)
+    if not names:
+        raise SceneError(
+            f"nothing to fit: name at least one of {', '.join(FIT_NAMES)} under 'fit'"
+        )
+    parameters: list[Parameter] = []
+    for name in names:
+        for parameter in _named(scene, name):
+            if parameter.name not in [p.name for p in parameters]:
+                parameters.append(parameter)
+    for index, covariance in enumerate(pose_covariances):
+        if covariance is not None:
+            parameters.extend(_camera_pose(index))
+    if with_edge_bias:
+        bias = Quantity(0.0, -5.0, 5.0, 0.0, _EDGE_BIAS_STD)
+        parameters.append(Parameter('edge_bias', Kind.EDGE_BIAS, 0, 'px', bias, is_nuisance=True))
+    for parameter in parameters:
+        _check_start(parameter)
+    known = [(i, c) for i, c in enumerate(pose_covariances) if c is not None]
+    return ParameterSet(tuple(parameters), tuple(known))
+
+
+def _named(scene: Scene, name: str) -> list[Parameter]:
+    head, _, region_name = name.partition('.')
+    if head not in FIT_NAMES or (region_name and head not in [k.value for k in _PER_REGION]):
+        raise SceneError(
+            f"cannot fit {name!r}: use one of {', '.join(FIT_NAMES)}; a single region's as "
+            "'youngs_modulus.<region>'"
+        )
+    if head == 'rigid_offset':
+        return _rigid_offset(scene)
+    if head == 'gravity_tilt':
+        quantity = Quantity(0.0, -_TILT_LIMIT, _TILT_LIMIT, 0.0, _TILT_STD)
+        return [
+            Parameter(f'gravity_tilt.{axis}', Kind.GRAVITY_TILT, index, 'rad', quantity)
+            for index, axis in enumerate(TILT_AXES)
+        ]
+    kind = Kind(head)
+    chosen = [
+        (index, region)
+        for index, region in enumerate(scene.regions)
+        if region_name in ('', region.name)
+    ]
+    if not chosen:
+        known = ', '.join(region.name for region in scene.regions)
+        raise SceneError(f'cannot fit {name!r}: the regions of the scene are {known}')
+    is_single = len(scene.regions) == 1
+    return [
+        Parameter(
+            head if is_single else f'{head}.{region.name}',
+            kind,
+            index,
+            UNITS[kind],
+            _quantity(region, kind),
+        )
+        for index, region in chosen
+    ]
+
+
+def _quantity(region: Region, kind: Kind) -> Quantity:
+    quantity: Quantity = getattr(region, kind.value)
+    return quantity
+
+
+def _rigid_offset(scene: Scene) -> list[Parameter]:
+    prior = scene.rigid_offset
+    return [
+        Parameter(
+            f'rigid_offset.{axis}',
+            Kind.RIGID_OFFSET,
+            index,
+            'm' if index < 3 else 'rad',
+            Quantity(
+                0.0,
+                -_OFFSET_LIMITS[index],
+                _OFFSET_LIMITS[index],
+                0.0,
+                prior.translation_std if index < 3 else prior.rotation_std,
+            ),
+            axis=index,
+        )
+        for index, axis in enumerate(OFFSET_AXES)
+    ]
+
+
+def _camera_pose(observation: int) -> list[Parameter]:
+    return [
+        Parameter(
+            f'camera_pose.{observation}.{axis}',
+            Kind.CAMERA_POSE,
+            observation,
+            'm' if index < 3 else 'rad',
+            Quantity(0.0, -_OFFSET_LIMITS[index], _OFFSET_LIMITS[index]),
+            axis=index,
+            is_nuisance=True,
+        )
+        for index, axis in enumerate(OFFSET_AXES)
+    ]
+
+
+def _check_start(parameter: Parameter) -> None:
+    quantity = parameter.quantity
+    if not quantity.lower <= quantity.start <= quantity.upper:
+        raise SceneError(
+            f'{parameter.name} starts at {quantity.start:g} {parameter.unit}: it must lie within '
+            f'its bounds {quantity.lower:g} to {quantity.upper:g}'
+        )

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a calibration found, and its file `result.json`."""
+
+from dataclasses import dataclass, field
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.outcome import Outcome
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+RESULT_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One parameter of a fit.
+
+    Attributes:
+        name: as in the scene.
+        value: in `unit`.
+        std_error: statistical and mesh error together, in `unit`.
+        mesh_error: the mesh's part of it, in `unit`.
+        unit: SI.
+        start: where the fit started.
+        at_bound: the value is at a bound.
+        is_nuisance: not asked for, carried along for honest errors.
+    """
+
+    name: str
+    value: float
+    std_error: float
+    mesh_error: float
+    unit: str
+    start: float
+    at_bound: bool = False
+    is_nuisance: bool = False
+
+
+@dataclass(frozen=True)
+class IterationRecord:
+    """State after one accepted step.
+
+    Attributes:
+        number: 0 for the start.
+        loss: value of the loss.
+        gap: there.
+        values: parameters in SI units by name.
+        seconds: since the start of the fit.
+    """
+
+    number: int
+    loss: float
+    gap: Gap
+    values: dict[str, float]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class CalibrationResult:
+    """What a calibration found.
+
+    Attributes:
+        outcome: how it ended.
+        parameters: in order, nuisances last.
+        gap_start: gap at the start values.
+        gap_end: gap at the fitted values.
+        loss: name of the loss.
+        history: one record an accepted step, the start first.
+        correlation: of the parameters' coordinates, shape (k, k).
+        warnings: sentences for a person.
+        seconds: of the fit, kernels compiled before.
+        details: versions, hashes of inputs, settings.
+    """
+
+    outcome: Outcome
+    parameters: tuple[FittedParameter, ...]
+    gap_start: Gap
+    gap_end: Gap
+    loss: str
+    history: tuple[IterationRecord, ...]
+    correlation: FloatArray
+    warnings: tuple[str, ...] = ()
+    seconds: float = 0.0
+    details: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def iterations(self) -> int:
+        """Accepted steps."""
+        return self.history[-1].number if self.history else 0
+
+    def __getitem__(self, name: str) -> FittedParameter:
+        """Return a parameter by name."""
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        known = ', '.join(parameter.name for parameter in self.parameters)
+        raise KeyError(f'{name!r} was not fitted; fitted are {known}')
+
+    def values(self) -> dict[str, float]:
+        """Return the asked-for parameters in SI units by name."""
+        return {p.name: p.value for p in self.parameters if not p.is_nuisance}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what `result.json` holds."""
+        return {
+            'format': RESULT_FORMAT,
+            'outcome': self.outcome.value,
+            'remedy': self.outcome.remedy,
+            'parameters': {
+                p.name: {
+                    'value': p.value,
+                    'std_error': p.std_error,
+                    'mesh_error': p.mesh_error,
+                    'unit': p.unit,
+                    'start': p.start,
+                    'at_bound': p.at_bound,
+                    'nuisance': p.is_nuisance,
+                }
+                for p in self.parameters
+            },
+            'gap': {'start': self.gap_start.as_dict(), 'end': self.gap_end.as_dict()},
+            'loss': {
+                'name': self.loss,
+                'start': self.history[0].loss if self.history else None,
+                'end': self.history[-1].loss if self.history else None,
+            },
+            'iterations': self.iterations,
+            'seconds': self.seconds,
+            'history': [
+                {
+                    'iteration': record.number,
+                    'loss': record.loss,
+                    'gap': record.gap.as_dict(),
+                    'parameters': record.values,
+                    'seconds': record.seconds,
+                }
+                for record in self.history
+            ],
+            'correlation': {
+                'names': [p.name for p in self.parameters],
+                'matrix': self.correlation.tolist(),
+            },
+            'warnings': list(self.warnings),
+            **self.details,
+        }
+
+
+def save_result(result: CalibrationResult, path: Path) -> None:
+    """Write `result.json` whole or not at all.
+
+    Raises:
+        InputError: when the disk is full or the folder cannot be written.
+    """
+    text = json.dumps(_finite(result.as_dict()), indent=2, allow_nan=False)
+    write_text_atomically(path, text + '\n')
+
+
+def _finite(value: Any) -> Any:
+    """Replace NaN and infinity, which JSON does not know, by null."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    if isinstance(value, np.generic):
+        return _finite(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The default comparison: depth inside the body, distance at its outline, both robust.
+
+Inside the outline the residual is observed less rendered depth. On the outline it is how far the
+observed edge lies outside the rendered one, in metres at the body. A beam that sags across the
+view moves its outline and hardly any depth; a beam that sags along it does the opposite.
+Background, clamp and whatever stands in front weigh nothing.
+"""
+
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.edge_search import ObservedImage
+from diffcal_ros.calibration.forward_model import View
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.pixel_masks import facing_cosines, ViewMask
+from diffcal_ros.depth.trace import Outline
+from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.scene.model import Masks
+import numpy as np
+from numpy.typing import NDArray
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+# Behind a self-occluding outline the step in depth must be clear: none counts below the first
+# figure [m], all above the second.
+_STEP_FAINT = 0.010
+_STEP_CLEAR = 0.030
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far a comparison looks.
+
+    Attributes:
+        depth: depth residuals beyond this are not the body [m].
+        edge_depth: observed depth this close to the outline's is the body [m].
+        edge_pixels: how far to look for the observed edge [px].
+    """
+
+    depth: float
+    edge_depth: float
+    edge_pixels: int
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Residuals of one kind in one view.
+
+    Attributes:
+        values: [m], shape (M,).
+        weights: share of an independent pixel or of a pixel of outline, shape (M,).
+        pixels: column and row of each in the image, shape (M, 2).
+        places: pixel of the window (depth) or piece of the outline (edge), shape (M,).
+        missing: summed weight of what was rendered and not found.
+    """
+
+    values: FloatArray
+    weights: FloatArray
+    pixels: IntArray
+    places: IntArray
+    missing: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One view compared with its observation.
+
+    Attributes:
+        depth: inside the outline.
+        edge: on the outline.
+        edge_scale: metres at the body per pixel for each edge residual, shape (M,).
+        difference: observed less rendered depth over the window [m], NaN where either is missing.
+        counted: rendered and unmasked pixels of the window.
+    """
+
+    depth: Residuals
+    edge: Residuals
+    edge_scale: FloatArray
+    difference: FloatArray
+    counted: BoolArray
+
+
+class ViewComparer:
+    """Compares views with one observation."""
+
+    def __init__(
+        self,
+        observation: Observation,
+        tracer: DepthTracer,
+        mask: ViewMask,
+        masks: Masks,
+        device: str,
+    ) -> None:
+        self._observation = observation
+        self._tracer = tracer
+        self._mask = mask
+        self._masks = masks
+        self._image = ObservedImage(observation.depth, mask.image, device)
+
+    def compare(self, view: View, reach: Reach) -> Comparison:
+        """Compare one view."""
+        trace = view.trace
+        observed = self._observation.depth[trace.rows, trace.columns].astype(np.float64)
+        difference = observed - trace.depth
+        faces = np.maximum(trace.faces, 0)
+        counted = (trace.faces >= 0) & ~self._mask.triangles[faces]
+        counted &= ~self._mask.image[trace.rows, trace.columns]
+        edge, edge_scale = self._edges(trace.outline, reach)
+        return Comparison(
+            depth=self._depths(view, difference, counted, faces, reach),
+            edge=edge,
+            edge_scale=edge_scale,
+            difference=difference,
+            counted=counted,
+        )
+
+    def _depths(
+        self,
+        view: View,
+        difference: FloatArray,
+        counted: BoolArray,
+        faces: IntArray,
+        reach: Reach,
+    ) -> Residuals:
+        trace, masks = view.trace, self._masks
+        cosines = facing_cosines(view.points, self._tracer.triangles)
+        usable = counted & np.isfinite(difference)
+        usable &= cosines[faces] > np.cos(masks.grazing_angle)
+        band = int(np.ceil(masks.silhouette_band))
+        if band > 0:
+            usable &= ~trace.outline_band(band)
+        near = np.abs(difference) < reach.depth
+        kept = usable & near
+        places = np.flatnonzero(kept.ravel()).astype(np.int32)
+        rows, columns = np.divmod(places, trace.shape[1])
+        return Residuals(
+            values=difference.ravel()[places],
+            weights=np.ones(len(places)),
+            pixels=np.stack([columns + trace.columns.start, rows + trace.rows.start], axis=1),
+            places=places,
+            missing=float((usable & ~near).sum()),
+        )
+
+    def _edges(self, outline: Outline, reach: Reach) -> tuple[Residuals, FloatArray]:
+        step = outline.behind - outline.points[:, 2]
+        clarity = np.where(
+            np.isnan(step),
+            1.0,
+            np.clip((step - _STEP_FAINT) / (_STEP_CLEAR - _STEP_FAINT), 0.0, 1.0),
+        )
+        clarity[self._mask.edges[outline.edges]] = 0.0
+        tolerances = np.where(
+            np.isnan(step), reach.edge_depth, np.minimum(reach.edge_depth, 0.5 * step)
+        )
+        tolerances[clarity == 0.0] = 0.0
+        distances = self._image.edge_distances(outline, tolerances, reach.edge_pixels)
+        found = np.isfinite(distances)
+        weights = clarity * outline.lengths
+        camera = self._observation.camera
+        across, down = outline.normals[found, 0] / camera.fx, outline.normals[found, 1] / camera.fy
+        # Pixels along the normal to metres at the outline's depth.
+        scale = outline.points[found, 2] * np.hypot(across, down)
+        residuals = Residuals(
+            values=distances[found] * scale,
+            weights=weights[found],
+            pixels=np.floor(outline.points[found, :2] + 0.5).astype(np.int32),
+            places=outline.pieces[found],
+            missing=float(weights[~found].sum()),
+        )
+        return residuals, scale

@@ -1,0 +1,14 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The command `diffcal`; each subcommand is a module with `add_parser` and `run`."""
+
+from types import ModuleType
+
+from diffcal_ros.cli import calibrate_command, check_command, import_command, simulate_command
+
+COMMANDS: tuple[ModuleType, ...] = (
+    check_command,
+    import_command,
+    simulate_command,
+    calibrate_command,
+)

@@ -1,0 +1,214 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""`diffcal calibrate`: fit a scene's parameters to recordings and report what was found."""
+
+import argparse
+from pathlib import Path
+import sys
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from diffcal_ros.calibration.calibrate import Calibration
+    from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+    from diffcal_ros.calibration.settings import CalibrationSettings
+    from diffcal_ros.cli.progress import Progress
+    from diffcal_ros.scene.model import Scene
+
+_RESULT, _REPORT, _FITTED_SCENE = 'result.json', 'report.html', 'fitted_scene.yaml'
+_USUAL = {'gauss_newton': 30, 'adam_demon': 100}
+_EXIT_NOT_FITTED = 3
+_EXIT_INTERRUPTED = 130
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'calibrate',
+        help='fit parameters to recordings',
+        description='Fit the parameters of SCENE to depth recordings of the body at rest, and '
+        'write DIR/result.json, DIR/report.html and DIR/fitted_scene.yaml.',
+        epilog='Exit codes: 0 done; 2 bad input; 3 diverged, not converged or not identifiable.',
+    )
+    parser.add_argument(
+        'bags',
+        metavar='BAG',
+        nargs='*',
+        type=Path,
+        help='rosbag2 directory or .mcap file; one for each observation of the scene, in its '
+        'order (default: the bags that the scene names)',
+    )
+    parser.add_argument('--scene', metavar='SCENE', type=Path, required=True, help='scene file')
+    parser.add_argument('--out', metavar='DIR', type=Path, required=True, help='folder of results')
+    _add_input_options(parser.add_argument_group('what is read'))
+    _add_fit_options(parser.add_argument_group('how it is fitted'))
+    parser.set_defaults(run=run)
+
+
+def _add_input_options(group: Any) -> None:
+    group.add_argument(
+        '--pose',
+        choices=('estimated', 'stored'),
+        default='estimated',
+        help="the camera's pose: estimated from the marker (default), or as the scene stores it",
+    )
+    group.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
+    group.add_argument(
+        '--allow-truncated', action='store_true', help='read what is left of a cut-off file'
+    )
+
+
+def _add_fit_options(group: Any) -> None:
+    group.add_argument(
+        '--fit',
+        metavar='NAME',
+        nargs='+',
+        action='extend',
+        help="parameters to fit, such as youngs_modulus or rigid_offset (default: the scene's)",
+    )
+    group.add_argument(
+        '--loss',
+        choices=('robust', 'paper', 'l1'),
+        default='robust',
+        help="robust: the body's own pixels and outline (default); paper and l1: the whole image",
+    )
+    group.add_argument(
+        '--optimizer',
+        choices=('gauss_newton', 'adam_demon'),
+        default='gauss_newton',
+        help="gauss_newton (default); adam_demon: the paper's, for paper and l1",
+    )
+    group.add_argument('--max-iterations', metavar='N', type=int, help='default: 30, Adam 100')
+    group.add_argument(
+        '--solver',
+        choices=('auto', 'pardiso', 'cholmod', 'qdldl', 'superlu'),
+        default='auto',
+        help='sparse solver (default: the fastest that is installed)',
+    )
+    group.add_argument(
+        '--device', metavar='DEVICE', default='cpu', help='cpu (default), or a GPU such as cuda:0'
+    )
+    group.add_argument(
+        '--no-mesh-error', action='store_true', help='leave out what a finer mesh would change'
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fit, write the results and print them; return the exit code."""
+    from diffcal_ros.cli.progress import Progress
+    from diffcal_ros.scene.load import load_scene
+
+    scene = load_scene(args.scene)
+    settings = _settings(args, scene)
+    progress = Progress(most_iterations=settings.max_iterations or _USUAL[settings.optimizer])
+    try:
+        with progress:
+            calibration, result = _fit(args, scene, settings, progress)
+        return _tell(args.out, calibration, result)
+    except KeyboardInterrupt:
+        print(f'diffcal calibrate: {_what_is_left(args.out, progress)}', file=sys.stderr)
+        return _EXIT_INTERRUPTED
+
+
+def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
+    """Check what was asked for before anything slow begins."""
+    from diffcal_ros.calibration.settings import CalibrationSettings
+    from diffcal_ros.errors import InputError
+    from diffcal_ros.scene.fit_names import fit_problems
+
+    fit = None
+    if args.fit is not None:
+        fit = tuple(name for item in args.fit for name in item.split(',') if name)
+        regions = [region.name for region in scene.regions]
+        problems = fit_problems(fit, regions, scene.observations)
+        if problems:
+            raise InputError('; '.join(f'--fit {problem}' for problem in problems))
+    settings = CalibrationSettings(
+        fit=fit,
+        loss=args.loss,
+        optimizer=args.optimizer,
+        max_iterations=args.max_iterations,
+        solver=args.solver,
+        device=args.device,
+        with_mesh_error=not args.no_mesh_error,
+    )
+    _check_device(args.device)
+    return settings
+
+
+def _check_device(name: str) -> None:
+    from diffcal_ros.device_array import device_names
+    from diffcal_ros.errors import InputError
+
+    known = device_names()
+    if name not in known:
+        raise InputError(f'device is {name!r}: this machine has {", ".join(known)}')
+
+
+def _fit(
+    args: argparse.Namespace,
+    scene: 'Scene',
+    settings: 'CalibrationSettings',
+    progress: 'Progress',
+) -> tuple['Calibration', 'CalibrationResult']:
+    from diffcal_ros.errors import InputError
+    from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
+
+    progress.say('reading the recordings')
+    inputs = open_inputs(
+        scene,
+        args.bags,
+        pose_source=args.pose,
+        depth_topic=args.depth_topic,
+        allow_truncated=args.allow_truncated,
+    )
+    for note in (*scene.notes, *inputs.notes):
+        progress.say(f'note: {note}')
+    progress.say('preparing the model (the first run on a machine compiles kernels for a minute)')
+
+    def on_iteration(record: 'IterationRecord') -> bool:
+        if record.number == 0:
+            _remove_old_results(args.out)
+        return progress.step(record)
+
+    try:
+        return run_calibration(inputs, settings, args.out, on_iteration=on_iteration)
+    except ImportError as error:
+        # Solvers and torch are optional; the message says what to install.
+        raise InputError(str(error)) from error
+
+
+def _remove_old_results(out: Path) -> None:
+    """Leave nothing beside the new result.json that belongs to an earlier run."""
+    for name in (_REPORT, _FITTED_SCENE):
+        (out / name).unlink(missing_ok=True)
+
+
+def _tell(out: Path, calibration: 'Calibration', result: 'CalibrationResult') -> int:
+    """Print the result before writing more: a full disk must not cost the numbers."""
+    from diffcal_ros.report.page import write_report
+    from diffcal_ros.report.result_table import result_text
+    from diffcal_ros.report.scene_table import format_rows
+    from diffcal_ros.scene.fit_names import MATERIAL_NAMES
+    from diffcal_ros.scene.save import save_fitted_scene
+
+    print(result_text(calibration.scene.name, result), flush=True)
+    rows = [('result', str(out / _RESULT))]
+    write_report(out / _REPORT, calibration, result)
+    rows.append(('report', str(out / _REPORT)))
+    if result.outcome.is_fitted:
+        material = {
+            name: value
+            for name, value in result.values().items()
+            if name.partition('.')[0] in MATERIAL_NAMES
+        }
+        save_fitted_scene(calibration.scene, out / _FITTED_SCENE, material)
+        rows.append(('scene', str(out / _FITTED_SCENE)))
+    print(format_rows(rows))
+    return 0 if result.outcome.is_fitted else _EXIT_NOT_FITTED
+
+
+def _what_is_left(out: Path, progress: 'Progress') -> str:
+    if progress.last is None:
+        return 'interrupted before the first state was reached; nothing was written'
+    number = progress.last.number
+    return f'interrupted; {out / _RESULT} holds the state after iteration {number}'

@@ -1,0 +1,203 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A depth image whose outline pixels are area averages, and its derivative both ways."""
+
+from functools import cached_property
+from typing import Any, TYPE_CHECKING
+
+from diffcal_ros.depth import area_kernels, derivative_kernels
+from diffcal_ros.device_array import (
+    download,
+    float_array,
+    int_array,
+    zero_ints,
+    zero_points,
+)
+import numpy as np
+from numpy.typing import NDArray
+import warp as wp
+
+if TYPE_CHECKING:
+    from diffcal_ros.depth.trace import Trace
+
+FloatArray = NDArray[np.float64]
+
+
+class _Parts:
+    """Outline pixels and the triangles seen in each."""
+
+    def __init__(self, pixels: NDArray[np.integer[Any]], size: int, device: str) -> None:
+        self.count = len(pixels)
+        self.pixels = int_array(pixels, device)
+        self.faces = zero_ints((self.count, size), device)
+        self.sums = zero_points((self.count, size), device)
+
+
+class AreaImage:
+    """A depth image whose outline pixels are area averages: the one that has a derivative.
+
+    A pixel that one straight piece of outline crosses, with one triangle on each side, is cut
+    exactly; the others on the outline are sampled.
+    """
+
+    def __init__(self, trace: 'Trace', side: int, background: float) -> None:
+        self._trace = trace
+        self._background = float(background)
+        buffers, pieces = trace.buffers, trace.pieces
+        device = buffers.device
+        count = trace.pixel_count
+        self._image = wp.empty(count, dtype=wp.float64, device=device)
+        self._marks, crossings, last_piece = (
+            wp.empty(count, dtype=wp.int32, device=device) for _ in range(3)
+        )
+        value = wp.float64(background)
+        buffers.launch(
+            area_kernels.start_image,
+            count,
+            [buffers.depth, value],
+            [self._image, self._marks, crossings],
+        )
+        buffers.launch(
+            area_kernels.list_crossings,
+            pieces.count,
+            [pieces.points, pieces.lengths, trace.window],
+            [self._marks, crossings, last_piece],
+        )
+        marked = np.flatnonzero(self._marks.numpy())
+        is_straight = crossings.numpy()[marked] == 1
+        straight = marked[is_straight]
+        self._cut = _Parts(straight, 2, device)
+        is_cut = zero_ints(len(straight), device)
+        buffers.launch(
+            area_kernels.cut_pixels,
+            len(straight),
+            [
+                buffers.planes,
+                trace.window,
+                self._cut.pixels,
+                last_piece,
+                pieces.points,
+                pieces.normals,
+                pieces.faces,
+                value,
+            ],
+            [self._cut.faces, self._cut.sums, self._image, is_cut],
+        )
+        rest = np.concatenate([marked[~is_straight], straight[is_cut.numpy() == 0]])
+        self._sampled = _Parts(rest, int(area_kernels.PARTS), device)
+        buffers.launch(
+            area_kernels.sample_pixels,
+            self._sampled.count,
+            [
+                buffers.triangles,
+                buffers.screen,
+                buffers.planes,
+                trace.window,
+                *trace.tiles,
+                self._sampled.pixels,
+                side,
+                value,
+            ],
+            [self._sampled.faces, self._sampled.sums, self._image],
+        )
+
+    @cached_property
+    def image(self) -> FloatArray:
+        """Mean depth of each pixel of the window [m], shape `Trace.shape`."""
+        return download(self._image).reshape(self._trace.shape)
+
+    def pull_back(self, by_image: FloatArray) -> FloatArray:
+        """Pull a derivative by the window's pixels back to the vertices.
+
+        Args:
+            by_image: derivative of a scalar by each pixel [1/m], shape `Trace.shape`.
+
+        Returns:
+            Derivative by the camera-frame positions [1/m], shape (N, 3). The derivative by a
+            rigid motion of the camera is its sum, see `pose_gradient`.
+        """
+        trace, buffers = self._trace, self._trace.buffers
+        trace.check_current()
+        weights = float_array(np.ascontiguousarray(by_image.ravel()), buffers.device)
+        gradient = buffers.gradient
+        gradient.zero_()
+        surface = [buffers.triangles, buffers.points, buffers.screen, buffers.planes]
+        buffers.launch(
+            derivative_kernels.pull_back_centres,
+            buffers.face_count,
+            [*surface, trace.window, buffers.faces, self._marks, weights],
+            [gradient],
+        )
+        for parts in (self._cut, self._sampled):
+            buffers.launch(
+                derivative_kernels.pull_back_parts,
+                parts.count,
+                [*surface, parts.pixels, parts.faces, parts.sums, weights],
+                [gradient],
+            )
+        buffers.launch(
+            derivative_kernels.pull_back_outline,
+            trace.pieces.count,
+            [*self._outline_arguments(), weights],
+            [gradient],
+        )
+        return download(gradient)
+
+    def push_forward(self, tangents: FloatArray) -> FloatArray:
+        """Push tangents to every pixel of the window.
+
+        Args:
+            tangents: camera-frame displacement per unit of each parameter, shape (k, N, 3).
+
+        Returns:
+            Change of the image [m], shape (h, w, k).
+        """
+        trace, buffers = self._trace, self._trace.buffers
+        trace.check_current()
+        seen = np.flatnonzero((trace.faces.ravel() >= 0) & (self._marks.numpy() == 0))
+        inside = trace.push_depth(seen.astype(np.int32), tangents)
+        rates = np.zeros((trace.pixel_count, len(tangents)))
+        rates[seen] = inside
+        device_rates = float_array(rates, buffers.device)
+        by_vertex = trace.by_vertex(tangents)
+        for parts in (self._cut, self._sampled):
+            buffers.launch(
+                derivative_kernels.push_parts,
+                parts.count,
+                [
+                    buffers.triangles,
+                    buffers.points,
+                    buffers.screen,
+                    buffers.planes,
+                    parts.pixels,
+                    parts.faces,
+                    parts.sums,
+                    by_vertex,
+                ],
+                [device_rates],
+            )
+        buffers.launch(
+            derivative_kernels.push_outline_area,
+            trace.pieces.count,
+            [*self._outline_arguments(), by_vertex],
+            [device_rates],
+        )
+        return download(device_rates).reshape(*trace.shape, len(tangents))
+
+    def _outline_arguments(self) -> list[Any]:
+        trace, buffers = self._trace, self._trace.buffers
+        pieces = trace.pieces
+        return [
+            buffers.points,
+            buffers.pinhole,
+            trace.window,
+            buffers.edges,
+            pieces.edges,
+            pieces.shares,
+            pieces.points,
+            pieces.normals,
+            pieces.lengths,
+            pieces.open,
+            pieces.behind,
+            wp.float64(self._background),
+        ]

@@ -1,0 +1,334 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+# mypy: ignore-errors
+"""Warp kernels that average the pixels on an outline over their area.
+
+A pixel that an outline crosses shows body and background in shares that move with the body: only
+its area average has a derivative. The other pixels are sampled at their centres.
+"""
+
+from diffcal_ros.depth.raster_kernels import (
+    inverse_depth_at,
+    is_in_window,
+    nearest_face,
+    Plane,
+    tile_span,
+    touches_pixel,
+    weights_at,
+    Window,
+)
+from diffcal_ros.depth.silhouette_kernels import cell_of
+import warp as wp
+
+wp.set_module_options({'enable_backward': False})
+
+# Triangles that are told apart within one pixel; beyond so many they are smaller than its samples.
+PARTS = wp.constant(24)
+FaceList = wp.types.vector(length=24, dtype=wp.int32)
+CROWDED = wp.constant(-2)
+
+
+@wp.kernel(enable_backward=False)
+def mark_outline(
+    # In:
+    piece_points: wp.array[wp.vec3d],  # (P,)
+    piece_lengths: wp.array[wp.float64],  # (P,) 0 where hidden
+    window: Window,
+    reach: wp.int32,  # [px]
+    # Out:
+    marks: wp.array[wp.int32],  # (window pixels,) 1 within reach of a visible outline
+):
+    """Mark the pixels around the visible outline."""
+    piece = wp.tid()
+    if piece_lengths[piece] <= wp.float64(0.0):
+        return
+    column = cell_of(piece_points[piece][0])
+    row = cell_of(piece_points[piece][1])
+    for down in range(-reach, reach + 1):
+        for across in range(-reach, reach + 1):
+            if is_in_window(window, column + across, row + down):
+                marks[(row + down - window.top) * window.width + column + across - window.left] = 1
+
+
+@wp.kernel(enable_backward=False)
+def start_image(
+    # In:
+    depth: wp.array[wp.float64],  # (window pixels,) NaN beside the body
+    background: wp.float64,
+    # Out:
+    image: wp.array[wp.float64],  # (window pixels,)
+    marks: wp.array[wp.int32],  # (window pixels,) zeroed
+    crossings: wp.array[wp.int32],  # (window pixels,) zeroed
+):
+    """Start from the depth at pixel centres."""
+    pixel = wp.tid()
+    value = depth[pixel]
+    if wp.isnan(value):
+        value = background
+    image[pixel] = value
+    marks[pixel] = 0
+    crossings[pixel] = 0
+
+
+@wp.kernel(enable_backward=False)
+def list_crossings(
+    # In:
+    piece_points: wp.array[wp.vec3d],
+    piece_lengths: wp.array[wp.float64],
+    window: Window,
+    # Out:
+    marks: wp.array[wp.int32],  # (window pixels,) 1 where a visible piece crosses
+    crossings: wp.array[wp.int32],  # (window pixels,) pieces in the pixel, hidden ones included
+    last_piece: wp.array[wp.int32],  # (window pixels,) a visible one of them
+):
+    """Count the pieces in every pixel."""
+    piece = wp.tid()
+    column = cell_of(piece_points[piece][0])
+    row = cell_of(piece_points[piece][1])
+    if is_in_window(window, column, row):
+        pixel = (row - window.top) * window.width + column - window.left
+        wp.atomic_add(crossings, pixel, 1)
+        if piece_lengths[piece] > wp.float64(0.0):
+            marks[pixel] = 1
+            last_piece[pixel] = piece
+
+
+@wp.func
+def corner_of_pixel(corner: wp.int32):
+    """Return a corner of the unit square around 0, in order around it."""
+    half = wp.float64(0.5)
+    turn = corner % 4
+    across = wp.where(turn == 1 or turn == 2, half, -half)
+    down = wp.where(turn >= 2, half, -half)
+    return wp.vec2d(across, down)
+
+
+@wp.func
+def area_behind_line(normal: wp.vec2d, offset: wp.float64):
+    """Cut the unit square around 0 by a line.
+
+    Returns (area, area times centre) of the part where normal . x < offset.
+    """
+    zero = wp.float64(0.0)
+    sums = wp.vec3d()
+    first = wp.vec2d()
+    before = wp.vec2d()
+    corner_count = wp.int32(0)
+    for side in range(4):
+        start = corner_of_pixel(side)
+        end = corner_of_pixel(side + 1)
+        at_start = wp.dot(normal, start) - offset
+        at_end = wp.dot(normal, end) - offset
+        for half_step in range(2):
+            is_corner = wp.bool(False)
+            here = start
+            if half_step == 0:
+                is_corner = at_start < zero
+            else:
+                is_corner = (at_start < zero) != (at_end < zero)
+                if is_corner:
+                    here = start + (at_start / (at_start - at_end)) * (end - start)
+            if is_corner:
+                if corner_count == 0:
+                    first = here
+                elif corner_count > 1:
+                    # A fan of triangles around the first corner.
+                    a = before - first
+                    b = here - first
+                    area = wp.float64(0.5) * (a[0] * b[1] - a[1] * b[0])
+                    centre = (first + before + here) / wp.float64(3.0)
+                    sums += wp.vec3d(area, area * centre[0], area * centre[1])
+                before = here
+                corner_count += 1
+    return sums
+
+
+@wp.kernel(enable_backward=False)
+def cut_pixels(
+    # In:
+    planes: wp.array[Plane],
+    window: Window,
+    pixels: wp.array[wp.int32],  # (M,) window pixels that one straight piece crosses
+    last_piece: wp.array[wp.int32],  # (window pixels,)
+    piece_points: wp.array[wp.vec3d],
+    piece_normals: wp.array[wp.vec2d],
+    piece_faces: wp.array2d[wp.int32],  # (P, 2) triangle in front and behind, -1 for none
+    background: wp.float64,
+    # Out:
+    part_faces: wp.array2d[wp.int32],  # (M, 2) triangle in front and behind, -1 for none or uncut
+    part_sums: wp.array2d[wp.vec3d],  # (M, 2) area, area times column, area times row
+    image: wp.array[wp.float64],  # (window pixels,)
+    is_cut: wp.array[wp.int32],  # (M,) 1 where one triangle is seen on each side of the outline
+):
+    """Replace pixels with one triangle on each side of the outline by their exact average."""
+    place = wp.tid()
+    pixel = pixels[place]
+    piece = last_piece[pixel]
+    one = wp.float64(1.0)
+    column = wp.float64(window.left + pixel % window.width)
+    row = wp.float64(window.top + pixel // window.width)
+    point = piece_points[piece]
+    normal = piece_normals[piece]
+    offset = normal[0] * (point[0] - column) + normal[1] * (point[1] - row)
+    inside = area_behind_line(normal, offset)
+    part_faces[place, 0] = -1
+    part_faces[place, 1] = -1
+    total = wp.float64(0.0)
+    for part in range(2):
+        sums = inside
+        if part == 1:
+            sums = wp.vec3d(one - inside[0], -inside[1], -inside[2])
+        if sums[0] < wp.float64(1.0e-12):
+            continue
+        there = wp.vec2d(column + sums[1] / sums[0], row + sums[2] / sums[0])
+        face = piece_faces[piece, part]
+        # Another triangle at the part's centre: the pixel shows more than two.
+        outside = wp.bool(False)
+        if face >= 0:
+            outside = wp.min(weights_at(planes[face], there[0], there[1])) < wp.float64(-1.0e-9)
+        if outside:
+            part_faces[place, 0] = -1
+            return
+        part_faces[place, part] = face
+        part_sums[place, part] = sums[0] * wp.vec3d(one, there[0], there[1])
+        if face < 0:
+            total += sums[0] * background
+        else:
+            total += sums[0] / inverse_depth_at(planes[face], there[0], there[1])
+    is_cut[place] = 1
+    image[pixel] = total
+
+
+@wp.func
+def sample_point(sample: wp.int32, side: wp.int32):
+    """Return a sample's place in the unit square.
+
+    The square lattice is sheared both ways, so that upright and level edges pass its points a
+    few at a time.
+    """
+    half = wp.float64(0.5)
+    step = wp.float64(1.0) / wp.float64(side)
+    i = wp.float64(sample % side)
+    j = wp.float64(sample // side)
+    return wp.vec2d((i + (j + half) * step) * step, (j + (i + half) * step) * step)
+
+
+@wp.func
+def touching_faces(
+    triangles: wp.array2d[wp.int32],
+    screen: wp.array[wp.vec3d],
+    planes: wp.array[Plane],
+    members: wp.vec2i,
+    tile_members: wp.array[wp.int32],
+    column: wp.float64,
+    row: wp.float64,
+):
+    """List the triangles that reach into a pixel, -1 after the last."""
+    half = wp.float64(0.5)
+    found = FaceList()
+    for place in range(PARTS):
+        found[place] = -1
+    count = wp.int32(0)
+    for member in range(members[0], members[1]):
+        face = tile_members[member]
+        a = screen[triangles[face, 0]]
+        b = screen[triangles[face, 1]]
+        c = screen[triangles[face, 2]]
+        low = wp.min(wp.min(a, b), c)
+        high = wp.max(wp.max(a, b), c)
+        # The box as well: the sides alone do not tell where a sliver ends.
+        reaches = (
+            low[0] <= column + half
+            and high[0] >= column - half
+            and low[1] <= row + half
+            and high[1] >= row - half
+        )
+        if reaches and touches_pixel(planes[face], column, row):
+            if count < PARTS:
+                found[count] = face
+            count += 1
+    if count > PARTS:
+        found[0] = CROWDED
+    return found
+
+
+@wp.func
+def place_of(faces: FaceList, face: wp.int32):
+    """Return the place of a triangle in a list, or of the first free one, or the last."""
+    for part in range(PARTS):
+        if faces[part] == face or faces[part] < 0:
+            return part
+    return PARTS - 1
+
+
+@wp.kernel(enable_backward=False)
+def sample_pixels(
+    # In:
+    triangles: wp.array2d[wp.int32],
+    screen: wp.array[wp.vec3d],
+    planes: wp.array[Plane],
+    window: Window,
+    tile_ends: wp.array[wp.int32],
+    tile_members: wp.array[wp.int32],
+    pixels: wp.array[wp.int32],  # (M,) window pixels to sample
+    side: wp.int32,  # samples along each side of a pixel
+    background: wp.float64,  # value where nothing is seen
+    # Out:
+    part_faces: wp.array2d[wp.int32],  # (M, PARTS) triangles in the pixel, -1 for none seen
+    part_sums: wp.array2d[wp.vec3d],  # (M, PARTS) area, area times column, area times row
+    image: wp.array[wp.float64],  # (window pixels,) mean of the samples
+):
+    """Replace pixels where the outline turns or ends by the mean of side x side samples.
+
+    The samples that one triangle owns are kept as a count and a centre: z is so nearly linear
+    within a pixel that its derivative may be taken there.
+    """
+    place = wp.tid()
+    pixel = pixels[place]
+    zero = wp.float64(0.0)
+    one = wp.float64(1.0)
+    half = wp.float64(0.5)
+    left = wp.float64(window.left + pixel % window.width) - half
+    top = wp.float64(window.top + pixel // window.width) - half
+    members = tile_span(window, tile_ends, left + half, top + half)
+    faces = touching_faces(
+        triangles, screen, planes, members, tile_members, left + half, top + half
+    )
+    is_crowded = faces[0] == CROWDED
+    if is_crowded:
+        # More triangles than parts: look at all of the tile's, and give the rest to the last.
+        for part in range(PARTS):
+            faces[part] = -1
+    share = one / wp.float64(side * side)
+    total = zero
+    for sample in range(side * side):
+        here = sample_point(sample, side)
+        column = left + here[0]
+        row = top + here[1]
+        nearest = zero
+        owner = wp.int32(-1)
+        if is_crowded:
+            face = nearest_face(planes, window, tile_ends, tile_members, column, row)
+            if face >= 0:
+                nearest = inverse_depth_at(planes[face], column, row)
+                owner = place_of(faces, face)
+                faces[owner] = face
+        else:
+            for part in range(PARTS):
+                face = faces[part]
+                if face < 0:
+                    break
+                plane = planes[face]
+                if wp.min(weights_at(plane, column, row)) >= zero:
+                    near = inverse_depth_at(plane, column, row)
+                    if near > nearest:
+                        nearest = near
+                        owner = part
+        if owner < 0:
+            total += background
+        else:
+            total += one / nearest
+            part_sums[place, owner] += share * wp.vec3d(one, column, row)
+    for part in range(PARTS):
+        part_faces[place, part] = wp.where(part_sums[place, part][0] > zero, faces[part], -1)
+    image[pixel] = total * share

@@ -1,0 +1,250 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""One traced view: depth, outline and the forward derivative of both."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from diffcal_ros.depth import area_kernels, derivative_kernels, raster_kernels, silhouette_kernels
+from diffcal_ros.depth.area_image import AreaImage
+from diffcal_ros.depth.buffers import TracerBuffers
+from diffcal_ros.depth.pieces import Pieces
+from diffcal_ros.device_array import download, int_array, point_array, zero_floats, zero_ints
+import numpy as np
+from numpy.typing import NDArray
+import warp as wp
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The visible outline, cut at pixel borders.
+
+    Attributes:
+        pieces: number of each piece in the walk, shape (P,).
+        points: column and row [px] and z [m] in the middle of each piece, shape (P, 3).
+        normals: unit, out of the body, shape (P, 2).
+        lengths: [px], shape (P,).
+        behind: z of the body behind [m], NaN for none, shape (P,).
+        edges: surface edge of each piece, shape (P,).
+    """
+
+    pieces: IntArray
+    points: FloatArray
+    normals: FloatArray
+    lengths: FloatArray
+    behind: FloatArray
+    edges: IntArray
+
+
+class Trace:
+    """One traced view; valid until its buffers traces again."""
+
+    def __init__(self, buffers: TracerBuffers, window: Any, depth_steps: float) -> None:
+        self.buffers = buffers
+        buffers.generation += 1
+        self.generation = buffers.generation
+        self.window = window
+        self.pixel_count: int = window.width * window.height
+        self.shape = (int(window.height), int(window.width))
+        self.rows = slice(int(window.top), int(window.top) + self.shape[0])
+        self.columns = slice(int(window.left), int(window.left) + self.shape[1])
+        face_count = buffers.face_count
+        surface = [buffers.triangles, buffers.screen]
+        buffers.launch(raster_kernels.make_planes, face_count, surface, [buffers.planes])
+        buffers.launch(
+            raster_kernels.rasterise,
+            face_count,
+            [*surface, buffers.planes, window, wp.float64(depth_steps)],
+            [buffers.keys],
+        )
+        buffers.launch(
+            raster_kernels.resolve,
+            self.pixel_count,
+            [buffers.planes, window, buffers.keys],
+            [buffers.faces, buffers.depth],
+        )
+
+    @cached_property
+    def depth(self) -> FloatArray:
+        """Z at pixel centres within the window [m], shape `shape`; NaN beside the body."""
+        self.check_current()
+        return download(self.buffers.depth[: self.pixel_count]).reshape(self.shape)
+
+    @cached_property
+    def faces(self) -> IntArray:
+        """Triangle seen at each pixel of the window, -1 beside the body."""
+        self.check_current()
+        return download(self.buffers.faces[: self.pixel_count]).reshape(self.shape)
+
+    def full_depth(self) -> FloatArray:
+        """Return z over the whole image [m], shape (H, W); NaN beside the body."""
+        camera = self.buffers.camera
+        image = np.full((camera.height, camera.width), np.nan)
+        image[self.rows, self.columns] = self.depth
+        return image
+
+    @cached_property
+    def outline(self) -> Outline:
+        """The visible outline."""
+        pieces = self.pieces
+        lengths = download(pieces.lengths)
+        seen = np.flatnonzero(lengths > 0.0).astype(np.int32)
+        return Outline(
+            pieces=seen,
+            points=pieces.points.numpy()[seen],
+            normals=pieces.normals.numpy()[seen],
+            lengths=lengths[seen],
+            behind=pieces.behind.numpy()[seen],
+            edges=pieces.edges.numpy()[seen],
+        )
+
+    def outline_band(self, reach: int) -> NDArray[np.bool_]:
+        """Mark the window's pixels within `reach` of the visible outline, shape `shape`."""
+        marks = self.mark(reach)
+        band: NDArray[np.bool_] = marks.numpy().reshape(self.shape) != 0
+        return band
+
+    def push_depth(self, pixels: IntArray, tangents: FloatArray) -> FloatArray:
+        """Push tangents to z at pixel centres that see the body.
+
+        Args:
+            pixels: flat indices into the window, shape (M,).
+            tangents: camera-frame displacement per unit of each parameter, shape (k, N, 3).
+
+        Returns:
+            Change of z [m], shape (M, k).
+        """
+        self.check_current()
+        buffers = self.buffers
+        rates = zero_floats((len(pixels), len(tangents)), buffers.device)
+        buffers.launch(
+            derivative_kernels.push_centres,
+            len(pixels),
+            [
+                buffers.triangles,
+                buffers.points,
+                buffers.screen,
+                buffers.planes,
+                self.window,
+                buffers.faces,
+                buffers.depth,
+                int_array(pixels, buffers.device),
+                self.by_vertex(tangents),
+            ],
+            [rates],
+        )
+        return download(rates)
+
+    def push_outline(self, pieces: IntArray, tangents: FloatArray) -> FloatArray:
+        """Push tangents to the outward motion of outline pieces [px], shape (M, k).
+
+        Args:
+            pieces: entries of `Outline.pieces`, shape (M,).
+            tangents: camera-frame displacement per unit of each parameter, shape (k, N, 3).
+        """
+        self.check_current()
+        buffers, walked = self.buffers, self.pieces
+        rates = zero_floats((len(pieces), len(tangents)), buffers.device)
+        buffers.launch(
+            derivative_kernels.push_outline,
+            len(pieces),
+            [
+                buffers.points,
+                buffers.pinhole,
+                buffers.edges,
+                walked.edges,
+                walked.shares,
+                walked.normals,
+                int_array(pieces, buffers.device),
+                self.by_vertex(tangents),
+            ],
+            [rates],
+        )
+        return download(rates)
+
+    def area_image(self, *, side: int = 8, background: float = 0.0) -> AreaImage:
+        """Average the pixels on the outline over their area.
+
+        Args:
+            side: samples along each side of such a pixel.
+            background: value [m] where nothing is seen.
+        """
+        self.check_current()
+        return AreaImage(self, side, background)
+
+    @cached_property
+    def tiles(self) -> tuple[Any, Any]:
+        """Inclusive ends and members of each tile's list of front faces."""
+        buffers, window = self.buffers, self.window
+        size = int(raster_kernels.TILE)
+        count = -(-int(window.width) // size) * -(-int(window.height) // size)
+        counts, ends = buffers.tile_counts[:count], buffers.tile_ends[:count]
+        surface = [buffers.triangles, buffers.screen, buffers.planes, window]
+        face_count = buffers.face_count
+        counts.zero_()
+        buffers.launch(raster_kernels.count_tiles, face_count, surface, [counts])
+        wp.utils.array_scan(counts, ends, inclusive=True)
+        total = int(ends[count - 1 : count].numpy()[0])
+        members = zero_ints(max(total, 1), buffers.device)
+        buffers.launch(raster_kernels.fill_tiles, face_count, [*surface, ends, counts], [members])
+        return ends, members
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The walk along every silhouette edge, hidden pieces included."""
+        self.check_current()
+        buffers = self.buffers
+        ends, members = self.tiles
+        edge_count = buffers.edge_count
+        edges = [buffers.screen, buffers.planes, buffers.edges, buffers.edge_faces]
+        buffers.launch(
+            silhouette_kernels.count_pieces,
+            edge_count,
+            [*edges, self.window],
+            [buffers.piece_counts],
+        )
+        wp.utils.array_scan(buffers.piece_counts, buffers.piece_ends, inclusive=True)
+        total = int(buffers.piece_ends[edge_count - 1 : edge_count].numpy()[0])
+        pieces = Pieces(total, buffers.device)
+        buffers.launch(
+            silhouette_kernels.walk_edges,
+            edge_count,
+            [buffers.triangles, *edges, buffers.piece_ends, self.window, ends, members],
+            [
+                pieces.edges,
+                pieces.shares,
+                pieces.points,
+                pieces.normals,
+                pieces.lengths,
+                pieces.open,
+                pieces.behind,
+                pieces.faces,
+            ],
+        )
+        return pieces
+
+    def mark(self, reach: int) -> Any:
+        """Return device marks of the pixels within `reach` of the visible outline."""
+        buffers, pieces = self.buffers, self.pieces
+        marks = zero_ints(self.pixel_count, buffers.device)
+        buffers.launch(
+            area_kernels.mark_outline,
+            pieces.count,
+            [pieces.points, pieces.lengths, self.window, reach],
+            [marks],
+        )
+        return marks
+
+    def by_vertex(self, tangents: FloatArray) -> Any:
+        """Return tangents, shape (k, N, 3), on the device as (N, k) vectors."""
+        ordered = np.ascontiguousarray(tangents.transpose(1, 0, 2))
+        return point_array(ordered, self.buffers.device)
+
+    def check_current(self) -> None:
+        """Refuse to go on after the tracer has traced another view."""
+        if self.buffers.generation != self.generation:
+            raise RuntimeError('this trace has ended: its tracer has traced another view since')

@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Moving NumPy arrays to and from Warp arrays; on the CPU without copies in between."""
+
+from typing import Any
+
+from diffcal_ros.errors import InputError
+import numpy as np
+from numpy.typing import NDArray
+import warp as wp
+
+
+def require_device(name: str) -> None:
+    """Refuse a device that this machine lacks.
+
+    Raises:
+        InputError: listing the devices there are.
+    """
+    known = [str(device.alias) for device in wp.get_devices()]
+    if name not in known:
+        raise InputError(f'device is {name!r}: this machine has {", ".join(known)}')
+
+
+def upload(target: Any, values: NDArray[Any]) -> None:
+    """Fill a Warp array from a NumPy array of the same size."""
+    if target.device.is_cpu:
+        view = target.numpy()
+        view[...] = values.reshape(view.shape)
+    else:
+        target.assign(values)
+
+
+def download(source: Any) -> NDArray[Any]:
+    """Return a copy of a Warp array as NumPy."""
+    values: NDArray[Any] = source.numpy()
+    return values.copy() if source.device.is_cpu else values
+
+
+def _be_quiet() -> None:
+    """Keep Warp from greeting on standard output and from missing a GPU aloud."""
+    config: Any = wp.config
+    if hasattr(config, 'log_level'):
+        config.log_level = getattr(wp, 'LOG_ERROR', 40)
+    else:
+        config.quiet = True
+
+
+_be_quiet()
+
+
+def device_names() -> tuple[str, ...]:
+    """List the devices that this machine has: `cpu`, and GPUs such as `cuda:0`."""
+    return tuple(str(device.alias) for device in wp.get_devices())
+
+
+def point_array(values: NDArray[np.float64], device: str) -> Any:
+    """Return vectors in double precision; the last axis of `values` has length 3."""
+    return wp.array(np.ascontiguousarray(values), dtype=wp.vec3d, device=device)
+
+
+def float_array(values: NDArray[np.float64], device: str) -> Any:
+    """Return numbers in double precision."""
+    return wp.array(np.ascontiguousarray(values), dtype=wp.float64, device=device)
+
+
+def int_array(values: NDArray[np.integer[Any]], device: str) -> Any:
+    """Return 32-bit integers."""
+    return wp.array(np.ascontiguousarray(values), dtype=wp.int32, device=device)
+
+
+def zero_points(shape: int | tuple[int, ...], device: str) -> Any:
+    """Return zero vectors in double precision."""
+    return wp.zeros(shape, dtype=wp.vec3d, device=device)
+
+
+def zero_floats(shape: int | tuple[int, ...], device: str) -> Any:
+    """Return zeros in double precision."""
+    return wp.zeros(shape, dtype=wp.float64, device=device)
+
+
+def zero_ints(shape: int | tuple[int, ...], device: str) -> Any:
+    """Return 32-bit integer zeros."""
+    return wp.zeros(shape, dtype=wp.int32, device=device)

@@ -1,0 +1,19 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Errors that a user can mend: one sentence that says what was given, needed, and to be done."""
+
+
+class InputError(ValueError):
+    """Something the user gave is wrong; the command line prints the message and exits with 2."""
+
+
+class SceneError(InputError):
+    """A scene is wrong; the message names the key, the value given and what is allowed."""
+
+
+class RecordingError(InputError):
+    """A recording cannot be used; the message names the file and what is needed."""
+
+
+class PoseError(InputError):
+    """No camera pose can be had from the marker; the message says why."""

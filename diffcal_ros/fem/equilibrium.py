@@ -1,0 +1,276 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Static equilibrium by a guarded Newton iteration, and exact linear solves at it."""
+
+from dataclasses import dataclass
+
+from diffcal_ros.fem.elastic_body import ElasticBody
+from diffcal_ros.fem.rotation_step import RotationStep
+from diffcal_ros.fem.sparse_pattern import make_pattern
+from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+# Largest force left on a node, relative to the mean nodal load: a tip moves by under 1e-5 of
+# its sag, and finite differences of the whole chain still agree to 1e-6.
+_FORCE_TOLERANCE = 1e-7
+# A step that promises less than this share of the energy follows rounding errors: on fine meshes
+# those exceed the force tolerance.
+_LEAST_PROMISE = 1e-20
+_MAX_STEPS = 100
+# A factorisation is held while the last step left no more than this share of the force.
+_HELD_CONTRACTION = 0.1
+_ARMIJO = 1e-4
+_SHORTEST_STEP = 1e-6
+_LINEAR_TOLERANCE = 1e-8
+_MAX_LINEAR_STEPS = 25
+_MAX_SHIFTS = 12
+
+
+class EquilibriumError(RuntimeError):
+    """No equilibrium was found; the message says what to change."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A state of rest.
+
+    Attributes:
+        positions: node positions [m], shape (N, 3).
+        reactions: force that the clamp exerts on each node [N], shape (N, 3); zero on free nodes.
+        newton_steps: steps with a new factorisation.
+        held_steps: steps with an old one.
+    """
+
+    positions: FloatArray
+    reactions: FloatArray
+    newton_steps: int
+    held_steps: int
+
+
+class EquilibriumSolver:
+    """Finds where elastic forces balance the loads while some nodes are held."""
+
+    def __init__(self, body: ElasticBody, held_nodes: IntArray, *, solver: str = 'auto') -> None:
+        if len(held_nodes) < 3:
+            raise ValueError(
+                f'{len(held_nodes)} nodes are held: a body at rest needs at least three that are '
+                'not on a line; check the held boxes of the scene'
+            )
+        self.body = body
+        self.held_nodes = np.asarray(held_nodes, dtype=np.int32)
+        self.pattern = make_pattern(body.discretisation, self.held_nodes)
+        self._free = self.pattern.free_nodes
+        self._stiffness = body.make_stiffness(self.pattern)
+        self._solver = make_solver(self.pattern, solver)
+        self._step = RotationStep(body.discretisation, self._free, body.device)
+        self._factor_positions: FloatArray | None = None
+        self._factor_material = -1
+        self._has_factor = False
+
+    @property
+    def solver_name(self) -> str:
+        """Name of the sparse solver in use."""
+        return self._solver.name
+
+    def solve(
+        self,
+        loads: FloatArray,
+        start: FloatArray,
+        *,
+        held_positions: FloatArray | None = None,
+        is_warm: bool = False,
+    ) -> Equilibrium:
+        """Find the equilibrium; the body's material must be set before.
+
+        Args:
+            loads: external forces [N], shape (N, 3).
+            start: node positions to start from [m], shape (N, 3).
+            held_positions: where the held nodes are to be [m], shape (H, 3); default: as in
+                `start`.
+            is_warm: `start` is close, so try the last factorisation before making a new one.
+
+        Raises:
+            EquilibriumError: when no equilibrium was found.
+        """
+        positions = np.array(start, dtype=np.float64)
+        if held_positions is not None:
+            change = held_positions - positions[self.held_nodes]
+            if np.abs(change).max(initial=0.0) > 0.0:
+                positions = self._step.advance(positions, self._step.extend(change), 1.0)
+        tolerance = self._tolerance(loads)
+        may_hold = is_warm and self._has_factor
+        return self._newton(positions, loads, tolerance, may_hold)
+
+    def advance(self, positions: FloatArray, displacement: FloatArray) -> FloatArray:
+        """Add a displacement [m], shape (N, 3), turning elements instead of stretching them."""
+        return self._step.advance(positions, displacement, 1.0)
+
+    def linear_solve(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
+        """Solve stiffness times x = b at an equilibrium, exactly.
+
+        The last factorisation serves as preconditioner when it was made at other positions.
+
+        Args:
+            positions: the equilibrium [m], shape (N, 3).
+            right_sides: [N], shape (k, N, 3); entries of held nodes are ignored.
+
+        Returns:
+            Displacements [m], shape (k, N, 3), zero on held nodes.
+        """
+        free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
+        if not self._has_factor:
+            self._make_factor(positions)
+        solution = np.zeros_like(right_sides)
+        if self._is_factor_exact(positions):
+            found = self._solver.solve(np.ascontiguousarray(free_sides.T)).T
+        else:
+            found = np.stack([self._conjugate_gradient(positions, b) for b in free_sides])
+        solution[:, self._free] = found.reshape(len(right_sides), -1, 3)
+        return solution
+
+    def apply_factor(self, forces: FloatArray) -> FloatArray:
+        """Solve with the last factorisation as it is, for preconditioning; shape (N, 3)."""
+        solution = np.zeros_like(forces)
+        solution[self._free] = self._solver.solve(forces[self._free].ravel()).reshape(-1, 3)
+        return solution
+
+    def _is_factor_exact(self, positions: FloatArray) -> bool:
+        return (
+            self._factor_positions is not None
+            and self._factor_material == self.body.material_count
+            and np.array_equal(self._factor_positions, positions)
+        )
+
+    def _tolerance(self, loads: FloatArray) -> float:
+        """Return the largest force [N] that may be left on a node."""
+        mean_load = float(np.linalg.norm(loads[self._free], axis=1).mean())
+        volumes = self.body.discretisation.weights.sum(axis=1)
+        # Without loads (a clamp that only turns the body) the stiffness gives the scale.
+        elastic = 1e-4 * self.body.mean_shear_modulus() * float(np.mean(volumes)) ** (2.0 / 3.0)
+        return _FORCE_TOLERANCE * max(mean_load, elastic)
+
+    def _unbalanced(self, positions: FloatArray, loads: FloatArray) -> FloatArray:
+        """Return the force left on the free nodes [N], shape (3 M,)."""
+        return (loads - self.body.forces(positions))[self._free].ravel()
+
+    def _make_factor(self, positions: FloatArray) -> None:
+        """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be."""
+        self._factor_positions = None
+        values = self._stiffness.values(positions)
+        diagonal = self.pattern.diagonal_slots
+        shift = 0.0
+        for attempt in range(_MAX_SHIFTS):
+            try:
+                self._solver.factor(values)
+            except NotPositiveDefiniteError:
+                values = self._stiffness.values(positions, is_guarded=True)
+                if attempt > 0:
+                    shift = max(4.0 * shift, 1e-4 * float(np.abs(values[diagonal]).mean()))
+                    values[diagonal] += shift
+                continue
+            self._has_factor = True
+            if attempt == 0:
+                self._factor_positions = positions.copy()
+                self._factor_material = self.body.material_count
+            return
+        raise EquilibriumError(
+            'the stiffness stays indefinite: the body may be turned inside out; start from a '
+            'stiffer material'
+        )
+
+    def _newton(
+        self, positions: FloatArray, loads: FloatArray, tolerance: float, may_hold: bool
+    ) -> Equilibrium:
+        """Step until forces balance; a factorisation is held while each step pays."""
+        energy = self._potential(positions, loads)
+        newton_steps = held_steps = 0
+        before = float('inf')
+        for _ in range(_MAX_STEPS):
+            force = self._unbalanced(positions, loads)
+            largest = float(np.abs(force).max())
+            if not np.isfinite(largest):
+                break
+            if largest < tolerance:
+                return self._finish(positions, loads, newton_steps, held_steps)
+            if may_hold and largest < _HELD_CONTRACTION * before:
+                held_steps += 1
+            else:
+                self._make_factor(positions)
+                newton_steps += 1
+            may_hold, before = True, largest
+            direction = np.zeros_like(positions)
+            direction[self._free] = self._solver.solve(force).reshape(-1, 3)
+            slope = float(force @ direction[self._free].ravel())
+            if slope < _LEAST_PROMISE * abs(energy):
+                return self._finish(positions, loads, newton_steps, held_steps)
+            positions, energy = self._line_search(positions, direction, slope, energy, loads)
+        raise EquilibriumError(
+            f'no equilibrium after {_MAX_STEPS} Newton steps: the body may be too soft for '
+            "its load (raise the start of Young's modulus) or its held part too small"
+        )
+
+    def _line_search(
+        self,
+        positions: FloatArray,
+        direction: FloatArray,
+        slope: float,
+        energy: float,
+        loads: FloatArray,
+    ) -> tuple[FloatArray, float]:
+        """Halve the step until the energy falls as its slope promises."""
+        rounding = 1e-12 * abs(energy)
+        length = 1.0
+        while True:
+            trial = self._step.advance(positions, direction, length)
+            trial_energy = self._potential(trial, loads)
+            if trial_energy <= energy - _ARMIJO * length * slope + rounding:
+                return trial, trial_energy
+            length *= 0.5
+            if length < _SHORTEST_STEP:
+                raise EquilibriumError(
+                    'the line search found no lower energy: the mesh may have degenerate '
+                    "tetrahedra, or the body may be too soft (raise the start of Young's modulus)"
+                )
+
+    def _potential(self, positions: FloatArray, loads: FloatArray) -> float:
+        """Return elastic energy less the work of the loads [J]."""
+        moved = positions - self.body.discretisation.rest_nodes
+        return self.body.energy(positions) - float((loads * moved).sum())
+
+    def _finish(
+        self, positions: FloatArray, loads: FloatArray, newton_steps: int, held_steps: int
+    ) -> Equilibrium:
+        reactions = np.zeros_like(positions)
+        reactions[self.held_nodes] = (self.body.forces(positions) - loads)[self.held_nodes]
+        return Equilibrium(positions, reactions, newton_steps, held_steps)
+
+    def _conjugate_gradient(self, positions: FloatArray, right_side: FloatArray) -> FloatArray:
+        """Solve at `positions` with the held factorisation as preconditioner."""
+        solution = self._solver.solve(right_side)
+        direction = np.zeros_like(positions)
+
+        def product(vector: FloatArray) -> FloatArray:
+            direction[self._free] = vector.reshape(-1, 3)
+            return self.body.force_tangent(positions, direction)[self._free].ravel()
+
+        residual = right_side - product(solution)
+        goal = _LINEAR_TOLERANCE * float(np.linalg.norm(right_side))
+        preconditioned = self._solver.solve(residual)
+        search = preconditioned.copy()
+        weight = float(residual @ preconditioned)
+        for _ in range(_MAX_LINEAR_STEPS):
+            if np.linalg.norm(residual) <= goal:
+                return solution
+            image = product(search)
+            length = weight / float(search @ image)
+            solution = solution + length * search
+            residual = residual - length * image
+            preconditioned = self._solver.solve(residual)
+            before, weight = weight, float(residual @ preconditioned)
+            search = preconditioned + weight / before * search
+        self._make_factor(positions)
+        return self._solver.solve(right_side)

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The fixed sparsity pattern of the stiffness and the place of every element entry in it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from diffcal_ros.fem.element import Discretisation
+import numpy as np
+from numpy.typing import NDArray
+
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class SparsePattern:
+    """Lower triangle by columns (equally: upper triangle by rows) of a symmetric matrix.
+
+    Unknowns are the three coordinates of each free node, in the order of the free nodes.
+
+    Attributes:
+        free_nodes: node indices, shape (M,).
+        column_starts: shape (3 M + 1,).
+        row_indices: ascending within a column, diagonal first, shape (nnz,).
+        slots: place of each entry of each element block, -1 where it is held or belongs to the
+            other triangle, shape (T, pairs, 9). Pairs run over nodes a <= b of a tetrahedron.
+    """
+
+    free_nodes: IntArray
+    column_starts: IntArray
+    row_indices: IntArray
+    slots: IntArray
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.column_starts) - 1
+
+    @property
+    def entry_count(self) -> int:
+        """Number of stored entries."""
+        return len(self.row_indices)
+
+    @cached_property
+    def diagonal_slots(self) -> IntArray:
+        """Places of the diagonal, shape (3 M,)."""
+        return self.column_starts[:-1]
+
+
+def make_pattern(discretisation: Discretisation, held_nodes: IntArray) -> SparsePattern:
+    """Find the pattern of the free nodes' stiffness."""
+    nodes = discretisation.nodes
+    is_free = np.ones(discretisation.node_count, dtype=bool)
+    is_free[held_nodes] = False
+    free_nodes = np.flatnonzero(is_free).astype(np.int32)
+    number = np.full(discretisation.node_count, -1, dtype=np.int64)
+    number[free_nodes] = np.arange(len(free_nodes))
+
+    first, second = np.triu_indices(nodes.shape[1])
+    a, b = number[nodes[:, first]], number[nodes[:, second]]
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    both_free = low >= 0
+    keys = low * len(free_nodes) + high
+    unique, position = np.unique(keys[both_free], return_inverse=True)
+    owner, neighbour = np.divmod(unique, max(len(free_nodes), 1))
+
+    block_counts = np.bincount(owner, minlength=len(free_nodes))
+    block_starts = np.concatenate([[0], np.cumsum(block_counts)])
+    # Column c of an owner holds 3 - c entries of its own block, then 3 of each neighbour.
+    own = np.arange(3)
+    column_sizes = (3 - own)[None, :] + 3 * (block_counts - 1)[:, None]
+    column_starts = np.concatenate([[0], np.cumsum(column_sizes.ravel())])
+
+    rank = np.arange(len(unique)) - block_starts[owner]
+    pair_slots = np.full((len(unique), 3, 3), -1, dtype=np.int64)  # [column c, row r]
+    for c in range(3):
+        start = column_starts[3 * owner + c]
+        for r in range(3):
+            diagonal = np.where(r >= c, start + r - c, -1)
+            pair_slots[:, c, r] = np.where(rank == 0, diagonal, start + 3 * rank - c + r)
+
+    row_indices = np.empty(column_starts[-1], dtype=np.int32)
+    for r in range(3):
+        for c in range(3):
+            stored = pair_slots[:, c, r] >= 0
+            row_indices[pair_slots[stored, c, r]] = 3 * neighbour[stored] + r
+
+    slots = np.full((*low.shape, 3, 3), -1, dtype=np.int32)  # [i of a, j of b]
+    found = pair_slots[position]
+    turned = (a > b)[both_free]
+    found[turned] = found[turned].transpose(0, 2, 1)
+    slots[both_free] = found
+    return SparsePattern(
+        free_nodes=free_nodes,
+        column_starts=column_starts.astype(np.int32),
+        row_indices=row_indices,
+        slots=slots.reshape(*low.shape, 9),
+    )

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Sparse direct solvers of symmetric matrices behind one interface, chosen by name."""
+
+from collections.abc import Callable
+import importlib.util
+
+from diffcal_ros.fem.sparse_pattern import SparsePattern
+from diffcal_ros.fem.sparse_solver.interface import NotPositiveDefiniteError, SparseSolver
+
+__all__ = ['SOLVER_NAMES', 'NotPositiveDefiniteError', 'SparseSolver', 'make_solver']
+
+# Below this many unknowns a simplicial factorisation beats SuperLU twofold, above it loses.
+_QDLDL_LIMIT = 4000
+
+
+def _superlu(pattern: SparsePattern) -> SparseSolver:
+    from diffcal_ros.fem.sparse_solver.superlu import SuperLuSolver
+
+    return SuperLuSolver(pattern)
+
+
+def _qdldl(pattern: SparsePattern) -> SparseSolver:
+    from diffcal_ros.fem.sparse_solver.qdldl_solver import QdldlSolver
+
+    return QdldlSolver(pattern)
+
+
+def _cholmod(pattern: SparsePattern) -> SparseSolver:
+    from diffcal_ros.fem.sparse_solver.cholmod import CholmodSolver
+
+    return CholmodSolver(pattern)
+
+
+def _pardiso(pattern: SparsePattern) -> SparseSolver:
+    from diffcal_ros.fem.sparse_solver.pardiso import PardisoSolver
+
+    return PardisoSolver(pattern)
+
+
+_MAKERS: dict[str, tuple[str, str, Callable[[SparsePattern], SparseSolver]]] = {
+    'pardiso': ('pypardiso', "pip install 'diffcal_ros[fast]'", _pardiso),
+    'cholmod': ('cvxopt', "pip install 'diffcal_ros[cholmod]' (GPL)", _cholmod),
+    'qdldl': ('qdldl', 'pip install qdldl', _qdldl),
+    'superlu': ('scipy', 'pip install scipy', _superlu),
+}
+SOLVER_NAMES = ('auto', *_MAKERS)
+
+
+def _is_installed(module: str) -> bool:
+    return importlib.util.find_spec(module) is not None
+
+
+def make_solver(pattern: SparsePattern, name: str = 'auto') -> SparseSolver:
+    """Make a solver for matrices of one pattern.
+
+    Args:
+        pattern: where the entries are.
+        name: `auto` takes the fastest that is installed: Pardiso, CHOLMOD, then QDLDL for small
+            and SuperLU for large bodies.
+
+    Raises:
+        ValueError: for an unknown name.
+        ImportError: when the named solver is not installed, with the command that installs it.
+    """
+    if name == 'auto':
+        if _is_installed('pypardiso'):
+            name = 'pardiso'
+        elif _is_installed('cvxopt'):
+            name = 'cholmod'
+        else:
+            name = 'qdldl' if pattern.size < _QDLDL_LIMIT else 'superlu'
+    if name not in _MAKERS:
+        raise ValueError(
+            f'sparse solver {name!r} is unknown: use one of {", ".join(SOLVER_NAMES)}'
+        )
+    module, command, maker = _MAKERS[name]
+    if not _is_installed(module):
+        raise ImportError(f'sparse solver {name!r} needs {module}: run {command}')
+    return maker(pattern)

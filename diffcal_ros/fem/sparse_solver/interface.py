@@ -1,0 +1,30 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What every sparse solver offers."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class NotPositiveDefiniteError(ArithmeticError):
+    """The matrix has a negative or zero pivot: the state is no stable equilibrium."""
+
+
+class SparseSolver(Protocol):
+    """Analyses a pattern once, then factors many matrices."""
+
+    name: str
+
+    def factor(self, values: FloatArray) -> None:
+        """Factor the matrix with these entries, shape (nnz,).
+
+        Raises:
+            NotPositiveDefiniteError: when a pivot is not positive.
+        """
+
+    def solve(self, right_sides: FloatArray) -> FloatArray:
+        """Solve with the last factor for shape (n,) or (n, k)."""

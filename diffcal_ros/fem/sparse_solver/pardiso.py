@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""MKL Pardiso through pypardiso: the fastest here, one gigabyte of MKL."""
+
+from diffcal_ros.fem.sparse_pattern import SparsePattern
+from diffcal_ros.fem.sparse_solver.interface import NotPositiveDefiniteError
+import numpy as np
+from numpy.typing import NDArray
+from pypardiso import PyPardisoSolver
+from pypardiso.pardiso_wrapper import PyPardisoError
+from scipy.sparse import csr_matrix
+
+FloatArray = NDArray[np.float64]
+
+_SYMMETRIC_POSITIVE_DEFINITE = 2
+_ANALYSE, _FACTOR, _SOLVE = 11, 22, 33
+
+
+class PardisoSolver:
+    """Supernodal Cholesky; analysis once, on the first matrix."""
+
+    name = 'pardiso'
+
+    def __init__(self, pattern: SparsePattern) -> None:
+        self._matrix = csr_matrix(
+            (np.zeros(pattern.entry_count), pattern.row_indices, pattern.column_starts),
+            shape=(pattern.size, pattern.size),
+        )
+        self._solver = PyPardisoSolver(mtype=_SYMMETRIC_POSITIVE_DEFINITE)
+        self._is_analysed = False
+
+    def factor(self, values: FloatArray) -> None:
+        """Factor; see `SparseSolver`."""
+        self._matrix.data[:] = values
+        if not self._is_analysed:
+            self._call(_ANALYSE, np.zeros(self._matrix.shape[0]))
+            self._is_analysed = True
+        try:
+            self._call(_FACTOR, np.zeros(self._matrix.shape[0]))
+        except PyPardisoError as error:
+            raise NotPositiveDefiniteError(str(error)) from error
+
+    def solve(self, right_sides: FloatArray) -> FloatArray:
+        """Solve; see `SparseSolver`."""
+        return self._call(_SOLVE, right_sides)
+
+    def _call(self, phase: int, right_sides: FloatArray) -> FloatArray:
+        self._solver.set_phase(phase)
+        columns = right_sides.reshape(len(right_sides), -1)
+        solution = self._solver._call_pardiso(self._matrix, np.asfortranarray(columns))
+        return np.ascontiguousarray(solution).reshape(right_sides.shape)

@@ -1,0 +1,277 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A clamped body at rest: equilibrium under gravity, its tangents and its adjoint."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+from diffcal_ros.fem import stable_neo_hookean
+from diffcal_ros.fem.elastic_body import ElasticBody
+from diffcal_ros.fem.element import discretise, Element
+from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
+from diffcal_ros.material import Material, NeoHookeanNumbers
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+HeldPath = Callable[[float], FloatArray]
+
+_FIRST_FRACTION = 0.1  # 18 degrees of a half turn.
+_SMALLEST_FRACTION = 0.002
+
+
+@dataclass(frozen=True)
+class Change:
+    """A direction in the space of parameters; parts left out do not change.
+
+    Attributes:
+        youngs_modulus: [Pa] per unit of the parameter, shape (T,).
+        poissons_ratio: shape (T,).
+        density: [kg/m^3], shape (T,).
+        gravity: [m/s^2], shape (3,).
+    """
+
+    youngs_modulus: FloatArray | None = None
+    poissons_ratio: FloatArray | None = None
+    density: FloatArray | None = None
+    gravity: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class StaticGradient:
+    """Derivative of a scalar by every input of the equilibrium.
+
+    Attributes:
+        youngs_modulus: by each tetrahedron's own E [1/Pa], shape (T,).
+        poissons_ratio: shape (T,).
+        density: [m^3/kg], shape (T,).
+        gravity: [s^2/m], shape (3,).
+    """
+
+    youngs_modulus: FloatArray
+    poissons_ratio: FloatArray
+    density: FloatArray
+    gravity: FloatArray
+
+    def along(self, change: Change) -> float:
+        """Return the derivative along a change of the inputs."""
+        pairs = (
+            (self.youngs_modulus, change.youngs_modulus),
+            (self.poissons_ratio, change.poissons_ratio),
+            (self.density, change.density),
+            (self.gravity, change.gravity),
+        )
+        return sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
+
+
+class StaticBody:
+    """One body in one posture; keeps its last state and factorisation for the next solve."""
+
+    def __init__(
+        self,
+        mesh: TetMesh,
+        element: Element,
+        held_vertices: IntArray,
+        *,
+        law: ModuleType = stable_neo_hookean,
+        solver: str = 'auto',
+        device: str = 'cpu',
+    ) -> None:
+        """Prepare elements, pattern and solver.
+
+        Args:
+            mesh: the body at rest, placed in the world frame.
+            element: which finite element.
+            held_vertices: clamped mesh vertices, shape (h,).
+            law: energy law module.
+            solver: name of the sparse solver.
+            device: Warp device.
+        """
+        self.mesh = mesh
+        self.discretisation = discretise(mesh, element)
+        self.held_vertices = np.unique(held_vertices).astype(np.int32)
+        is_held = np.zeros(mesh.vertex_count, dtype=bool)
+        is_held[self.held_vertices] = True
+        self.held_nodes = np.flatnonzero(
+            is_held[self.discretisation.node_parents].all(axis=1)
+        ).astype(np.int32)
+        self.elastic = ElasticBody(self.discretisation, law=law, device=device)
+        self.solver = EquilibriumSolver(self.elastic, self.held_nodes, solver=solver)
+        self._make_guide: Callable[[], StaticBody] = lambda: StaticBody(
+            mesh, Element.LINEAR, self.held_vertices, law=law, solver=solver, device=device
+        )
+        self._material: Material | None = None
+        self._gravity = np.zeros(3)
+        self._state: Equilibrium | None = None
+
+    @property
+    def state(self) -> Equilibrium:
+        """The last equilibrium.
+
+        Raises:
+            RuntimeError: before the first one.
+        """
+        if self._state is None:
+            raise RuntimeError('no equilibrium yet: call settle first')
+        return self._state
+
+    def settle(
+        self,
+        material: Material,
+        gravity: FloatArray,
+        *,
+        held_path: HeldPath | None = None,
+        prediction: FloatArray | None = None,
+    ) -> Equilibrium:
+        """Find the equilibrium, from the last one where there is one.
+
+        Args:
+            material: one value per tetrahedron.
+            gravity: acceleration in the world frame [m/s^2], shape (3,).
+            held_path: positions of the held vertices [m], shape (h, 3), at a fraction 0..1 of
+                their motion; followed from rest the first time. None: they stay.
+            prediction: expected displacement from the last equilibrium [m], shape (N, 3).
+
+        Raises:
+            EquilibriumError: when no equilibrium was found.
+        """
+        self._material, self._gravity = material, np.asarray(gravity, dtype=np.float64)
+        self.elastic.set_numbers(material.numbers())
+        loads = self.gravity_loads(material.density, self._gravity)
+        if self._state is not None:
+            try:
+                self._state = self._from_last(loads, held_path, prediction)
+                return self._state
+            except EquilibriumError:
+                self._state = None
+        self._state = self._from_rest(loads, held_path)
+        return self._state
+
+    def forget(self) -> None:
+        """Start the next solve from rest."""
+        self._state = None
+
+    def gravity_loads(self, density: FloatArray, gravity: FloatArray) -> FloatArray:
+        """Return nodal weights [N], shape (N, 3)."""
+        shares = self.discretisation.load_shares * density[:, None]
+        masses = np.bincount(
+            self.discretisation.nodes.ravel(),
+            weights=shares.ravel(),
+            minlength=self.discretisation.node_count,
+        )
+        return masses[:, None] * gravity
+
+    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+        """Return the displacement per unit of each change [m], shape (k, N, 3)."""
+        positions = self.state.positions
+        forces = np.stack([self._force_change(positions, change) for change in changes])
+        return self.solver.linear_solve(positions, forces)
+
+    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+        """Pull a derivative by node positions back to the inputs (one adjoint solve).
+
+        Args:
+            by_positions: derivative of a scalar by node positions [1/m], shape (N, 3).
+        """
+        material = self._current_material()
+        positions = self.state.positions
+        adjoint = self.solver.linear_solve(positions, by_positions[None])[0]
+        by_numbers = self.elastic.number_gradient(positions, adjoint)
+        nodes, shares = self.discretisation.nodes, self.discretisation.load_shares
+        # Work of a unit acceleration on each tetrahedron's mass, along the adjoint.
+        volume_adjoint = np.einsum('ta,tai->ti', shares, adjoint[nodes])
+        return StaticGradient(
+            youngs_modulus=-_chain(by_numbers, material.numbers_by_youngs_modulus()),
+            poissons_ratio=-_chain(by_numbers, material.numbers_by_poissons_ratio()),
+            density=volume_adjoint @ self._gravity,
+            gravity=material.density @ volume_adjoint,
+        )
+
+    def _current_material(self) -> Material:
+        if self._material is None:
+            raise RuntimeError('no material yet: call settle first')
+        return self._material
+
+    def _force_change(self, positions: FloatArray, change: Change) -> FloatArray:
+        """Return the change of the force on each node [N], shape (N, 3)."""
+        material = self._current_material()
+        force = np.zeros_like(positions)
+        if change.youngs_modulus is not None:
+            numbers = _scaled(material.numbers_by_youngs_modulus(), change.youngs_modulus)
+            force -= self.elastic.force_of_numbers(positions, numbers)
+        if change.poissons_ratio is not None:
+            numbers = _scaled(material.numbers_by_poissons_ratio(), change.poissons_ratio)
+            force -= self.elastic.force_of_numbers(positions, numbers)
+        if change.density is not None:
+            force += self.gravity_loads(change.density, self._gravity)
+        if change.gravity is not None:
+            force += self.gravity_loads(material.density, change.gravity)
+        return force
+
+    def _from_last(
+        self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
+    ) -> Equilibrium:
+        last = self.state.positions
+        held = None if held_path is None else self._held_positions(held_path(1.0))
+        if prediction is None:
+            return self.solver.solve(loads, last, held_positions=held, is_warm=True)
+        start = self.solver.advance(last, prediction)
+        return self.solver.solve(loads, start, held_positions=held, is_warm=True)
+
+    def _from_rest(self, loads: FloatArray, held_path: HeldPath | None) -> Equilibrium:
+        rest = self.discretisation.rest_nodes
+        if held_path is None:
+            return self.solver.solve(loads, rest)
+        held = self._held_positions(held_path(1.0))
+        if self.discretisation.element is Element.LINEAR:
+            return self._follow(loads, held_path)
+        # Linear elements follow the clamp 20 times faster and end close enough to start from.
+        guide = self._make_guide()
+        followed = guide.settle(self._current_material(), self._gravity, held_path=held_path)
+        start = followed.positions[self.discretisation.node_parents].mean(axis=1)
+        return self.solver.solve(loads, start, held_positions=held)
+
+    def _follow(self, loads: FloatArray, held_path: HeldPath) -> Equilibrium:
+        """Load the body at rest, then move the clamp in steps that grow while they succeed."""
+        state = self.solver.solve(
+            loads,
+            self.discretisation.rest_nodes,
+            held_positions=self._held_positions(held_path(0.0)),
+        )
+        fraction, step = 0.0, _FIRST_FRACTION
+        while fraction < 1.0:
+            step = min(step, 1.0 - fraction)
+            held = self._held_positions(held_path(fraction + step))
+            try:
+                state = self.solver.solve(loads, state.positions, held_positions=held)
+            except EquilibriumError as error:
+                step *= 0.5
+                if step < _SMALLEST_FRACTION:
+                    raise EquilibriumError(
+                        f'the clamp got stuck after {fraction:.0%} of its motion: {error}'
+                    ) from error
+                continue
+            fraction += step
+            step *= 1.5
+        return state
+
+    def _held_positions(self, vertex_positions: FloatArray) -> FloatArray:
+        """Spread positions of held vertices, shape (h, 3), to held nodes."""
+        everywhere = np.zeros((self.mesh.vertex_count, 3))
+        everywhere[self.held_vertices] = vertex_positions
+        parents = self.discretisation.node_parents[self.held_nodes]
+        return everywhere[parents].mean(axis=1)
+
+
+def _scaled(numbers: NeoHookeanNumbers, factor: FloatArray) -> NeoHookeanNumbers:
+    return NeoHookeanNumbers(numbers.neo_hookean_mu * factor, numbers.neo_hookean_lambda * factor)
+
+
+def _chain(by_numbers: NeoHookeanNumbers, numbers_by: NeoHookeanNumbers) -> FloatArray:
+    return (
+        by_numbers.neo_hookean_mu * numbers_by.neo_hookean_mu
+        + by_numbers.neo_hookean_lambda * numbers_by.neo_hookean_lambda
+    )

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Calibrate from recordings and write what was found."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from diffcal_ros.calibration.calibrate import Calibration, with_details
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.provenance import describe_fit
+from diffcal_ros.calibration.result import CalibrationResult, IterationRecord, save_result
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.errors import SceneError
+from diffcal_ros.offline.observe import observe
+from diffcal_ros.recording.bag_reader import open_recording
+from diffcal_ros.recording.recording import Recording
+from diffcal_ros.scene.model import Scene
+
+Progress = Callable[[IterationRecord], bool]
+
+
+@dataclass(frozen=True)
+class OfflineInputs:
+    """Everything an offline calibration starts from.
+
+    Attributes:
+        scene: loaded.
+        recordings: opened, one an observation.
+        observations: made of them.
+        notes: what a person should know about them.
+    """
+
+    scene: Scene
+    recordings: tuple[Recording, ...]
+    observations: tuple[Observation, ...]
+    notes: tuple[str, ...]
+
+
+def open_inputs(
+    scene: Scene,
+    bags: Sequence[Path],
+    *,
+    pose_source: str = 'estimated',
+    depth_topic: str | None = None,
+    allow_truncated: bool = False,
+) -> OfflineInputs:
+    """Open recordings and make observations of them.
+
+    Args:
+        scene: loaded.
+        bags: one an observation of the scene, in its order; or any number for a scene with one.
+            Empty: the bags that the scene names.
+        pose_source: `estimated` or `stored`.
+        depth_topic: where a recording has several.
+        allow_truncated: read what is left of a cut-off file.
+
+    Raises:
+        InputError: when a recording or its pose cannot be used.
+    """
+    pairs = _paired(scene, bags)
+    recordings: list[Recording] = []
+    observations: list[Observation] = []
+    notes: list[str] = []
+    for setup_index, bag in pairs:
+        recording = open_recording(bag, depth_topic=depth_topic, allow_truncated=allow_truncated)
+        observation, own_notes = observe(scene, setup_index, recording, pose_source=pose_source)
+        recordings.append(recording)
+        observations.append(observation)
+        notes.extend(f'{observation.name}: {note}' for note in own_notes)
+    return OfflineInputs(scene, tuple(recordings), tuple(observations), tuple(notes))
+
+
+def run_calibration(
+    inputs: OfflineInputs,
+    settings: CalibrationSettings,
+    out: Path,
+    *,
+    on_iteration: Progress | None = None,
+) -> tuple[Calibration, CalibrationResult]:
+    """Fit, and keep `out`/result.json complete after every step.
+
+    Args:
+        inputs: see `open_inputs`.
+        settings: how to fit.
+        out: folder of results.
+        on_iteration: told of every step; returns False to stop.
+
+    Raises:
+        InputError: when something given is wrong, or `out` cannot be written.
+    """
+    calibration = Calibration(inputs.scene, inputs.observations, settings)
+    details = describe_inputs(inputs, settings)
+    history: list[IterationRecord] = []
+
+    def keep(record: IterationRecord) -> bool:
+        history.append(record)
+        save_result(with_details(calibration.unfinished(history), **details), out / 'result.json')
+        return on_iteration is None or on_iteration(record)
+
+    result = with_details(calibration.run(keep), **details)
+    save_result(result, out / 'result.json')
+    return calibration, result
+
+
+def describe_inputs(inputs: OfflineInputs, settings: CalibrationSettings) -> dict[str, object]:
+    """Return versions, hashes and settings for result.json."""
+    return {
+        **describe_fit(inputs.scene, settings),
+        'recordings': [
+            {
+                'name': observation.name,
+                'path': str(recording.path),
+                'sha256': recording.sha256,
+                'depth_topic': recording.depth_topic,
+                'frames': observation.frame_count,
+            }
+            for recording, observation in zip(inputs.recordings, inputs.observations, strict=True)
+        ],
+        'notes': list(inputs.notes),
+    }
+
+
+def _paired(scene: Scene, bags: Sequence[Path]) -> list[tuple[int, Path]]:
+    """Say which posture each bag shows."""
+    setups = scene.observations
+    if not bags:
+        named = [(i, setup.bag) for i, setup in enumerate(setups) if setup.bag is not None]
+        if len(named) < len(setups):
+            raise SceneError(
+                'no bag was given and the scene does not name one for every observation: give the '
+                "recordings as arguments, or under 'observations' as 'bag'"
+            )
+        return [(i, bag) for i, bag in named if bag is not None]
+    if len(setups) == 1:
+        return [(0, bag) for bag in bags]
+    if len(bags) != len(setups):
+        raise SceneError(
+            f'{len(bags)} bags were given for the {len(setups)} observations of the scene '
+            f'({", ".join(setup.name for setup in setups)}): give one for each, in this order'
+        )
+    return list(enumerate(bags))

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Make an observation of a recording: fused depth, and where the camera was."""
+
+from pathlib import Path
+
+from diffcal_ros.calibration.camera_pose import CameraPose, pose_from_rig, stored_pose
+from diffcal_ros.calibration.observation import (
+    fuse_frames,
+    FusedDepth,
+    make_observation,
+    MAX_FUSED_FRAMES,
+    Observation,
+)
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.errors import PoseError, RecordingError
+from diffcal_ros.pose.detection import MarkerDetector
+from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
+from diffcal_ros.pose.marker_target import single_marker
+from diffcal_ros.pose.rig_pose import pose_from_images
+from diffcal_ros.recording.recording import Recording
+from diffcal_ros.scene.model import Marker, Scene
+
+POSE_SOURCES = ('estimated', 'stored')
+_MAX_COLOR_FRAMES = 60
+
+
+def observe(
+    scene: Scene, setup_index: int, recording: Recording, *, pose_source: str = 'estimated'
+) -> tuple[Observation, tuple[str, ...]]:
+    """Turn a recording of a body at rest into an observation.
+
+    Args:
+        scene: the set-up.
+        setup_index: which posture of the scene the recording shows.
+        recording: opened.
+        pose_source: `estimated` from the marker, or `stored` in the scene.
+
+    Returns:
+        The observation, and notes for a person.
+
+    Raises:
+        InputError: when there is no depth, no marker, or no stored pose.
+    """
+    camera = scene.depth_camera or recording.depth_camera
+    fused = fuse_frames(recording.depth_frames(limit=MAX_FUSED_FRAMES))
+    if fused.depth.shape != (camera.height, camera.width):
+        rows, columns = fused.depth.shape
+        raise RecordingError(
+            f"the scene's camera is {camera.width}x{camera.height} but {recording.path} holds "
+            f'{columns}x{rows} images: correct the camera in the scene, or leave it out to use '
+            'camera_info'
+        )
+    if pose_source == 'stored':
+        pose = stored_pose(scene.observations[setup_index])
+    else:
+        pose = _estimated_pose(scene, recording, fused, camera)
+    setup = scene.observations[setup_index]
+    observation = make_observation(
+        setup.name if len(scene.observations) > 1 else _label(recording.path),
+        setup_index,
+        fused,
+        camera,
+        pose,
+        scene.sensor,
+    )
+    skipped = tuple(
+        f'{count} frames left out: {reason}' for reason, count in recording.skipped.items()
+    )
+    return observation, (*recording.notes, *skipped, *pose.notes)
+
+
+def _label(path: Path) -> str:
+    """Name a recording: a folder called bag says less than the folder it lies in."""
+    resolved = path.resolve()
+    return resolved.parent.name if resolved.name == 'bag' else resolved.stem
+
+
+def _estimated_pose(
+    scene: Scene, recording: Recording, fused: FusedDepth, camera: PinholeCamera
+) -> CameraPose:
+    marker = _required_marker(scene)
+    color_camera = scene.color_camera or recording.color_camera
+    if recording.color_topic is None or color_camera is None:
+        raise PoseError(
+            f'{recording.path} has no colour images with a camera_info to find the marker in: '
+            "record them too, or give 'stored_depth_from_world' in the scene and --pose stored"
+        )
+    depth_from_color = recording.depth_from_color
+    if depth_from_color is None:
+        raise PoseError(
+            f'{recording.path} does not say where the colour camera is: record /tf_static or the '
+            'topic depth_from_color, or use --pose stored'
+        )
+    target = single_marker(marker.dictionary, marker.id, marker.side)
+    detector = MarkerDetector(target, color_camera)
+    evidence = DepthEvidence(fused.depth, camera, depth_from_color)
+    images = (frame.image for frame in recording.color_frames(limit=_MAX_COLOR_FRAMES))
+    rig = pose_from_images(images, detector, depth=evidence)
+    check = marker_distance_check(rig.camera_from_marker, target, evidence)
+    if check is not None:
+        check.require()
+    notes = [f'pose of the marker from {rig.frame_count} colour frames']
+    if not rig.is_settled:
+        notes.append(
+            'the marker is seen so flatly that its pose may be the mirrored one (the errors '
+            f'differ by a factor {rig.error_ratio:.2f}): turn the camera or use a larger marker'
+        )
+    return pose_from_rig(
+        depth_from_color,
+        rig.camera_from_marker,
+        rig.covariance,
+        world_from_rig=marker.world_from_marker,
+        notes=tuple(notes),
+    )
+
+
+def _required_marker(scene: Scene) -> Marker:
+    if scene.marker is None:
+        raise PoseError(
+            "the scene has no 'marker': add its dictionary, id and side, or use --pose stored"
+        )
+    return scene.marker

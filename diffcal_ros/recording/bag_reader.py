@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Open a recording: which topics, which cameras, and where the colour camera is."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.errors import RecordingError
+from diffcal_ros.recording.bag_files import mcap_files
+from diffcal_ros.recording.camera_infos import camera_of, require_size, require_undistorted
+from diffcal_ros.recording.image_topics import choose_color, choose_depth, ImageTopic
+from diffcal_ros.recording.mcap_messages import McapMessages
+from diffcal_ros.recording.recording import Recording
+from diffcal_ros.recording.ros_messages import deserialize, matrix_of
+from diffcal_ros.recording.static_transforms import chain, FrameTransform
+from diffcal_ros.recording.topics import (
+    camera_info_of,
+    CAMERA_INFO_TYPE,
+    TF_STATIC,
+    TF_TYPE,
+    TRANSFORM_TYPE,
+)
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def open_recording(
+    path: str | os.PathLike[str],
+    *,
+    depth_topic: str | None = None,
+    color_topic: str | None = None,
+    depth_camera: PinholeCamera | None = None,
+    color_camera: PinholeCamera | None = None,
+    allow_truncated: bool = False,
+) -> Recording:
+    """Open a rosbag2 directory or a bare .mcap file.
+
+    The files are read once and their checksums compared; images are read when asked for.
+
+    Args:
+        path: directory, with or without metadata.yaml, or file.
+        depth_topic: needed when there are several.
+        color_topic: None chooses by name.
+        depth_camera: used in place of camera_info.
+        color_camera: likewise.
+        allow_truncated: use what stands before the cut of a file without its end.
+
+    Raises:
+        RecordingError: when the recording cannot be used; says why and what to do.
+    """
+    messages = McapMessages(mcap_files(Path(path)), allow_truncated=allow_truncated)
+    depth = choose_depth(messages, depth_topic)
+    camera = _depth_camera(messages, depth, depth_camera)
+    color, seen_by, notes = _color(messages, color_topic, color_camera)
+    return Recording(
+        path=Path(path),
+        sha256=messages.sha256,
+        depth_topic=depth.name,
+        depth_camera=camera,
+        depth_frame_id=depth.frame_id,
+        color_topic=None if color is None else color.name,
+        color_camera=seen_by,
+        color_frame_id='' if color is None else color.frame_id,
+        depth_from_color=None if color is None else _depth_from_color(messages, depth, color),
+        topic_counts={name: len(messages.entries(name)) for name in sorted(messages.types)},
+        saved_count=messages.saved_count,
+        notes=notes,
+        messages=messages,
+    )
+
+
+def _depth_camera(
+    messages: McapMessages, depth: ImageTopic, given: PinholeCamera | None
+) -> PinholeCamera:
+    topic = camera_info_of(depth.name)
+    if given is None:
+        info = _camera_info(messages, topic)
+        if info is None:
+            others = [
+                name
+                for name, type_name in sorted(messages.types.items())
+                if type_name == CAMERA_INFO_TYPE
+            ]
+            have = f'the recording has {", ".join(others)}' if others else 'there is none at all'
+            raise RecordingError(
+                f'there is no camera_info {topic} for {depth.name} ({have}): record it, or give '
+                "the intrinsics in the scene file under 'camera'"
+            )
+        camera = camera_of(info, topic=topic, image_topic=depth.name)
+        require_undistorted(camera, topic=topic, image_topic=depth.name)
+    else:
+        topic, camera = "the scene's camera", given
+    require_size(camera, depth.width, depth.height, topic=topic, image_topic=depth.name)
+    return camera
+
+
+def _color(
+    messages: McapMessages, wanted: str | None, given: PinholeCamera | None
+) -> tuple[ImageTopic | None, PinholeCamera | None, tuple[str, ...]]:
+    """Choose the colour topic and its camera; what is wrong there is a note, not an error."""
+    ranked = choose_color(messages, wanted)
+    if not ranked:
+        return None, None, ()
+    color = ranked[0]
+    topic = camera_info_of(color.name)
+    try:
+        camera = given
+        if camera is None:
+            info = _camera_info(messages, topic)
+            if info is None:
+                return color, None, (f'there is no camera_info {topic} for {color.name}',)
+            camera = camera_of(info, topic=topic, image_topic=color.name)
+        if not color.is_compressed:
+            owner = topic if given is None else "the scene's color_camera"
+            require_size(camera, color.width, color.height, topic=owner, image_topic=color.name)
+    except RecordingError as error:
+        return color, None, (str(error),)
+    return color, camera, ()
+
+
+def _camera_info(messages: McapMessages, topic: str) -> Any:
+    """Return the first readable camera_info of a topic, or None."""
+    if messages.types.get(topic) != CAMERA_INFO_TYPE:
+        return None
+    for raw in messages.read(topic):
+        try:
+            return deserialize(raw.data, CAMERA_INFO_TYPE)
+        except ValueError:
+            continue
+    return None
+
+
+def _depth_from_color(
+    messages: McapMessages, depth: ImageTopic, color: ImageTopic
+) -> FloatArray | None:
+    """Return where the colour camera is, or None when the recording does not say."""
+    edges = _static_edges(messages)
+    found = chain(edges, depth.frame_id, color.frame_id)
+    if found is not None or (depth.frame_id and color.frame_id):
+        return found
+    # Images without frame names: the topic's own name says which transform it is.
+    named = [edge for name, edge in _stamped(messages) if name.endswith('depth_from_color')]
+    return named[0].parent_from_child if named else None
+
+
+def _static_edges(messages: McapMessages) -> list[FrameTransform]:
+    edges = [edge for _, edge in _stamped(messages)]
+    for topic, type_name in messages.types.items():
+        if type_name == TF_TYPE and topic.endswith(TF_STATIC):
+            for raw in messages.read(topic):
+                edges += [_edge(item) for item in _transforms(raw.data)]
+    return edges
+
+
+def _stamped(messages: McapMessages) -> list[tuple[str, FrameTransform]]:
+    """List the transforms that stand on topics of their own, once each."""
+    return [
+        (topic, _edge(deserialize(raw.data, TRANSFORM_TYPE)))
+        for topic, type_name in messages.types.items()
+        if type_name == TRANSFORM_TYPE
+        for raw in messages.read(topic, messages.entries(topic)[:1])
+    ]
+
+
+def _transforms(data: bytes) -> list[Any]:
+    return list(deserialize(data, TF_TYPE).transforms)
+
+
+def _edge(stamped: Any) -> FrameTransform:
+    parent, child = str(stamped.header.frame_id), str(stamped.child_frame_id)
+    try:
+        return FrameTransform(parent, child, matrix_of(stamped))
+    except ValueError as error:
+        raise RecordingError(
+            f'the recorded transform from {child} to {parent} is unusable, {error}: record it '
+            'again'
+        ) from error

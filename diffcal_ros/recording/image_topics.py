@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Choose the depth and the colour topic of a recording, by type, encoding and name."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from diffcal_ros.depth_frame import ENCODINGS as DEPTH_ENCODINGS
+from diffcal_ros.errors import RecordingError
+from diffcal_ros.recording.color_frame import COLOR_ENCODINGS
+from diffcal_ros.recording.mcap_messages import McapMessages
+from diffcal_ros.recording.ros_messages import deserialize
+from diffcal_ros.recording.topics import (
+    camera_info_of,
+    CAMERA_INFO_TYPE,
+    COLOR_IMAGE,
+    COMPRESSED_IMAGE_TYPE,
+    DEPTH_IMAGE,
+    IMAGE_TYPE,
+)
+
+# One damaged message at the start must not decide what a topic is.
+_LOOKED_AT = 3
+
+
+@dataclass(frozen=True)
+class ImageTopic:
+    """A topic of images.
+
+    Attributes:
+        name: absolute.
+        encoding: of its first readable message; empty when none is readable.
+        width: columns [px]; 0 for compressed images.
+        height: rows [px]; 0 for compressed images.
+        frame_id: optical frame.
+    """
+
+    name: str
+    encoding: str
+    width: int = 0
+    height: int = 0
+    frame_id: str = ''
+
+    @property
+    def is_compressed(self) -> bool:
+        """Tell whether it carries sensor_msgs/CompressedImage."""
+        return self.name.endswith('/compressed')
+
+    @property
+    def is_depth(self) -> bool:
+        """Tell whether it carries depth; 16-bit grey does when its name says so."""
+        named = 'depth' in self.name
+        return self.encoding in DEPTH_ENCODINGS and (self.encoding != 'mono16' or named)
+
+    @property
+    def is_color(self) -> bool:
+        """Tell whether it carries colour or grey pictures for the eye."""
+        return self.encoding in COLOR_ENCODINGS or self.is_compressed
+
+
+def image_topics(messages: McapMessages) -> tuple[ImageTopic, ...]:
+    """List the image topics of a recording, by name."""
+    return tuple(
+        _look_at(messages, name)
+        for name, type_name in sorted(messages.types.items())
+        if type_name == IMAGE_TYPE
+        or (type_name == COMPRESSED_IMAGE_TYPE and name.endswith('/compressed'))
+    )
+
+
+def choose_depth(messages: McapMessages, wanted: str | None) -> ImageTopic:
+    """Choose the depth topic.
+
+    Raises:
+        RecordingError: when there is none, the wanted one is missing or carries no depth, or
+            there are several and none is wanted.
+    """
+    topics = image_topics(messages)
+    if wanted is not None:
+        return _wanted_depth(topics, f'/{wanted.lstrip("/")}', messages)
+    depth = [topic for topic in topics if topic.is_depth]
+    if len(depth) > 1:
+        raise RecordingError(
+            f'the recording has {len(depth)} depth topics, '
+            f'{" and ".join(topic.name for topic in depth)}: choose one with --depth-topic'
+        )
+    if depth:
+        return depth[0]
+    named = [topic for topic in topics if 'depth' in topic.name and not topic.is_compressed]
+    if named:
+        raise _unknown_encoding(named[0])
+    raise RecordingError(
+        f'the recording has no depth topic, only {listing(messages, topics)}: record '
+        f'{DEPTH_IMAGE} (sensor_msgs/msg/Image, 32FC1 or 16UC1); compressedDepth is not read'
+    )
+
+
+def choose_color(messages: McapMessages, wanted: str | None) -> tuple[ImageTopic, ...]:
+    """Rank the colour topics, the best first; none is no error.
+
+    Raises:
+        RecordingError: when the wanted one is missing or carries no colour.
+    """
+    topics = image_topics(messages)
+    if wanted is not None:
+        name = f'/{wanted.lstrip("/")}'
+        found = [topic for topic in topics if topic.name == name and topic.is_color]
+        if not found:
+            raise RecordingError(
+                f'{name} is no colour topic of the recording, which has '
+                f'{listing(messages, topics)}: choose another with --color-topic'
+            )
+        return tuple(found)
+
+    def rank(topic: ImageTopic) -> tuple[bool, ...]:
+        return (
+            topic.name != COLOR_IMAGE,
+            messages.types.get(camera_info_of(topic.name)) != CAMERA_INFO_TYPE,
+            'infra' in topic.name or 'debug' in topic.name,
+            topic.is_compressed,
+            not ('color' in topic.name or 'rgb' in topic.name),
+        )
+
+    return tuple(sorted((topic for topic in topics if topic.is_color), key=rank))
+
+
+def listing(messages: McapMessages, topics: Sequence[ImageTopic]) -> str:
+    """Name what a recording holds."""
+    encodings = {topic.name: topic.encoding for topic in topics}
+    shown = [
+        f'{name} ({type_name}{", " + encodings[name] if encodings.get(name) else ""})'
+        for name, type_name in sorted(messages.types.items())
+    ]
+    return ', '.join(shown) or 'nothing'
+
+
+def _wanted_depth(topics: Sequence[ImageTopic], name: str, messages: McapMessages) -> ImageTopic:
+    for topic in topics:
+        if topic.name == name:
+            if topic.encoding not in DEPTH_ENCODINGS:
+                raise _unknown_encoding(topic)
+            return topic
+    raise RecordingError(
+        f'{name} is no image topic of the recording, which has {listing(messages, topics)}: '
+        'choose another with --depth-topic'
+    )
+
+
+def _unknown_encoding(topic: ImageTopic) -> RecordingError:
+    return RecordingError(
+        f'{topic.name} has the encoding {topic.encoding!r}: depth comes as 32FC1 (metres) or '
+        '16UC1 (millimetres); record it so, or choose another topic with --depth-topic'
+    )
+
+
+def _look_at(messages: McapMessages, name: str) -> ImageTopic:
+    if messages.types[name] == COMPRESSED_IMAGE_TYPE:
+        return ImageTopic(name, '', frame_id=_compressed_frame(messages, name))
+    for raw in islice(messages.read(name, messages.entries(name)[:_LOOKED_AT]), _LOOKED_AT):
+        try:
+            image = deserialize(raw.data, IMAGE_TYPE)
+        except ValueError:
+            continue
+        return ImageTopic(
+            name, str(image.encoding), image.width, image.height, str(image.header.frame_id)
+        )
+    return ImageTopic(name, '')
+
+
+def _compressed_frame(messages: McapMessages, name: str) -> str:
+    for raw in messages.read(name, messages.entries(name)[:1]):
+        try:
+            return str(deserialize(raw.data, COMPRESSED_IMAGE_TYPE).header.frame_id)
+        except ValueError:
+            break
+    return ''

@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Topics, message types and frames of the recordings that this package writes."""
+
+DEPTH_IMAGE = '/depth/image_rect_raw'
+DEPTH_CAMERA_INFO = '/depth/camera_info'
+COLOR_IMAGE = '/color/image_raw'
+COLOR_CAMERA_INFO = '/color/camera_info'
+TF_STATIC = '/tf_static'
+DEPTH_FROM_COLOR = '/depth_from_color'
+
+DEPTH_FRAME = 'camera_depth_optical_frame'
+COLOR_FRAME = 'camera_color_optical_frame'
+
+IMAGE_TYPE = 'sensor_msgs/msg/Image'
+COMPRESSED_IMAGE_TYPE = 'sensor_msgs/msg/CompressedImage'
+CAMERA_INFO_TYPE = 'sensor_msgs/msg/CameraInfo'
+TRANSFORM_TYPE = 'geometry_msgs/msg/TransformStamped'
+TF_TYPE = 'tf2_msgs/msg/TFMessage'
+
+
+def camera_info_of(image_topic: str) -> str:
+    """Return the camera_info topic in the same namespace as an image topic."""
+    return f'{image_topic.removesuffix("/compressed").rpartition("/")[0]}/camera_info'

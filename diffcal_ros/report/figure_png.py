@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Figures without a display, and PNG bytes of them."""
+
+import base64
+from io import BytesIO
+from typing import Any
+
+_DPI = 120
+
+
+def new_figure(width: float, height: float) -> Any:
+    """Return a figure of some inches, drawn by Agg."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=_DPI, layout='constrained')
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def png_bytes(figure: Any) -> bytes:
+    """Draw a figure; the bytes depend on nothing but what is drawn."""
+    buffer = BytesIO()
+    figure.savefig(buffer, format='png', metadata={'Software': None})
+    return buffer.getvalue()
+
+
+def data_uri(png: bytes) -> str:
+    """Return a PNG as a link that holds it."""
+    return f'data:image/png;base64,{base64.b64encode(png).decode("ascii")}'

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What one observation measured beside what the simulator shows, at start and fitted values."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.forward_model import View
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.pixel_masks import make_view_mask
+from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.robust_residual import Comparison, Reach, ViewComparer
+import numpy as np
+from numpy.typing import NDArray
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+_EDGE_REACH = 30  # How far from the simulated outline the measured one is looked for [px].
+_MARGIN = 0.10  # Around the body, over the longer side of its window.
+_LEAST_MARGIN = 12  # [px]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The simulated body in one view, over the whole image.
+
+    Attributes:
+        depth: simulated z [m], shape (H, W); NaN beside the body.
+        residual: observed less simulated depth [m], shape (H, W); NaN where either is missing.
+        counted: simulated pixels that no mask leaves out, shape (H, W).
+        masked: simulated pixels that a mask leaves out, shape (H, W).
+        faces: surface triangle of each pixel, -1 beside the body, shape (H, W).
+        outline: column and row [px] of points on the simulated outline, shape (P, 2).
+        edge_points: the measured outline where it was found, shape (Q, 2).
+        edge_residuals: how far it lies outside the simulated one [m], shape (Q,).
+        edge_vertices: a surface vertex beside each, shape (Q,).
+    """
+
+    depth: FloatArray
+    residual: FloatArray
+    counted: BoolArray
+    masked: BoolArray
+    faces: IntArray
+    outline: FloatArray
+    edge_points: FloatArray
+    edge_residuals: FloatArray
+    edge_vertices: IntArray
+
+
+@dataclass(frozen=True)
+class ObservedView:
+    """One observation.
+
+    Attributes:
+        observation: what was measured.
+        number: of the observation.
+        start: at the start values.
+        fitted: at the fitted values.
+        left_out: pixels that the scene's boxes leave out, shape (H, W).
+        rows: window around the body.
+        columns: window around the body.
+    """
+
+    observation: Observation
+    number: int
+    start: Picture
+    fitted: Picture
+    left_out: BoolArray
+    rows: slice
+    columns: slice
+
+
+def observed_views(calibration: Calibration, result: CalibrationResult) -> list[ObservedView]:
+    """Simulate every observation at the start and at the fitted values."""
+    fitted = {p.name: p.value for p in result.parameters}
+    start = result.history[0].values if result.history else fitted
+    comparers = _Comparers(calibration)
+    starts, ends = (
+        comparers.pictures(
+            np.array([p.coordinate(values[p.name]) for p in calibration.parameters])
+        )
+        for values in (start, fitted)
+    )
+    views = []
+    for number, observation in enumerate(calibration.model.observations):
+        rows, columns = _window(starts[number].depth, ends[number].depth)
+        views.append(
+            ObservedView(
+                observation=observation,
+                number=number,
+                start=starts[number],
+                fitted=ends[number],
+                left_out=comparers.masks[number].image,
+                rows=rows,
+                columns=columns,
+            )
+        )
+    return views
+
+
+class _Comparers:
+    """Compares every view, whatever the loss of the fit."""
+
+    def __init__(self, calibration: Calibration) -> None:
+        self._model = calibration.model
+        settings = calibration.scene.masks
+        self._reach = Reach(settings.truncation, 1.5 * settings.truncation, _EDGE_REACH)
+        pairs = list(zip(self._model.observations, self._model.tracers, strict=True))
+        self.masks = [
+            make_view_mask(observation, self._model.body(observation), tracer, settings)
+            for observation, tracer in pairs
+        ]
+        self._comparers = [
+            ViewComparer(observation, tracer, mask, settings, calibration.settings.device)
+            for (observation, tracer), mask in zip(pairs, self.masks, strict=True)
+        ]
+
+    def pictures(self, coordinates: FloatArray) -> list[Picture]:
+        views: Sequence[View] = self._model.views(coordinates)
+        return [
+            self._picture(number, view, self._comparers[number].compare(view, self._reach))
+            for number, view in enumerate(views)
+        ]
+
+    def _picture(self, number: int, view: View, comparison: Comparison) -> Picture:
+        trace, camera = view.trace, self._model.observations[number].camera
+        shape = (camera.height, camera.width)
+        window = (trace.rows, trace.columns)
+        depth, residual = np.full(shape, np.nan), np.full(shape, np.nan)
+        faces = np.full(shape, -1, dtype=np.int32)
+        counted = np.zeros(shape, dtype=bool)
+        depth[window], residual[window] = trace.depth, comparison.difference
+        faces[window], counted[window] = trace.faces, comparison.counted
+        outline = trace.outline
+        edge = comparison.edge
+        found = np.searchsorted(outline.pieces, edge.places)
+        pixels = edge.values / comparison.edge_scale
+        points = outline.points[found, :2] + pixels[:, None] * outline.normals[found]
+        edges = self._model.tracers[number].edge_vertices
+        return Picture(
+            depth=depth,
+            residual=residual,
+            counted=counted,
+            masked=(faces >= 0) & ~counted,
+            faces=faces,
+            outline=outline.points[:, :2].copy(),
+            edge_points=points,
+            edge_residuals=edge.values,
+            edge_vertices=edges[outline.edges[found], 0],
+        )
+
+
+def _window(*depths: FloatArray) -> tuple[slice, slice]:
+    """Return rows and columns around what any image shows."""
+    seen = np.any([np.isfinite(depth) for depth in depths], axis=0)
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    if len(rows) == 0:
+        return slice(0, seen.shape[0]), slice(0, seen.shape[1])
+    longer = max(rows[-1] - rows[0], columns[-1] - columns[0])
+    margin = max(_LEAST_MARGIN, round(_MARGIN * longer))
+    return (
+        slice(max(int(rows[0]) - margin, 0), min(int(rows[-1]) + margin + 1, seen.shape[0])),
+        slice(max(int(columns[0]) - margin, 0), min(int(columns[-1]) + margin + 1, seen.shape[1])),
+    )

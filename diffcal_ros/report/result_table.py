@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A result in a few lines of plain text, for a terminal."""
+
+import textwrap
+
+from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
+from diffcal_ros.report.naming import shown, title
+
+_WIDTH = 96
+
+
+def result_text(scene_name: str, result: CalibrationResult) -> str:
+    """Write what was fitted, the gap, the outcome with its remedy, and the warnings."""
+    asked = [p for p in result.parameters if not p.is_nuisance]
+    rows = [('parameter', 'fitted', 'start')]
+    rows += [(title(p.name), _fitted(p), shown(p.start, 0.0, p.unit).text()) for p in asked]
+    first, second = (max(len(row[column]) for row in rows) for column in range(2))
+    lines = [f'{scene_name}: {result.outcome.value.replace("_", " ")}', '']
+    lines += [f'{a:<{first}}  {b:<{second}}  {c}' for a, b, c in rows]
+    lines += ['', *_figures(result), '']
+    lines += textwrap.wrap(result.outcome.remedy, _WIDTH)
+    for warning in result.warnings:
+        lines += textwrap.wrap(f'warning: {warning}', _WIDTH, subsequent_indent='  ')
+    return '\n'.join(line.rstrip() for line in lines) + '\n'
+
+
+def _fitted(parameter: FittedParameter) -> str:
+    text = shown(parameter.value, parameter.std_error, parameter.unit).text()
+    return f'{text} (at its bound)' if parameter.at_bound else text
+
+
+def _figures(result: CalibrationResult) -> list[str]:
+    start, end = result.gap_start, result.gap_end
+    return [
+        f'gap         median {_millimetres(start.median)} -> {_millimetres(end.median)} mm, '
+        f'RMS {_millimetres(start.rms)} -> {_millimetres(end.rms)} mm',
+        f'coverage    {start.coverage:.1%} -> {end.coverage:.1%} of the body in view '
+        f'({end.pixels} pixels)',
+        f'iterations  {result.iterations} in {result.seconds:.2f} s',
+    ]
+
+
+def _millimetres(length: float) -> str:
+    return f'{1e3 * length:.3g}'

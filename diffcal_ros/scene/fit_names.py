@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Names of the parameters that a scene, or `--fit`, may ask to be fitted."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.scene.model import ObservationSetup
+from diffcal_ros.scene.problems import listed, suggestion
+from diffcal_ros.scene.quantities import QUANTITY_RULES
+import numpy as np
+
+MATERIAL_NAMES = tuple(QUANTITY_RULES)
+RIGID_OFFSET = 'rigid_offset'
+GRAVITY_TILT = 'gravity_tilt'
+DEFAULT_FIT = ('youngs_modulus', RIGID_OFFSET)
+
+
+def allowed_fit_names(region_names: Sequence[str]) -> tuple[str, ...]:
+    """List every name: of a material number in all regions or in one, and of the pose."""
+    in_one = [f'{name}.{region}' for name in MATERIAL_NAMES for region in region_names]
+    return (*MATERIAL_NAMES, *in_one, RIGID_OFFSET, GRAVITY_TILT)
+
+
+def fit_problems(
+    names: Sequence[str],
+    region_names: Sequence[str],
+    observations: Sequence[ObservationSetup],
+) -> list[str]:
+    """Say what is wrong with a list of names to fit; empty when it can be done.
+
+    Args:
+        names: as in `fit` of the scene file or after `--fit`.
+        region_names: regions of the scene.
+        observations: loads that the fit can learn from.
+    """
+    if not names:
+        return ['is empty: name at least one parameter to fit']
+    allowed = allowed_fit_names(region_names)
+    problems = [
+        f'has {name!r}{suggestion(name, allowed)} (allowed: {listed(allowed)})'
+        for name in names
+        if name not in allowed
+    ]
+    repeated = {name for name in names if names.count(name) > 1}
+    repeated |= {name for name in names if name.partition('.')[0] in names and '.' in name}
+    problems += [f'has {name!r} twice: keep one of each' for name in sorted(repeated)]
+    return problems + _load_problems(names, observations)
+
+
+def _load_problems(names: Sequence[str], observations: Sequence[ObservationSetup]) -> list[str]:
+    has_gravity = any(np.any(setup.gravity) for setup in observations)
+    has_turn = any(part.turn for setup in observations for part in setup.held)
+    problems = []
+    for name in names:
+        material = name.partition('.')[0]
+        if material in ('density', GRAVITY_TILT) and not has_gravity:
+            problems.append(
+                f'has {name!r} while gravity is zero in every observation: give gravity, or '
+                'leave it out'
+            )
+        elif material in MATERIAL_NAMES and not has_gravity and not has_turn:
+            problems.append(
+                f'has {name!r} while nothing loads the body: give gravity or turn a held part'
+            )
+    return problems

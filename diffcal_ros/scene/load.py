@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Read a scene file; everything that is wrong with it is told at once."""
+
+from dataclasses import replace
+import os
+from pathlib import Path
+
+from diffcal_ros.errors import InputError
+from diffcal_ros.fem.element import Element
+from diffcal_ros.material import LameConvention
+from diffcal_ros.scene.fit_names import DEFAULT_FIT, fit_problems
+from diffcal_ros.scene.held_parts import read_held
+from diffcal_ros.scene.mesh_files import MeshFile, read_mesh, UNITS_PER_METRE
+from diffcal_ros.scene.model import ObservationSetup, Region, Scene
+from diffcal_ros.scene.observations import read_observations
+from diffcal_ros.scene.problems import Problems
+from diffcal_ros.scene.regions import read_regions
+from diffcal_ros.scene.rig_sections import (
+    read_camera,
+    read_marker,
+    read_masks,
+    read_rigid_offset,
+    read_sensor,
+)
+from diffcal_ros.scene.section import POSITIVE, Section
+from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.tet_mesh import mesh_problems, TetMesh
+import numpy as np
+
+FORMAT = 1
+LAWS = ('stable_neo_hookean',)
+
+_NO_MESH = TetMesh(np.zeros((0, 3)), np.zeros((0, 4), np.int32))
+
+
+def load_scene(path: str | os.PathLike[str]) -> Scene:
+    """Read and check a scene file, format 1.
+
+    Args:
+        path: the YAML file; paths in it are relative to its folder.
+
+    Raises:
+        SceneError: naming the file and, line by line, each key that is wrong, the value given
+            and what is allowed.
+    """
+    file = Path(path)
+    document = read_yaml(file)
+    root = Section(document.content, '', Problems(str(file), document.lines))
+    _check_format(root)
+    name = root.text('name', default=file.stem)
+    scene = _read_scene(root, file.parent)
+    root.refuse_unknown()
+    root.problems.raise_if_any()
+    return replace(scene, name=name, path=file, document=document.content)
+
+
+def _read_scene(root: Section, folder: Path) -> Scene:
+    """Read every section; where a mistake was noted, a stand-in takes its place."""
+    mesh_file, element = _read_mesh(root, folder)
+    mesh = None if mesh_file is None else mesh_file.mesh
+    held = read_held(root, mesh)
+    regions = read_regions(root, mesh)
+    # A part that is wrong is missing here; an observation that names it is not to blame.
+    blameless = () if root.problems.touch('held') else held
+    observations = read_observations(root, blameless, folder, mesh)
+    depth_camera = read_camera(root, 'camera', may_be_distorted=False)
+    return Scene(
+        name='',
+        mesh=_NO_MESH if mesh is None else mesh,
+        element=element,
+        regions=regions,
+        convention=_read_law(root),
+        observations=observations,
+        fit=_read_fit(root, regions, observations),
+        marker=read_marker(root),
+        depth_camera=depth_camera,
+        color_camera=read_camera(root, 'color_camera', may_be_distorted=True),
+        masks=read_masks(root, depth_camera),
+        sensor=read_sensor(root),
+        rigid_offset=read_rigid_offset(root),
+        notes=() if mesh_file is None else mesh_file.notes,
+    )
+
+
+def _check_format(root: Section) -> None:
+    """Note another format and stop: its other keys would only confuse."""
+    if not root.has('format'):
+        root.problems.add('format', f'is missing: write `format: {FORMAT}`')
+    elif root.raw('format') != FORMAT or isinstance(root.raw('format'), bool):
+        root.wrong('format', f'this version reads format {FORMAT}')
+    root.problems.raise_if_any()
+
+
+def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
+    """Read `mesh`; the mesh is None when a mistake was noted."""
+    if not root.required('mesh', 'give {file: .., unit: ..}'):
+        return None, Element.QUADRATIC
+    section = root.child('mesh')
+    if section is None:
+        return None, Element.QUADRATIC
+    file = section.text('file', needed='name the mesh file')
+    unit = section.choice('unit', tuple(UNITS_PER_METRE))
+    names = tuple(element.value for element in Element)
+    element = Element(section.choice('element', names, default=Element.QUADRATIC.value))
+    has_length = section.has('edge_length')
+    edge_length = section.number('edge_length', default=0.0, allowed=POSITIVE)
+    section.refuse_unknown()
+    if any(section.problems.touch(section.at(name)) for name in ('file', 'unit', 'edge_length')):
+        return None, element
+    try:
+        read = read_mesh(
+            folder / Path(file).expanduser(),
+            unit=unit,
+            edge_length=edge_length if has_length else None,
+        )
+    except InputError as error:
+        section.wrong('file', str(error))
+        return None, element
+    faults = mesh_problems(read.mesh)
+    for fault in faults:
+        section.problems.add(section.at('file'), f'is {Path(file).name!r}, unit {unit}: {fault}')
+    return (None if faults else read), element
+
+
+def _read_law(root: Section) -> LameConvention:
+    usual = LameConvention.CONSISTENT
+    section = root.child('law')
+    if section is None:
+        return usual
+    section.choice('name', LAWS, default=LAWS[0])
+    names = tuple(convention.value for convention in LameConvention)
+    convention = section.choice('lame_convention', names, default=usual.value)
+    section.refuse_unknown()
+    return LameConvention(convention)
+
+
+def _read_fit(
+    root: Section, regions: tuple[Region, ...], observations: tuple[ObservationSetup, ...]
+) -> tuple[str, ...]:
+    if not root.has('fit'):
+        return DEFAULT_FIT
+    value = root.raw('fit')
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        root.wrong('fit', 'give a list of parameter names')
+        return DEFAULT_FIT
+    names = tuple(value)
+    if root.problems.touch('regions') or not observations:
+        return names  # Which names and loads there are is not known yet.
+    for problem in fit_problems(names, [region.name for region in regions], observations):
+        root.problems.add('fit', problem)
+    return names

@@ -1,0 +1,222 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a calibration needs to know about the set-up, resolved and in SI units.
+
+Frames: `object` is the mesh's own, `world` that of the rig (the marker's, unless the scene says
+otherwise), `depth` and `color` the optical frames of the camera.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.fem.element import Element
+from diffcal_ros.material import LameConvention
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that may be fitted.
+
+    Attributes:
+        start: where a fit starts; the value where it is not fitted.
+        lower: smallest value a fit may take.
+        upper: largest value a fit may take.
+        prior_mean: what is known beforehand, or None.
+        prior_std: its standard deviation, in the same unit; None without a prior.
+    """
+
+    start: float
+    lower: float
+    upper: float
+    prior_mean: float | None = None
+    prior_std: float | None = None
+
+
+@dataclass(frozen=True)
+class Region:
+    """A part of the body with one material.
+
+    Attributes:
+        name: as in the scene file.
+        tets: its tetrahedra, shape (t,).
+        youngs_modulus: [Pa].
+        poissons_ratio: dimensionless.
+        density: [kg/m^3].
+    """
+
+    name: str
+    tets: IntArray
+    youngs_modulus: Quantity
+    poissons_ratio: Quantity
+    density: Quantity
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A rotation of held vertices, done in quasi-static steps.
+
+    Attributes:
+        axis: unit direction in the world frame, shape (3,).
+        center: a point on the axis in the world frame [m], shape (3,); None for the middle of
+            the held part's bounding box.
+        angle: [rad]; may exceed one turn.
+        translation: afterwards, in the world frame [m], shape (3,).
+    """
+
+    axis: FloatArray
+    angle: float
+    center: FloatArray | None = None
+    translation: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+
+@dataclass(frozen=True)
+class HeldPart:
+    """Vertices that a clamp holds.
+
+    Attributes:
+        name: as in the scene file.
+        vertices: mesh vertices, shape (h,).
+        turn: how the clamp moves from the rest shape to the observed pose; None: it stays.
+    """
+
+    name: str
+    vertices: IntArray
+    turn: Turn | None = None
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A square fiducial marker on the rig.
+
+    Attributes:
+        dictionary: OpenCV's name, for example DICT_6X6_250.
+        id: number in the dictionary.
+        side: edge of the black square [m].
+        world_from_marker: its pose on the rig, shape (4, 4).
+    """
+
+    dictionary: str
+    id: int
+    side: float
+    world_from_marker: FloatArray = field(default_factory=lambda: np.eye(4))
+
+
+@dataclass(frozen=True)
+class Masks:
+    """Pixels that a fit leaves out.
+
+    Attributes:
+        held: leave out the held part, which the clamp hides.
+        held_margin: and the surface within this distance of it [m].
+        boxes: image boxes (u0, v0, u1, v1), inclusive [px].
+        silhouette_band: leave depth out this close to an outline [px]: flying pixels.
+        grazing_angle: leave depth out where the surface is seen at a flatter angle, measured
+            from its normal [rad].
+        truncation: residuals beyond this are not the body [m].
+    """
+
+    held: bool = True
+    held_margin: float = 0.0
+    boxes: tuple[tuple[int, int, int, int], ...] = ()
+    silhouette_band: float = 3.0
+    grazing_angle: float = np.deg2rad(75.0)
+    truncation: float = 0.02
+
+
+@dataclass(frozen=True)
+class DepthSensor:
+    """What is known about the depth camera.
+
+    Attributes:
+        noise: standard deviation of one pixel's depth [m].
+        quantization: step of the depth values [m]; 0 for none.
+        quantization_mode: 'round', or 'truncate' (the RealSense ROS driver's 16UC1, which is low
+            by half a step on average).
+    """
+
+    noise: float = 0.00014
+    quantization: float = 0.00025
+    quantization_mode: str = 'round'
+
+
+@dataclass(frozen=True)
+class RigidOffset:
+    """Prior of a rigid offset between camera and rig.
+
+    Attributes:
+        translation_std: [m].
+        rotation_std: [rad].
+    """
+
+    translation_std: float = 0.020
+    rotation_std: float = np.deg2rad(5.0)
+
+
+@dataclass(frozen=True)
+class ObservationSetup:
+    """One way the body is posed; a calibration takes several that share parameters.
+
+    Attributes:
+        name: as in the scene file.
+        bag: its recording, or None where the command line names it.
+        world_from_object: placement of the mesh, shape (4, 4).
+        gravity: acceleration in the world frame [m/s^2], shape (3,).
+        held: clamped parts.
+        stored_depth_from_world: a camera pose given beforehand, shape (4, 4), or None.
+    """
+
+    name: str
+    world_from_object: FloatArray
+    gravity: FloatArray
+    held: tuple[HeldPart, ...]
+    bag: Path | None = None
+    stored_depth_from_world: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A whole set-up.
+
+    Attributes:
+        name: for titles.
+        mesh: the body at rest, object frame.
+        element: finite element on that mesh.
+        regions: cover every tetrahedron exactly once.
+        convention: how Young's modulus enters the energy.
+        observations: at least one.
+        fit: names of the parameters to fit, see `calibration.parameters`.
+        marker: None when the pose comes from elsewhere.
+        depth_camera: overrides camera_info when given.
+        color_camera: likewise.
+        masks: pixels to leave out.
+        sensor: the depth camera's noise.
+        rigid_offset: prior of the rigid offset.
+        path: the scene file, or None when built in memory.
+        document: the file's content, for writing a fitted copy.
+        notes: what reading changed or found worth telling, in sentences for the user.
+    """
+
+    name: str
+    mesh: TetMesh
+    element: Element
+    regions: tuple[Region, ...]
+    convention: LameConvention
+    observations: tuple[ObservationSetup, ...]
+    fit: tuple[str, ...]
+    marker: Marker | None = None
+    depth_camera: PinholeCamera | None = None
+    color_camera: PinholeCamera | None = None
+    masks: Masks = field(default_factory=Masks)
+    sensor: DepthSensor = field(default_factory=DepthSensor)
+    rigid_offset: RigidOffset = field(default_factory=RigidOffset)
+    path: Path | None = None
+    document: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The observations of a scene: how the body is placed, held and filmed each time."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from diffcal_ros.scene.held_parts import check_hold, check_shared_vertices, read_turn
+from diffcal_ros.scene.model import HeldPart, ObservationSetup
+from diffcal_ros.scene.placement import read_placement
+from diffcal_ros.scene.problems import listed, suggestion
+from diffcal_ros.scene.section import Interval, Section
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_GRAVITY = 'give the acceleration in m/s^2 in the world frame, for example [0, -9.81, 0]'
+_GRAVITIES = Interval(-100.0, 100.0)  # In m/s^2; more is mm/s^2, or a slip.
+
+
+def read_observations(
+    scene: Section, held: Sequence[HeldPart], folder: Path, mesh: TetMesh | None
+) -> tuple[ObservationSetup, ...]:
+    """Read `observations`, or make the one that the scene's own keys describe.
+
+    Args:
+        scene: the whole file.
+        held: clamped parts with the turns that `held` gives them.
+        folder: where relative bag paths start.
+        mesh: to tell whether the parts that an observation names hold it.
+    """
+    if not scene.has('observations'):
+        only = _read_one(scene, scene, tuple(held), folder, name='observation')
+        return () if only is None else (only,)
+    items = scene.raw('observations')
+    if not isinstance(items, list) or not items:
+        scene.wrong('observations', 'give a list, `- name: ..` each')
+        return ()
+    setups: list[ObservationSetup] = []
+    for index, item in enumerate(items):
+        key = f'observations[{index}]'
+        if not isinstance(item, dict):
+            scene.problems.add(key, 'is no mapping: start it with `name: ..`')
+            continue
+        section = Section(item, key, scene.problems)
+        name = section.text('name', needed='give each observation a name')
+        if any(setup.name == name for setup in setups):
+            section.wrong('name', 'another observation has that name, choose a new one')
+        own = _read_held(section, held, mesh)
+        setup = _read_one(section, scene, own, folder, name=name)
+        section.refuse_unknown()
+        if setup is not None:
+            setups.append(setup)
+    return tuple(setups)
+
+
+def _read_one(
+    section: Section, scene: Section, held: tuple[HeldPart, ...], folder: Path, *, name: str
+) -> ObservationSetup | None:
+    """Read one observation; what it does not give stands in the scene."""
+    world_from_object = _placement(section, scene, 'placement')
+    if world_from_object is None and not (section.has('placement') or scene.has('placement')):
+        scene.problems.add(
+            section.at('placement'), 'is missing: give translation and rotation of the mesh'
+        )
+    stored = _placement(section, scene, 'stored_depth_from_world')
+    gravity = _gravity(section if section.has('gravity') else scene)
+    bag_owner = section if section.has('bag') else scene
+    bag = bag_owner.text('bag') if bag_owner.has('bag') else ''
+    if world_from_object is None:
+        return None
+    return ObservationSetup(
+        name=name,
+        world_from_object=world_from_object,
+        gravity=gravity,
+        held=held,
+        bag=folder / Path(bag).expanduser() if bag else None,
+        stored_depth_from_world=stored,
+    )
+
+
+def _placement(section: Section, scene: Section, name: str) -> FloatArray | None:
+    """Read a transform from the observation, or else from the scene."""
+    owner = section if section.has(name) else scene
+    if scene.problems.touch(owner.at(name)):
+        return None  # The scene's own is read for every observation; mistakes are told once.
+    child = owner.child(name)
+    return None if child is None else read_placement(child)
+
+
+def _gravity(owner: Section) -> FloatArray:
+    if owner.problems.touch(owner.at('gravity')):
+        return np.zeros(3)
+    return owner.vector('gravity', 3, needed=_GRAVITY, allowed=_GRAVITIES)
+
+
+def _read_held(
+    section: Section, held: Sequence[HeldPart], mesh: TetMesh | None
+) -> tuple[HeldPart, ...]:
+    """Take the parts that hold in this observation, with its own turns."""
+    picked, turns = section.raw('held_parts'), section.child('held_turns')
+    if not held:
+        return ()  # Wrong as written; an observation that names a part is not to blame.
+    names = [part.name for part in held]
+    parts = list(held)
+    if picked is not None:
+        sound = isinstance(picked, list) and picked and all(name in names for name in picked)
+        if not sound:
+            section.wrong('held_parts', f'give a list of held parts, from {listed(names)}')
+            return ()
+        parts = [part for part in held if part.name in picked]
+    if turns is not None:
+        parts = _turned(turns, parts)
+        check_shared_vertices(parts, turns)
+    if mesh is not None and picked is not None:
+        check_hold(section, mesh, parts)
+    return tuple(parts)
+
+
+def _turned(turns: Section, held: list[HeldPart]) -> list[HeldPart]:
+    names = [part.name for part in held]
+    for name in turns.names:
+        if name not in names:
+            turns.problems.add(
+                turns.at(name),
+                f'is no part held here{suggestion(name, names)} (held: {listed(names)})',
+            )
+    turned = []
+    for part in held:
+        own = turns.child(part.name)
+        turn = None if own is None else read_turn(own)
+        turned.append(replace(part, turn=turn) if part.name in turns.names else part)
+    return turned

@@ -1,0 +1,234 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Typed access to one mapping of the scene file; mistakes are noted, not raised.
+
+A reader that meets a mistake notes it and returns a stand-in of the right type. Whoever builds
+something from a section looks at `is_sound` first.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+import math
+from typing import Any
+
+from diffcal_ros.scene.problems import listed, Problems, shown, suggestion
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Allowed numbers; infinite ones never are.
+
+    Attributes:
+        low: lower end.
+        high: upper end.
+        is_open: whether the ends themselves are left out.
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    is_open: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Tell whether the value is allowed."""
+        if self.is_open:
+            return self.low < value < self.high
+        return math.isfinite(value) and self.low <= value <= self.high
+
+    def __str__(self) -> str:
+        if self.is_open:
+            ends = [f'above {self.low:g}', f'below {self.high:g}']
+        else:
+            ends = [f'at least {self.low:g}', f'at most {self.high:g}']
+        finite = np.isfinite([self.low, self.high])
+        return ' and '.join(end for end, keep in zip(ends, finite, strict=True) if keep)
+
+
+FINITE = Interval(is_open=True)
+POSITIVE = Interval(0.0, is_open=True)
+
+
+def as_number(value: Any) -> float | None:
+    """Return a number, also from a text such as `1e5`, which YAML takes for a string."""
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int | float | str):
+        try:
+            number = float(value)
+        except (ValueError, OverflowError):
+            return None
+        return None if math.isnan(number) else number
+    return None
+
+
+class Section:
+    """One mapping of a scene file.
+
+    Args:
+        content: the mapping as YAML read it; keys that are no text are noted.
+        key: its dotted key; empty for the whole file.
+        problems: where mistakes are noted.
+    """
+
+    def __init__(self, content: dict[Any, Any], key: str, problems: Problems) -> None:
+        self.key = key
+        self.problems = problems
+        self._content = content
+        self._known: list[str] = []
+        for name in content:
+            if not isinstance(name, str):
+                problems.add(self.at(str(name)), 'is no text: put the key in quotes')
+
+    @property
+    def is_sound(self) -> bool:
+        """Tell whether nothing was noted in this section so far."""
+        return not self.problems.touch(self.key)
+
+    @property
+    def names(self) -> list[str]:
+        """Keys in the order of the file."""
+        return [name for name in self._content if isinstance(name, str)]
+
+    def at(self, name: str) -> str:
+        """Return the dotted key of an entry."""
+        return f'{self.key}.{name}' if self.key else name
+
+    def has(self, name: str) -> bool:
+        """Tell whether an entry is given; `null` counts as not given."""
+        self._known.append(name)
+        return self._content.get(name) is not None
+
+    def raw(self, name: str) -> Any:
+        """Return an entry as YAML read it, or None."""
+        self._known.append(name)
+        return self._content.get(name)
+
+    def required(self, name: str, needed: str) -> bool:
+        """Note that an entry is missing; tell whether it is given."""
+        if self.has(name):
+            return True
+        self.problems.add(self.at(name), f'is missing: {needed}')
+        return False
+
+    def wrong(self, name: str, needed: str) -> None:
+        """Note that an entry is not what is needed."""
+        self.problems.add(self.at(name), f'is {shown(self._content.get(name))}: {needed}')
+
+    def number(
+        self,
+        name: str,
+        *,
+        default: float | None = None,
+        allowed: Interval = FINITE,
+        needed: str = '',
+    ) -> float:
+        """Return a number; an entry without default must be given."""
+        what = needed or f'give a number {allowed}'.rstrip()
+        if default is not None and not self.has(name):
+            return default
+        if not self.required(name, what):
+            return math.nan
+        value = as_number(self._content[name])
+        if value is None or not allowed.holds(value):
+            self.wrong(name, what)
+            return math.nan
+        return value
+
+    def integer(self, name: str, *, low: int, high: int | None = None) -> int:
+        """Return a whole number, which must be given."""
+        top = math.inf if high is None else high
+        allowed = Interval(low, top)
+        value = self.number(name, allowed=allowed, needed=f'give a whole number {allowed}')
+        if math.isnan(value):
+            return low
+        if not value.is_integer():
+            self.wrong(name, f'give a whole number {allowed}')
+            return low
+        return int(value)
+
+    def flag(self, name: str, *, default: bool) -> bool:
+        """Return a truth value."""
+        value = self.raw(name)
+        if value is None:
+            return default
+        if not isinstance(value, bool):
+            self.wrong(name, 'write true or false')
+            return default
+        return value
+
+    def text(self, name: str, *, default: str | None = None, needed: str = 'give a text') -> str:
+        """Return a text; a number is taken as the text that was written."""
+        if default is not None and not self.has(name):
+            return default
+        if not self.required(name, needed):
+            return ''
+        value = self._content[name]
+        if isinstance(value, bool) or not isinstance(value, str | int | float) or value == '':
+            self.wrong(name, needed)
+            return ''
+        return str(value)
+
+    def choice(self, name: str, choices: Sequence[str], *, default: str | None = None) -> str:
+        """Return one of some names."""
+        needed = f'allowed: {listed(choices)}'
+        value = self.text(name, default=default, needed=needed)
+        if value in choices:
+            return value
+        if value:
+            self.wrong(name, needed + suggestion(value, choices))
+        return default or choices[0]
+
+    def vector(
+        self, name: str, size: int, *, needed: str, allowed: Interval = FINITE
+    ) -> FloatArray:
+        """Return finite numbers, shape (size,); the entry must be given."""
+        stand_in = np.zeros(size)
+        if not self.required(name, needed):
+            return stand_in
+        numbers = finite_numbers(self._content[name], size)
+        if numbers is None or not all(allowed.holds(number) for number in numbers):
+            self.wrong(name, needed)
+            return stand_in
+        return numbers
+
+    def child(self, name: str) -> 'Section | None':
+        """Return the section under a key, or None where it is not given or no mapping."""
+        value = self.raw(name)
+        if value is None:
+            return None
+        if not isinstance(value, dict):
+            self.wrong(name, 'a mapping is needed here, `key: value`')
+            return None
+        return Section(value, self.at(name), self.problems)
+
+    def refuse_unknown(self) -> None:
+        """Note each entry that nobody asked for, with the nearest one that somebody did."""
+        known = dict.fromkeys(self._known)
+        for name in self.names:
+            if name not in known:
+                self.problems.add(
+                    self.at(name),
+                    f'is no key that is known here{suggestion(name, known)} '
+                    f'(allowed: {listed(known)})',
+                )
+
+
+def finite_numbers(value: Any, size: int) -> FloatArray | None:
+    """Return a list of `size` finite numbers as an array, or None."""
+    if not isinstance(value, list) or len(value) != size:
+        return None
+    numbers = [as_number(item) for item in value]
+    if any(number is None or not math.isfinite(number) for number in numbers):
+        return None
+    return np.array(numbers, dtype=np.float64)
+
+
+def whole_numbers(values: Iterable[Any]) -> list[int] | None:
+    """Return a list of integers, or None when something else is among them."""
+    numbers = list(values)
+    if any(isinstance(item, bool) or not isinstance(item, int) for item in numbers):
+        return None
+    return numbers

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The true body: a scene's mesh, perhaps a finer one, bent by its start values."""
+
+from dataclasses import dataclass, replace
+
+from diffcal_ros.errors import SceneError
+from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.static_body import HeldPath, StaticBody
+from diffcal_ros.material import Material
+from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
+from diffcal_ros.scene.posing import held_targets, world_positions
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class PosedBody:
+    """A body at rest.
+
+    Attributes:
+        positions: of its nodes in the world frame [m], shape (N, 3).
+        rest: where they are without load [m], shape (N, 3).
+        triangles: outward, shape (F, 3).
+        held_nodes: that a clamp holds, shape (h,).
+    """
+
+    positions: FloatArray
+    rest: FloatArray
+    triangles: IntArray
+    held_nodes: IntArray
+
+    @property
+    def outward(self) -> FloatArray:
+        """From the middle of what is held to the middle of the body [m], shape (3,)."""
+        return self.positions.mean(axis=0) - self.positions[self.held_nodes].mean(axis=0)
+
+    @property
+    def largest_displacement(self) -> float:
+        """How far the node that moved most is from its place at rest [m]."""
+        return float(np.linalg.norm(self.positions - self.rest, axis=1).max())
+
+
+def refined_scene(scene: Scene) -> Scene:
+    """Return the scene on a mesh of half the size; regions and held parts are the same solids."""
+    mesh, parents = scene.mesh.refined()
+    edges, _ = scene.mesh.edges
+
+    def finer(part: HeldPart) -> HeldPart:
+        is_held = np.zeros(scene.mesh.vertex_count, dtype=bool)
+        is_held[part.vertices] = True
+        between = scene.mesh.vertex_count + np.flatnonzero(is_held[edges].all(axis=1))
+        vertices = np.concatenate([part.vertices, between]).astype(np.int32)
+        return replace(part, vertices=vertices)
+
+    return replace(
+        scene,
+        mesh=mesh,
+        regions=tuple(
+            replace(region, tets=np.flatnonzero(np.isin(parents, region.tets)).astype(np.int32))
+            for region in scene.regions
+        ),
+        observations=tuple(
+            replace(setup, held=tuple(finer(part) for part in setup.held))
+            for setup in scene.observations
+        ),
+    )
+
+
+def start_material(scene: Scene) -> Material:
+    """Return the material that the scene's start values describe."""
+    columns = {name: np.empty(scene.mesh.tet_count) for name in _CONSTANTS}
+    for region in scene.regions:
+        for name, column in columns.items():
+            column[region.tets] = getattr(region, name).start
+    return Material(**columns, convention=scene.convention)
+
+
+_CONSTANTS = ('youngs_modulus', 'poissons_ratio', 'density')
+
+
+def pose_body(scene: Scene, setup: ObservationSetup, *, solver: str = 'auto') -> PosedBody:
+    """Let the body come to rest in one posture.
+
+    Raises:
+        SceneError: when it finds no rest under the start values.
+    """
+    rest = world_positions(scene.mesh, setup)
+    body = StaticBody(
+        TetMesh(rest, scene.mesh.tets),
+        scene.element,
+        held_targets(setup, rest).vertices,
+        solver=solver,
+    )
+    path: HeldPath | None = None
+    if any(part.turn is not None for part in setup.held):
+        path = lambda fraction: held_targets(setup, rest, fraction).positions  # noqa: E731
+    try:
+        state = body.settle(start_material(scene), setup.gravity, held_path=path)
+    except EquilibriumError as error:
+        raise SceneError(
+            f'the start values of {setup.name} cannot be simulated: {error}'
+        ) from error
+    return PosedBody(
+        positions=state.positions,
+        rest=body.discretisation.rest_nodes,
+        triangles=body.discretisation.surface_triangles,
+        held_nodes=body.held_nodes,
+    )

@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Record a simulated body: depth, colour and camera poses, the truth in a file of its own."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+import json
+from pathlib import Path
+import shutil
+from typing import Any
+
+from diffcal_ros import __version__
+from diffcal_ros.atomic_file import replacing, write_text_atomically
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import InputError, RecordingError
+from diffcal_ros.fem.element import Element
+from diffcal_ros.recording.bag_writer import BagWriter
+from diffcal_ros.recording.color_frame import ColorFrame
+from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.scene.model import Scene
+from diffcal_ros.synthetic.color_picture import expose
+from diffcal_ros.synthetic.lidar import LidarModel
+from diffcal_ros.synthetic.posed_body import pose_body, PosedBody, refined_scene
+from diffcal_ros.synthetic.recorded_scene import scene_text
+from diffcal_ros.synthetic.rig import make_rig, Rig
+from diffcal_ros.synthetic.viewpoint import COLOR_CAMERA, DEPTH_CAMERA, DEPTH_FROM_COLOR
+import numpy as np
+
+_FIRST_STAMP_NS = 1_700_000_000_000_000_000
+_COLOR_DELAY_NS = 4_000_000
+_SECOND = 1_000_000_000  # [ns]
+
+
+@dataclass(frozen=True)
+class RecorderSettings:
+    """How to record.
+
+    Attributes:
+        frames: depth images.
+        color_frames: colour images, evenly among them.
+        rate: depth images a second [Hz].
+        seed: of the noise.
+        element: that the true body is made of.
+        is_refined: simulate it at half the mesh size.
+        start_factor: by which the written scene starts away from the truth.
+        camera_position: of the depth camera in the world [m]; None: the scene's stored pose, or
+            one that sees the body and the marker.
+        depth_camera: where the scene gives none.
+        color_camera: likewise.
+        lidar: the depth camera's errors.
+    """
+
+    frames: int = 15
+    color_frames: int = 5
+    rate: float = 30.0
+    seed: int = 0
+    element: Element = Element.QUADRATIC
+    is_refined: bool = False
+    start_factor: float = 1.4
+    camera_position: tuple[float, float, float] | None = None
+    depth_camera: PinholeCamera = DEPTH_CAMERA
+    color_camera: PinholeCamera = COLOR_CAMERA
+    lidar: LidarModel = field(default_factory=LidarModel)
+
+    def __post_init__(self) -> None:
+        if self.frames < 1 or not 0 <= self.color_frames <= self.frames:
+            raise InputError(
+                f'{self.frames} depth and {self.color_frames} colour frames were asked for: '
+                'give at least one depth frame and no more colour than depth frames'
+            )
+        if not 0.1 <= self.rate <= 1000.0:
+            raise InputError(f'the frame rate is {self.rate:g} Hz: give 0.1 to 1000')
+        if self.seed < 0:
+            raise InputError(f'the seed is {self.seed}: give 0 or more')
+        if not 0.1 <= self.start_factor <= 10.0:
+            raise InputError(f'the start factor is {self.start_factor:g}: give 0.1 to 10')
+
+
+@dataclass(frozen=True)
+class SyntheticRecording:
+    """What was written.
+
+    Attributes:
+        scene: scene file for a calibration.
+        bags: recordings by observation.
+        truth: file with the true values.
+        notes: what a person should know.
+    """
+
+    scene: Path
+    bags: dict[str, Path]
+    truth: Path
+    notes: tuple[str, ...]
+
+
+def record(
+    scene: Scene,
+    out: Path,
+    settings: RecorderSettings | None = None,
+    *,
+    overwrite: bool = False,
+) -> SyntheticRecording:
+    """Simulate a scene's start values and record what cameras would see.
+
+    Args:
+        scene: read from a file; its start values are the truth.
+        out: folder to write to: `bag` (or `bag_<observation>`), `scene.yaml`, the mesh, and
+            `truth.json`.
+        settings: how to record.
+        overwrite: replace a recording that is there.
+
+    Raises:
+        InputError: when the scene cannot be simulated or seen, or `out` cannot be written.
+    """
+    settings = settings or RecorderSettings()
+    source = _check_target(scene, out, overwrite)
+    true_scene = replace(
+        scene,
+        element=settings.element,
+        depth_camera=scene.depth_camera or settings.depth_camera,
+        color_camera=scene.color_camera or settings.color_camera,
+    )
+    if settings.is_refined:
+        true_scene = refined_scene(true_scene)
+    bodies = [pose_body(true_scene, setup) for setup in true_scene.observations]
+    rigs = [
+        make_rig(true_scene, setup, body, settings.camera_position)
+        for setup, body in zip(true_scene.observations, bodies, strict=True)
+    ]
+    is_only = len(rigs) == 1
+    bags = {rig.name: out / ('bag' if is_only else f'bag_{rig.name}') for rig in rigs}
+    text = scene_text(
+        scene,
+        bags={name: bag.name for name, bag in bags.items()},
+        lidar=settings.lidar,
+        start_factor=settings.start_factor,
+        poses=_stored_poses(scene, rigs),
+    )
+    for number, rig in enumerate(rigs):
+        _write_bag(rig, bags[rig.name], settings, number, overwrite)
+    with replacing(out / source.name) as fresh:
+        shutil.copyfile(source, fresh)
+    truth = out / 'truth.json'
+    content = _truth(true_scene, rigs, bodies, settings)
+    write_text_atomically(truth, json.dumps(content, indent=2) + '\n')
+    write_text_atomically(out / 'scene.yaml', text)
+    return SyntheticRecording(out / 'scene.yaml', bags, truth, _notes(scene, rigs))
+
+
+def _check_target(scene: Scene, out: Path, overwrite: bool) -> Path:
+    """Return the mesh file; refuse to write over the scene that is being simulated."""
+    if scene.path is None or not scene.document:
+        raise ValueError('the scene was built in memory: only one read from a file is recorded')
+    target = out / 'scene.yaml'
+    if target.exists() and target.samefile(scene.path):
+        raise RecordingError(f'{target} is the scene to simulate: choose another folder')
+    if target.exists() and not overwrite:
+        raise RecordingError(f'{target} exists already: choose another folder, or add --overwrite')
+    return scene.path.parent / Path(str(scene.document['mesh']['file'])).expanduser()
+
+
+def _stored_poses(scene: Scene, rigs: Sequence[Rig]) -> dict[str, Any]:
+    """Return the camera poses that the scene must store: without a marker nothing finds them."""
+    return {
+        rig.name: rig.depth_from_world
+        for rig, setup in zip(rigs, scene.observations, strict=True)
+        if scene.marker is None or setup.stored_depth_from_world is not None
+    }
+
+
+def _write_bag(
+    rig: Rig, path: Path, settings: RecorderSettings, number: int, overwrite: bool
+) -> None:
+    period = round(_SECOND / settings.rate)
+    # Each image has its own source of noise: more frames do not change the earlier ones.
+    bias_random = np.random.default_rng([settings.seed, number, 0])
+    bias = settings.lidar.bias_field(rig.depth_scan.depth.shape, bias_random)
+    places = np.linspace(0, settings.frames - 1, settings.color_frames).round().astype(int)
+    with BagWriter(path, overwrite=overwrite) as bag:
+        bag.write_depth_from_color(
+            DEPTH_FROM_COLOR,
+            depth_frame=DEPTH_FRAME,
+            color_frame=COLOR_FRAME,
+            stamp_ns=_FIRST_STAMP_NS,
+        )
+        for index in range(settings.frames):
+            stamp = _FIRST_STAMP_NS + index * period
+            random = np.random.default_rng([settings.seed, number, 1, index])
+            depth = settings.lidar.measure(rig.depth_scan, bias, random)
+            bag.write_depth_camera(rig.depth_camera, stamp_ns=stamp, frame_id=DEPTH_FRAME)
+            bag.write_depth(
+                DepthFrame(depth, stamp, DEPTH_FRAME), encoding=settings.lidar.encoding
+            )
+            if index in places:
+                later = stamp + _COLOR_DELAY_NS
+                random = np.random.default_rng([settings.seed, number, 2, index])
+                picture = expose(rig.color_image, random)
+                bag.write_color_camera(rig.color_camera, stamp_ns=later, frame_id=COLOR_FRAME)
+                bag.write_color(ColorFrame(picture, later, COLOR_FRAME))
+
+
+def _truth(
+    scene: Scene, rigs: Sequence[Rig], bodies: Sequence[PosedBody], settings: RecorderSettings
+) -> dict[str, Any]:
+    """Say what the recording was made with, in SI units."""
+    lidar = settings.lidar
+    return {
+        'made_by': f'diffcal_ros {__version__}',
+        'parameters': {
+            region.name: {
+                name: getattr(region, name).start
+                for name in ('youngs_modulus', 'poissons_ratio', 'density')
+            }
+            for region in scene.regions
+        },
+        'element': scene.element.value,
+        'tet_count': scene.mesh.tet_count,
+        'lame_convention': scene.convention.value,
+        'seed': settings.seed,
+        'sensor': {name: getattr(lidar, name) for name in lidar.__dataclass_fields__},
+        'depth_from_color': DEPTH_FROM_COLOR.tolist(),
+        'observations': {
+            rig.name: {
+                'depth_from_world': rig.depth_from_world.tolist(),
+                'largest_displacement': body.largest_displacement,
+            }
+            for rig, body in zip(rigs, bodies, strict=True)
+        },
+    }
+
+
+def _notes(scene: Scene, rigs: Sequence[Rig]) -> tuple[str, ...]:
+    notes = [
+        f'{rig.name}: the body or the marker is partly outside an image'
+        for rig in rigs
+        if not rig.sees_all
+    ]
+    if scene.marker is None:
+        notes.append('the scene has no marker: calibrate with --pose stored')
+    return tuple(notes)

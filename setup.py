@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Build the ROS package `diffcal_ros` (colcon) and the plain library with `diffcal` (pip)."""
+
+from glob import glob
+from pathlib import Path
+import sys
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'diffcal_ros'
+
+# A wheel is the ROS-free library: names such as `calibration` do not belong on everyone's PATH.
+BUILDS_WHEEL = bool({'bdist_wheel', 'dist_info', 'editable_wheel'} & set(sys.argv))
+NODES = [
+    'calibration = diffcal_ros.ros.calibration_node:main',
+    'depth_source = diffcal_ros.ros.depth_source_node:main',
+    'marker_pose = diffcal_ros.ros.marker_pose_node:main',
+]
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed']},
+    python_requires='>=3.10',
+    install_requires=Path('requirements.txt').read_text().split(),
+    extras_require={
+        'cholmod': ['cvxopt>=1.3'],  # GPL: only on the user's own decision.
+        'fast': ['pypardiso>=0.4.6'],
+        'mesh': ['pytetwild>=0.2', 'pyvista>=0.43'],
+        'test': ['pytest>=7'],
+        'torch': ['torch>=2.1'],
+    },
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/config', glob('config/*')),
+        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+        (f'share/{PACKAGE}/rviz', glob('rviz/*.rviz')),
+    ],
+    zip_safe=False,
+    maintainer='diffcal_ros maintainers',
+    maintainer_email='maintainers@diffcal-ros.org',
+    description=(
+        "Find a soft body's simulator parameters from depth images: differentiable FEM, "
+        'differentiable depth rendering, error bars, live or from a bag.'
+    ),
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'diffcal = diffcal_ros.cli.main:main',
+            *([] if BUILDS_WHEEL else NODES),
+        ]
+    },
+)

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Gap, correlation, fused frames, result file."""
+
+import json
+
+from diffcal_ros.calibration.calibrate import calibrate
+from diffcal_ros.calibration.correlation import correlation_lengths
+from diffcal_ros.calibration.gap import measure_gap
+from diffcal_ros.calibration.observation import fuse_frames
+from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.result import save_result
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import InputError, RecordingError
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter, uniform_filter
+from support.scenes import beam_scene, noisy, observation, true_depth
+
+
+def test_gap_counts_what_was_found() -> None:
+    residual = np.array([[0.001, -0.003, np.nan], [0.002, 0.05, 0.004]])
+    counted = np.array([[True, True, True], [True, True, False]])
+    gap = measure_gap([residual], [counted], truncation=0.02)
+    assert gap.pixels == 3
+    assert gap.median == pytest.approx(0.002)
+    assert gap.rms == pytest.approx(np.sqrt((1 + 9 + 4) / 3) * 1e-3)
+    # Missing (NaN) and beyond the truncation: rendered, but not found.
+    assert gap.coverage == pytest.approx(3 / 5)
+
+
+def test_white_noise_is_correlated_with_itself_only(random) -> None:
+    image = random.normal(size=(120, 150))
+    square, line = correlation_lengths(image, np.ones(image.shape, dtype=bool))
+    assert square == pytest.approx(1.0, abs=0.5)
+    assert line == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize('width', [5, 9])
+def test_averaged_noise_is_worth_its_square(width, random) -> None:
+    # The mean over w x w pixels correlates over a square of side w.
+    image = uniform_filter(random.normal(size=(900, 900)), width)
+    square, _ = correlation_lengths(image, np.ones(image.shape, dtype=bool))
+    assert square == pytest.approx(width, rel=0.25)
+
+
+def test_correlation_sees_through_a_mask(random) -> None:
+    image = gaussian_filter(random.normal(size=(300, 300)), 3.0)
+    whole, _ = correlation_lengths(image, np.ones(image.shape, dtype=bool))
+    # A beam's shape: a tilted stripe.
+    rows, columns = np.mgrid[:300, :300]
+    stripe = np.abs(rows - 0.4 * columns - 80) < 35
+    seen, _ = correlation_lengths(np.where(stripe, image, 1e3), stripe)
+    assert seen == pytest.approx(whole, rel=0.3)
+
+
+def _frames(images: list[np.ndarray]) -> list[DepthFrame]:
+    return [DepthFrame(image.astype(np.float32), number) for number, image in enumerate(images)]
+
+
+def test_fused_frames_keep_the_median_and_know_their_noise(random) -> None:
+    truth = 0.4 + 0.1 * random.random((40, 50))
+    images = [truth + random.normal(scale=0.0005, size=truth.shape) for _ in range(15)]
+    images[3][10, 10] = 3.0  # a flying pixel
+    for image in images[:9]:
+        image[20, 20] = np.nan  # seen in fewer than half
+    fused = fuse_frames(_frames(images))
+    assert fused.frame_count == 15
+    assert np.isnan(fused.depth[20, 20])
+    assert fused.depth[10, 10] == pytest.approx(truth[10, 10], abs=0.001)
+    assert fused.noise == pytest.approx(0.0005 * np.sqrt(np.pi / 30.0), rel=0.1)
+    left = fused.depth - truth
+    assert np.nanstd(left) == pytest.approx(fused.noise, rel=0.1)
+
+
+def test_frames_without_depth_are_refused() -> None:
+    with pytest.raises(RecordingError, match='at least one'):
+        fuse_frames([])
+    with pytest.raises(RecordingError, match='every depth pixel is invalid'):
+        fuse_frames(_frames([np.full((4, 4), np.nan)]))
+
+
+def test_result_file_holds_everything_asked_for(tmp_path, random) -> None:
+    result = calibrate(
+        beam_scene(modulus=80e3),
+        [observation(noisy(true_depth(), random))],
+        CalibrationSettings(with_mesh_error=False),
+    )
+    path = tmp_path / 'out' / 'result.json'
+    save_result(result, path)
+    written = json.loads(path.read_text())
+    assert written['outcome'] == Outcome.CONVERGED.value
+    modulus = written['parameters']['youngs_modulus']
+    assert modulus['value'] == pytest.approx(result['youngs_modulus'].value)
+    assert modulus['unit'] == 'Pa'
+    assert modulus['start'] == pytest.approx(80e3)
+    assert modulus['std_error'] > 0.0
+    for end in ('start', 'end'):
+        assert set(written['gap'][end]) == {'median_mm', 'rms_mm', 'coverage', 'pixels'}
+    assert written['iterations'] == len(written['history']) - 1
+    assert written['loss']['name'] == 'robust'
+    assert written['seconds'] > 0.0
+
+
+def test_result_keeps_the_old_file_when_it_cannot_be_written(tmp_path, random) -> None:
+    result = calibrate(
+        beam_scene(), [observation(true_depth())], CalibrationSettings(with_mesh_error=False)
+    )
+    target = tmp_path / 'result.json'
+    target.mkdir()  # a folder in the way
+    with pytest.raises(InputError, match=r'result\.json'):
+        save_result(result, target)
+
+
+@pytest.mark.parametrize(
+    ('settings', 'message'),
+    [
+        ({'loss': 'l2'}, "loss is 'l2': use one of robust, paper, l1"),
+        ({'optimizer': 'adam'}, "optimizer is 'adam': use one of gauss_newton, adam_demon"),
+        ({'optimizer': 'adam_demon'}, 'minimises the whole-image losses'),
+        ({'max_iterations': 0}, 'give at least 1'),
+    ],
+)
+def test_impossible_settings_are_refused(settings, message) -> None:
+    with pytest.raises(InputError, match=message):
+        CalibrationSettings(**settings)

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError, SOLVER_NAMES
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.rigid_transform import rotation_matrix
+import numpy as np
+import pytest
+from support.beams import beam_mesh, held_end
+from support.bodies import GRAVITY, hanging_beam, uniform_material
+
+ELEMENTS = list(Element)
+
+
+def _installed() -> list[str]:
+    names = []
+    body = hanging_beam(Element.LINEAR)
+    for name in SOLVER_NAMES:
+        try:
+            make_solver(body.solver.pattern, name)
+        except ImportError:
+            continue
+        names.append(name)
+    return names
+
+
+@pytest.mark.parametrize('element', ELEMENTS)
+@pytest.mark.parametrize('modulus', [3e3, 30e3, 300e3])
+def test_the_clamp_carries_the_weight(element, modulus) -> None:
+    body = hanging_beam(element)
+    material = uniform_material(body.mesh, modulus)
+    state = body.settle(material, GRAVITY)
+    weight = 1080.0 * body.mesh.volumes.sum() * GRAVITY
+    np.testing.assert_allclose(state.reactions.sum(axis=0), -weight, rtol=1e-6)
+    # And its moment: nothing else holds the body.
+    masses = body.gravity_loads(material.density, GRAVITY)
+    moment = np.cross(state.positions, state.reactions + masses).sum(axis=0)
+    lever = np.abs(np.cross(state.positions, masses)).sum()
+    np.testing.assert_allclose(moment, 0.0, atol=1e-6 * lever)
+
+
+def test_a_slender_beam_sags_as_beam_theory_says() -> None:
+    length, height, width, modulus = 0.2, 0.02, 0.015, 5e6
+    mesh = beam_mesh((16, 2, 2), (length, height, width))
+    body = hanging_beam(Element.QUADRATIC, mesh)
+    state = body.settle(uniform_material(mesh, modulus, nu=0.0), np.array([0.0, -9.81, 0.0]))
+    sag = -(state.positions - body.discretisation.rest_nodes)[:, 1].min()
+    load = 1080.0 * 9.81 * height * width
+    inertia = width * height**3 / 12.0
+    # Euler-Bernoulli plus Timoshenko's shear (5/6 of the section); the sag is 1.5 % of the length.
+    theory = load * length**4 / (8 * modulus * inertia)
+    theory += load * length**2 / (2 * (5 / 6) * (modulus / 2) * height * width)
+    assert sag == pytest.approx(theory, rel=0.01)
+
+
+def test_quadratic_elements_converge_with_their_order() -> None:
+    # Held at one end: the corners of the clamp limit the slope, so only the sag's is asked for.
+    sags = []
+    for fineness in (1, 2, 3):
+        mesh = beam_mesh((4 * fineness, fineness, fineness), (0.12, 0.03, 0.02))
+        body = hanging_beam(Element.QUADRATIC, mesh)
+        state = body.settle(uniform_material(mesh, 60e3, nu=0.3), np.array([0.0, -9.81, 0.0]))
+        sags.append(-(state.positions - body.discretisation.rest_nodes)[:, 1].min())
+    first, second = abs(sags[1] - sags[0]), abs(sags[2] - sags[1])
+    assert first / sags[2] < 0.05
+    # From h to h/2 to h/3 an error of order p shrinks its differences by
+    # (1 - 2^-p) / (2^-p - 3^-p): 3.6 for p = 1.5, 5.4 for p = 2.
+    assert first / second > 3.6
+
+
+@pytest.mark.parametrize('solver', _installed())
+def test_every_solver_finds_the_same_equilibrium(solver) -> None:
+    expected = hanging_beam(Element.LINEAR, solver='superlu')
+    material = uniform_material(expected.mesh, 8e3)
+    positions = expected.settle(material, GRAVITY).positions
+    body = hanging_beam(Element.LINEAR, solver=solver)
+    np.testing.assert_allclose(body.settle(material, GRAVITY).positions, positions, atol=1e-9)
+
+
+@pytest.mark.parametrize('solver', [name for name in _installed() if name != 'auto'])
+def test_every_solver_refuses_an_indefinite_matrix(solver, random) -> None:
+    pattern = hanging_beam(Element.LINEAR).solver.pattern
+    values = np.zeros(pattern.entry_count)
+    values[pattern.diagonal_slots] = 1.0
+    engine = make_solver(pattern, solver)
+    engine.factor(values)
+    right = random.normal(size=(pattern.size, 2))
+    np.testing.assert_allclose(engine.solve(right), right)
+    np.testing.assert_allclose(engine.solve(right[:, 0]), right[:, 0])
+    values[pattern.diagonal_slots[pattern.size // 2]] = -1.0
+    with pytest.raises(NotPositiveDefiniteError):
+        engine.factor(values)
+
+
+def test_unknown_solver_is_named_with_the_known_ones() -> None:
+    with pytest.raises(ValueError, match="'cudss' is unknown: use one of auto, pardiso"):
+        hanging_beam(solver='cudss')
+
+
+def test_warm_and_cold_starts_agree() -> None:
+    body = hanging_beam()
+    body.settle(uniform_material(body.mesh, 30e3), GRAVITY)
+    warm = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)
+    assert warm.held_steps > 0
+    body.forget()
+    cold = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)
+    assert cold.newton_steps > 0
+    np.testing.assert_allclose(warm.positions, cold.positions, atol=1e-8)
+
+
+@pytest.mark.parametrize('element', ELEMENTS)
+def test_a_half_turn_of_the_far_end_is_followed(element) -> None:
+    mesh = beam_mesh((8, 2, 2), (0.16, 0.03, 0.02))
+    x = mesh.rest_positions[:, 0]
+    held = np.flatnonzero((x <= 1e-9) | (x >= 0.16 - 1e-9)).astype(np.int32)
+    far = x[held] > 0.1
+    rest = mesh.rest_positions[held]
+    middle = rest[far].mean(axis=0)
+
+    def path(fraction: float) -> np.ndarray:
+        rotation = rotation_matrix(np.array([np.pi * fraction, 0.0, 0.0]))
+        moved = rest.copy()
+        moved[far] = (rest[far] - middle) @ rotation.T + middle
+        return moved
+
+    body = StaticBody(mesh, element, held)
+    state = body.settle(uniform_material(mesh, 40e3, 0.49), GRAVITY, held_path=path)
+    np.testing.assert_allclose(state.positions[held], path(1.0), atol=1e-12)
+    # Half of the turn is done half-way along, and in the direction of the path.
+    half = np.flatnonzero(np.abs(x - 0.08) < 1e-9)
+    offset = mesh.rest_positions[half] - middle
+    turned = state.positions[half] - state.positions[half].mean(axis=0)
+    angle = np.arctan2(
+        (offset[:, 1] * turned[:, 2] - offset[:, 2] * turned[:, 1]).sum(),
+        (offset[:, 1:] * turned[:, 1:]).sum(),
+    )
+    assert angle == pytest.approx(np.pi / 2, abs=0.15)
+
+
+def test_nothing_held_is_refused() -> None:
+    mesh = beam_mesh()
+    with pytest.raises(ValueError, match='0 nodes are held'):
+        StaticBody(mesh, Element.LINEAR, np.zeros(0, dtype=np.int32))
+
+
+def test_a_hopelessly_soft_body_says_so() -> None:
+    mesh = beam_mesh((12, 1, 1), (0.5, 0.01, 0.01))
+    body = StaticBody(mesh, Element.LINEAR, held_end(mesh))
+    with pytest.raises(EquilibriumError, match='soft'):
+        body.settle(uniform_material(mesh, 0.02), GRAVITY * 100.0)

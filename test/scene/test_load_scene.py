@@ -1,0 +1,444 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Scene files: what a sound one becomes, and what is said about each mistake."""
+
+import math
+from pathlib import Path
+import re
+import shutil
+
+from diffcal_ros.errors import SceneError
+from diffcal_ros.fem.element import Element
+from diffcal_ros.material import LameConvention
+from diffcal_ros.rigid_transform import rotation_matrix
+from diffcal_ros.scene.fit_names import fit_problems
+from diffcal_ros.scene.load import load_scene
+from diffcal_ros.scene.marker_dictionaries import MARKER_COUNTS
+import numpy as np
+import pytest
+
+INF = float('inf')
+EXAMPLE = Path(__file__).resolve().parents[2] / 'config' / 'example_scene.yaml'
+
+
+def test_minimal_scene_gets_the_defaults(write_scene, beam_mesh):
+    scene = load_scene(write_scene())
+    assert scene.name == 'scene'
+    assert scene.element is Element.QUADRATIC
+    assert scene.convention is LameConvention.CONSISTENT
+    assert scene.fit == ('youngs_modulus', 'rigid_offset')
+    assert (scene.marker, scene.depth_camera, scene.color_camera) == (None, None, None)
+    assert scene.notes == ()
+    np.testing.assert_allclose(scene.mesh.rest_positions, beam_mesh.rest_positions, atol=1e-15)
+    (region,) = scene.regions
+    np.testing.assert_array_equal(region.tets, np.arange(beam_mesh.tet_count))
+    quantity = region.youngs_modulus
+    assert (quantity.start, quantity.lower, quantity.upper) == (6e4, 1e3, 1e8)
+    assert quantity.prior_std is None
+
+
+def test_example_scene_loads_and_uses_every_key(tmp_path, beam_mesh, write_tet):
+    write_tet(tmp_path / 'beam.tet', beam_mesh)
+    shutil.copy(EXAMPLE, tmp_path / 'scene.yaml')
+    scene = load_scene(tmp_path / 'scene.yaml')
+    hanging, twisted = scene.observations
+    assert [part.name for part in hanging.held] == ['clamp']
+    assert [part.name for part in twisted.held] == ['clamp', 'far_end']
+    assert twisted.held[1].turn.angle == pytest.approx(math.pi)
+    assert hanging.bag == tmp_path / 'hanging' / 'bag'
+    assert [region.name for region in scene.regions] == ['soft_half', 'stiff_half']
+    assert scene.regions[0].youngs_modulus.prior_std == 3.0e4
+    assert scene.marker.side == 0.02
+    assert scene.depth_camera.fy == 462.0
+    assert scene.masks.boxes == ((0, 0, 40, 479),)
+    assert scene.masks.grazing_angle == pytest.approx(math.radians(75))
+    assert scene.rigid_offset.rotation_std == pytest.approx(math.radians(5))
+
+
+def test_regions_that_share_a_face_cover_the_body_once(write_scene, beam_mesh):
+    body = {'youngs_modulus': '1e5', 'poissons_ratio': 0.49, 'density': 1080}
+    # A tetrahedron's centroid on the shared face must go to exactly one of the two.
+    face = float(beam_mesh.centroids[np.argsort(beam_mesh.centroids[:, 0])[60], 0])
+    halves = {
+        'low': {**body, 'box': {'x': [-INF, face]}},
+        'high': {**body, 'box': {'x': [face, INF]}},
+    }
+    scene = load_scene(write_scene({'regions': halves}))
+    together = np.concatenate([region.tets for region in scene.regions])
+    np.testing.assert_array_equal(np.sort(together), np.arange(beam_mesh.tet_count))
+    assert scene.regions[0].youngs_modulus.start == 1e5
+
+
+def test_rest_takes_what_the_others_leave(write_scene):
+    body = {'youngs_modulus': 1e5, 'poissons_ratio': 0.49, 'density': 1080}
+    listed = {'some': {**body, 'tets': [5, 3]}, 'others': {**body, 'rest': True}}
+    some, others = load_scene(write_scene({'regions': listed})).regions
+    np.testing.assert_array_equal(some.tets, [3, 5])
+    assert len(others.tets) == 190
+
+
+def test_held_box_forgives_the_rounding_of_single_precision(write_scene):
+    changes = {'held.clamp.box.x': [0.1 + 2e-8, 0.2]}
+    assert len(load_scene(write_scene(changes)).observations[0].held[0].vertices) == 9
+    with pytest.raises(SceneError, match='no vertex lies in it'):
+        load_scene(write_scene({'held.clamp.box.x': [0.1 + 2e-6, 0.2]}))
+
+
+def test_held_box_takes_vertices_on_its_face(write_scene, beam_mesh):
+    scene = load_scene(write_scene({'held.clamp': {'box': {'x': [0.075, 0.1]}}}))
+    held = scene.observations[0].held[0].vertices
+    expected = np.flatnonzero(beam_mesh.rest_positions[:, 0] > 0.074)
+    np.testing.assert_array_equal(held, expected)
+
+
+@pytest.mark.parametrize(
+    'rotation',
+    [
+        {'rotation_vector_deg': [0, 0, 90]},
+        {'quaternion_xyzw': [0, 0, 0.70711, 0.70711]},
+        {'rotation_matrix': [[0, -1, 0], [1, 0, 0], [0, 0, 1]]},
+    ],
+)
+def test_the_three_rotations_mean_the_same(write_scene, rotation):
+    path = write_scene({'placement': {'translation': [0.1, 0.2, 0.3], **rotation}})
+    world_from_object = load_scene(path).observations[0].world_from_object
+    expected = rotation_matrix(np.array([0.0, 0.0, np.pi / 2]))
+    np.testing.assert_allclose(world_from_object[:3, :3], expected, atol=1e-12)
+    np.testing.assert_allclose(world_from_object[:3, 3], [0.1, 0.2, 0.3])
+
+
+def test_a_rounded_rotation_becomes_a_true_one(write_scene):
+    rows = [[0.9945, 0, -0.1045], [0, -1, 0], [-0.1045, 0, -0.9945]]
+    path = write_scene({'placement': {'translation': [0, 0, 0], 'rotation_matrix': rows}})
+    rotation = load_scene(path).observations[0].world_from_object[:3, :3]
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(rotation, rows, atol=5e-5)
+
+
+def test_observations_override_placement_gravity_pose_and_turns(write_scene):
+    pose = {'translation': [0, 0, 0.4]}
+    path = write_scene(
+        {
+            'stored_depth_from_world': pose,
+            'held.far': {
+                'box': {'x': [-INF, -0.08]},
+                'turn': {'axis': [2, 0, 0], 'angle_deg': 400, 'translation': [0, 0, 0.01]},
+            },
+            'observations': [
+                {'name': 'as_above'},
+                {
+                    'name': 'own',
+                    'gravity': [0, 0, 9.8],
+                    'placement': {'translation': [0, 0, 1]},
+                    'stored_depth_from_world': {'translation': [0, 0, 2]},
+                    'held_turns': {'far': None},
+                },
+                {'name': 'other', 'held_turns': {'far': {'axis': [0, 1, 0], 'angle_deg': 5}}},
+            ],
+        }
+    )
+    above, own, other = load_scene(path).observations
+    np.testing.assert_allclose(above.held[1].turn.axis, [1, 0, 0])
+    assert above.held[1].turn.angle == pytest.approx(math.radians(400))
+    assert above.stored_depth_from_world[2, 3] == 0.4
+    assert own.held[1].turn is None
+    assert (own.gravity[2], own.world_from_object[2, 3]) == (9.8, 1.0)
+    assert own.stored_depth_from_world[2, 3] == 2.0
+    np.testing.assert_allclose(other.held[1].turn.axis, [0, 1, 0])
+
+
+BODY = 'regions.body'
+MISTAKES = {
+    'unknown key': ({'mesh.elment': 'linear'}, r'line 5: mesh\.elment .*did you mean `element`'),
+    'unknown top key': ({'gravty': 1}, r'gravty is no key .*did you mean `gravity`'),
+    'format missing': ({'format': ...}, 'format is missing: write `format: 1`'),
+    'format of the future': ({'format': 2}, 'format is 2: this version reads format 1'),
+    'no mesh': ({'mesh': ...}, 'mesh is missing: give'),
+    'mesh not there': ({'mesh.file': 'no.tet'}, r"mesh\.file is 'no.tet': there is no mesh file"),
+    'mesh of another kind': ({'mesh.file': 'a.step'}, r"suffix '\.step': meshes are \.tet, \.msh"),
+    'no unit': ({'mesh.unit': ...}, r'mesh\.unit is missing: allowed: m, cm, mm'),
+    'wrong unit': ({'mesh.unit': 'inch'}, r"mesh\.unit is 'inch': allowed: m, cm, mm"),
+    'a 20 m finger': ({'mesh.unit': 'm'}, r'unit m: the body is 200 m long: set the mesh'),
+    'element': (
+        {'mesh.element': 'cubic'},
+        r"element is 'cubic': allowed: linear, quadratic",
+    ),
+    'edge length': ({'mesh.edge_length': 0.01}, 'edge_length is for surfaces, leave it out'),
+    'law': ({'law.name': 'hookean'}, r"law\.name is 'hookean': allowed: stable_neo_hookean"),
+    'convention': ({'law.lame_convention': 'x'}, 'lame_convention is .x.: allowed: consistent'),
+    'nothing held': ({'held': {}}, 'held is empty: hold at least one part'),
+    'held missing': ({'held': ...}, 'held is missing: name the clamped part'),
+    'held part empty': ({'held.clamp': {'turn': None}}, 'held.clamp holds nothing: give a box'),
+    'held part null': ({'held.clamp': None}, 'held.clamp is None: give a box or vertices'),
+    'held box in mm': ({'held.clamp.box.x': [80, 100]}, r'no vertex lies in it; the body spans x'),
+    'held box swapped': ({'held.clamp.box.x': [0.1, 0.08]}, r'low is 0\.1 and above high, 0\.08'),
+    'held box of nothing': ({'held.clamp.box': {}}, r'held\.clamp\.box limits nothing'),
+    'held box axis': ({'held.clamp.box': {'w': [0, 1]}}, r'box\.w is no key .*allowed: x, y, z'),
+    'held box a number': ({'held.clamp.box.x': 0.08}, r'box\.x is 0\.08: give \[low, high\]'),
+    'held in line': ({'held.clamp': {'vertices': [0, 1, 2]}}, 'holds 3 vertices on one line'),
+    'held too few': ({'held.clamp': {'vertices': [0, 5]}}, 'holds 2 vertices on one line'),
+    'held all': ({'held.clamp': {'box': {'x': [-1, 1]}}}, 'holds all 81 vertices: nothing is'),
+    'held outside': ({'held.clamp': {'vertices': [0, 1, 99]}}, 'names 99: the mesh has 81 of'),
+    'held twice': ({'held.clamp': {'vertices': [0, 1, 1]}}, 'names 1 of its 3 numbers twice'),
+    'held two ways': ({'held.clamp.vertices': [1]}, 'held.clamp has box and vertices: keep one'),
+    'turn without angle': (
+        {'held.clamp.turn': {'axis': [1, 0, 0]}},
+        r'held\.clamp\.turn\.angle_deg is missing: give the angle in degrees',
+    ),
+    'turn without direction': (
+        {'held.clamp.turn': {'axis': [0, 0, 0], 'angle_deg': 9}},
+        r'turn\.axis is \[0, 0, 0\]: give a direction that is not zero',
+    ),
+    'shared and turned': (
+        {
+            'held.far': {
+                'box': {'x': [0.09, 1]},
+                'turn': {'axis': [1, 0, 0], 'angle_deg': 9},
+            }
+        },
+        'has 9 vertices that `clamp` and `far` both hold while one of them turns',
+    ),
+    'no region': ({'regions': {}}, 'regions is empty: give at least one'),
+    'region name': ({'regions': {'a.b': {}}}, 'is no name for a region: use letters'),
+    'modulus missing': ({f'{BODY}.youngs_modulus': ...}, 'youngs_modulus is missing: give Young'),
+    'modulus in kPa': ({f'{BODY}.youngs_modulus': 60}, "60: Young's modulus is usually 1000 to"),
+    'modulus no number': ({f'{BODY}.youngs_modulus': '60 kPa'}, "is '60 kPa': give Young.*in Pa"),
+    'modulus true': ({f'{BODY}.youngs_modulus': True}, 'is True: give Young'),
+    'modulus NaN': ({f'{BODY}.youngs_modulus': math.nan}, 'is nan: give Young'),
+    'modulus infinite': ({f'{BODY}.youngs_modulus': INF}, 'is inf: give Young'),
+    'start outside bounds': (
+        {f'{BODY}.youngs_modulus': {'start': 9e6, 'min': 5e3, 'max': 5e6}},
+        r'line \d+: regions\.body\.youngs_modulus\.start is 9e\+06: .*bounds, 5000 to 5e\+06',
+    ),
+    'bounds swapped': (
+        {f'{BODY}.youngs_modulus': {'start': 1e5, 'min': 5e6, 'max': 5e3}},
+        r'youngs_modulus has min 5e\+06 and max 5000: min must be below max',
+    ),
+    'prior without std': (
+        {f'{BODY}.youngs_modulus': {'start': 1e5, 'prior': {'mean': 1e5}}},
+        r'youngs_modulus\.prior\.std is missing: give the standard deviation in Pa',
+    ),
+    'prior without width': (
+        {f'{BODY}.youngs_modulus': {'start': 1e5, 'prior': {'mean': 1e5, 'std': 0}}},
+        r'prior\.std is 0: give the standard deviation',
+    ),
+    'nu 0.5': ({f'{BODY}.poissons_ratio': 0.5}, 'is 0.5: give Poisson.*above -1 and below 0.5'),
+    'nu max 0.5': (
+        {f'{BODY}.poissons_ratio': {'start': 0.4, 'max': 0.5}},
+        r'poissons_ratio\.max is 0\.5: .*below 0\.5',
+    ),
+    'density in g/cm^3': ({f'{BODY}.density': 1.08}, 'density is usually 50 to 20000 kg/m'),
+    'regions overlap': (
+        {
+            'regions.low': {'box': {'x': [-1, 0.02]}},
+            f'{BODY}.box': {'x': [0, 1]},
+        },
+        r'shares \d+ tetrahedra with `body`',
+    ),
+    'regions leave out': ({f'{BODY}.box': {'x': [0, 1]}}, 'regions leave out 96 of 192 tetrahe'),
+    'region elsewhere': ({f'{BODY}.box': {'x': [1, 2]}}, "no tetrahedron's centroid lies in it"),
+    'region without place': ({'regions.low': {}}, 'says not which part of the body it is'),
+    'region of nothing': (
+        {f'{BODY}.box': {'x': [-1, 1]}, 'regions.low': {'rest': True}},
+        'regions.low has no tetrahedron: the other regions take the whole body',
+    ),
+    'two rests': (
+        {f'{BODY}.rest': True, 'regions.low': {'rest': True}},
+        'regions.low has `rest: true`, as `body` has',
+    ),
+    'rest and box': ({f'{BODY}.box': {'x': [0, 1]}, f'{BODY}.rest': True}, 'has `rest` and a box'),
+    'gravity short': ({'gravity': [0, -9.8]}, r'gravity is \[0, -9\.8\]: give the acceleration'),
+    'gravity in mm': ({'gravity': [0, -9810, 0]}, 'gravity is .*-9810.*in m/s.2'),
+    'no placement': ({'placement': ...}, 'placement is missing: give translation and rotation'),
+    'placement stretched': (
+        {'placement.rotation_matrix': [[2, 0, 0], [0, 1, 0], [0, 0, 1]]},
+        r'placement\.rotation_matrix is not rigid: its 3x3 part must be a rotation',
+    ),
+    'placement mirrored': (
+        {'placement.rotation_matrix': [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+        'placement.rotation_matrix mirrors',
+    ),
+    'placement rows': ({'placement.rotation_matrix': [1, 2]}, 'give three rows of three numbers'),
+    'placement twice turned': (
+        {
+            'placement.rotation_vector_deg': [0, 0, 0],
+            'placement.quaternion_xyzw': [0, 0, 0, 1],
+        },
+        'placement has quaternion_xyzw, rotation_vector_deg: keep one of them',
+    ),
+    'quaternion': ({'placement.quaternion_xyzw': [0, 0, 1, 1]}, r'four numbers .* of length 1'),
+    'dictionary': (
+        {'marker': {'dictionary': 'DICT_6x6_250', 'id': 0, 'side': 0.02}},
+        "dictionary is 'DICT_6x6_250': .*did you mean `DICT_6X6_250`",
+    ),
+    'marker id': (
+        {'marker': {'dictionary': 'DICT_4X4_50', 'id': 50, 'side': 0.02}},
+        r'marker\.id is 50: give a whole number at least 0 and at most 49',
+    ),
+    'marker in mm': (
+        {'marker': {'dictionary': 'DICT_4X4_50', 'id': 0, 'side': 20}},
+        r'marker\.side is 20: give the edge of the black square in metres',
+    ),
+    'camera uncalibrated': (
+        {'camera': {'width': 4, 'height': 3, 'fx': 0, 'fy': 1, 'cx': 1, 'cy': 1}},
+        r'camera\.fx is 0: give the focal length in pixels, above 0; zero means not calibrated',
+    ),
+    'camera word': ({'camera': 'auto'}, "camera is 'auto': write from_camera_info or"),
+    'camera distorted': (
+        {
+            'camera': {'width': 4, 'height': 3, 'fx': 1, 'fy': 1, 'cx': 1, 'cy': 1}
+            | {'distortion': [0.1, 0, 0, 0, 0]}
+        },
+        'camera.distortion is .*depth images are rectified',
+    ),
+    'mask empty': ({'masks.boxes': [[5, 0, 4, 9]]}, r'masks\.boxes\[0\] is .*: it is empty'),
+    'mask outside': (
+        {
+            'masks.boxes': [[0, 0, 1, 1], [4, 0, 9, 9]],
+            'camera': {'width': 4, 'height': 3, 'fx': 1, 'fy': 1, 'cx': 1, 'cy': 1},
+        },
+        r'masks\.boxes\[1\] is \[4, 0, 9, 9\]: it lies outside the image',
+    ),
+    'truncation in mm': ({'masks.truncation': 20}, 'truncation is 20: give a length in metres'),
+    'held mask': ({'masks.held': 'yes please'}, r'masks\.held is .*: write true or false'),
+    'sensor mode': ({'sensor.quantization_mode': 'floor'}, 'allowed: round, truncate'),
+    'offset prior': ({'rigid_offset.translation_std': 0}, 'translation_std is 0: give a length'),
+    'fit unknown': ({'fit': ['youngs_modulos']}, r"fit has 'youngs_modulos'; did you mean"),
+    'fit unknown region': ({'fit': ['density.bdy']}, 'did you mean `density.body`'),
+    'fit twice': ({'fit': ['density', 'density.body']}, "has 'density.body' twice"),
+    'fit nothing': ({'fit': []}, 'fit is empty: name at least one'),
+    'fit a word': ({'fit': 'density'}, "fit is 'density': give a list of parameter names"),
+    'density without weight': (
+        {'fit': ['density'], 'gravity': [0, 0, 0]},
+        "fit has 'density' while gravity is zero in every observation",
+    ),
+    'nothing loads': ({'gravity': [0, 0, 0], 'fit': ['youngs_modulus']}, 'nothing loads the body'),
+    'observation nameless': ({'observations': [{}]}, r'observations\[0\]\.name is missing'),
+    'observations twice': (
+        {'observations': [{'name': 'a'}, {'name': 'a'}]},
+        r"observations\[1\]\.name is 'a': another observation has that name",
+    ),
+    'observations a mapping': ({'observations': {'a': 1}}, 'observations is .*: give a list'),
+    'observation part': (
+        {'observations': [{'name': 'a', 'held_turns': {'clmp': None}}]},
+        r'held_turns\.clmp is no part held here; did you mean `clamp`',
+    ),
+    'observation holds': (
+        {'observations': [{'name': 'a', 'held_parts': ['far']}]},
+        r"held_parts is \['far'\]: give a list of held parts, from clamp",
+    ),
+    'observation key': ({'observations': [{'name': 'a', 'masks': {}}]}, 'masks is no key'),
+}
+
+
+@pytest.mark.parametrize('mistake', MISTAKES)
+def test_each_mistake_is_named(write_scene, mistake):
+    changes, sentence = MISTAKES[mistake]
+    changes = dict(changes)
+    if 'regions.low' in changes:
+        body = {'youngs_modulus': 1e5, 'poissons_ratio': 0.49, 'density': 1080}
+        changes['regions.low'] = {**body, **changes['regions.low']}
+    with pytest.raises(SceneError, match=r'(?s)scene\.yaml.*' + sentence) as error:
+        load_scene(write_scene(changes))
+    assert 'Traceback' not in str(error.value)
+
+
+def test_one_mistake_is_one_sentence_and_several_are_one_line_each(write_scene):
+    with pytest.raises(SceneError) as one:
+        load_scene(write_scene({'gravity': 9.8}))
+    assert str(one.value).count('\n') == 0
+    mistakes = {'placement.translation': 1, 'gravity': 9.8, 'mesh.unit': 'inch'}
+    several = write_scene({**mistakes, f'{BODY}.density': -1})
+    with pytest.raises(SceneError, match=r'scene\.yaml: 4 mistakes') as error:
+        load_scene(several)
+    lines = str(error.value).splitlines()[1:]
+    numbers = [int(re.match(r'  line (\d+): ', line).group(1)) for line in lines]
+    written = several.read_text().splitlines()
+    assert [written[number - 1].split(':')[0].strip() for number in numbers] == [
+        'unit',
+        'density',
+        'gravity',
+        'translation',
+    ]
+
+
+def test_a_mistake_above_is_told_once_for_all_observations(write_scene):
+    changes = {'placement.translation': 'x', 'observations': [{'name': 'a'}, {'name': 'b'}]}
+    with pytest.raises(SceneError, match=r'line \d+: placement\.translation is') as error:
+        load_scene(write_scene(changes))
+    assert str(error.value).count('placement') == 1
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('', 'is empty: a scene file starts with `format: 1`'),
+        ('- a\n- b\n', 'is a list, not a mapping'),
+        ('a: [1,\n', r'line 2, column 1: not readable as YAML'),
+        ('a: 1\n\tb: 2\n', r'line 2, column 1: not readable as YAML'),
+        ('a: 1\nb: {c: 1, c: 2}\na: 3\n', r'`a` stands on line 1 and again on line 3'),
+        ('b: {c: 1,\n c: 2}\n', r'`b\.c` stands on line 1 and again on line 2'),
+        ('a: 2001-99-99\n', 'holds a value that YAML cannot read'),
+        ('a: !!python/object:os.system x\n', 'not readable as YAML'),
+        ('x: \x00\n', 'not readable as YAML'),
+        ('[' * 20000, 'is nested too deeply'),
+        ('format: 1\n1: 2\n', '1 is no text: put the key in quotes'),
+    ],
+)
+def test_unreadable_yaml_says_where(tmp_path, text, sentence):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(text)
+    with pytest.raises(SceneError, match=sentence):
+        load_scene(path)
+
+
+def test_missing_folder_and_binary_files_are_refused(tmp_path):
+    with pytest.raises(SceneError, match='there is no scene file'):
+        load_scene(tmp_path / 'none.yaml')
+    with pytest.raises(SceneError, match='is a folder: name the scene file in it'):
+        load_scene(tmp_path)
+    (tmp_path / 'x.mcap').write_bytes(b'\x89MCAP0\r\n\xff\xfe')
+    with pytest.raises(SceneError, match='is no text file: a scene is YAML'):
+        load_scene(tmp_path / 'x.mcap')
+
+
+def test_a_loose_piece_of_the_mesh_is_refused(write_scene, write_tet, beam_mesh, tmp_path):
+    path = write_scene()
+    loose = beam_mesh.rest_positions[beam_mesh.tets[0]] + [0.0, 0.1, 0.0]
+    mesh = type(beam_mesh)(
+        np.vstack([beam_mesh.rest_positions, loose]),
+        np.vstack([beam_mesh.tets, np.arange(4) + beam_mesh.vertex_count]).astype(np.int32),
+    )
+    write_tet(tmp_path / 'beam.tet', mesh)
+    with pytest.raises(SceneError, match='leaves a piece of 4 vertices loose'):
+        load_scene(path)
+
+
+def test_parts_that_an_observation_leaves_out_must_not_be_needed(write_scene):
+    line = {'vertices': [0, 1, 2]}
+    changes = {'held.line': line, 'observations': [{'name': 'a', 'held_parts': ['line']}]}
+    with pytest.raises(SceneError, match=r'observations\[0\] holds 3 vertices on one line'):
+        load_scene(write_scene(changes))
+
+
+def test_fit_names_are_checked_for_the_command_line_too(write_scene):
+    scene = load_scene(write_scene())
+    names = ['youngs_modulus.body', 'rigid_offset', 'gravity_tilt']
+    assert fit_problems(names, ['body'], scene.observations) == []
+    (problem,) = fit_problems(['rigid_ofset'], ['body'], scene.observations)
+    assert 'did you mean `rigid_offset`' in problem
+
+
+def test_marker_dictionaries_are_those_of_opencv():
+    aruco = pytest.importorskip('cv2.aruco', reason='OpenCV is not installed')
+    for name, count in MARKER_COUNTS.items():
+        dictionary = aruco.getPredefinedDictionary(getattr(aruco, name))
+        assert len(dictionary.bytesList) == count, name
+
+
+def test_scene_of_the_twisted_capture_selects_what_the_data_say(diffcal_data, write_scene):
+    """The data set's README counts 186 held vertices on the coarse cantilever."""
+    file = diffcal_data / 'CAD_models' / 'cantilever_coarse' / 'cantilever_f640_v322.tet'
+    changes = {'mesh': {'file': str(file), 'unit': 'cm'}, 'held.clamp.box.x': [0.07, INF]}
+    scene = load_scene(write_scene(changes))
+    assert len(scene.observations[0].held[0].vertices) == 186

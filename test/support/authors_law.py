@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+# mypy: ignore-errors
+"""The stable neo-Hookean law as the authors' simulator has it: with I_C from F's diagonal only.
+
+That force is no energy's slope and depends on how the body is turned. It is here to meet their
+numbers, and shows that nothing else differs.
+"""
+
+from diffcal_ros.fem.stable_neo_hookean import (
+    cofactor,
+    energy_density,
+    point,
+    stiffness_block,
+    stress_tangent,
+)
+import warp as wp
+
+wp.set_module_options({'enable_backward': False})
+
+__all__ = [
+    'NAME',
+    'cofactor',
+    'energy_density',
+    'point',
+    'stiffness_block',
+    'stress',
+    'stress_of_numbers',
+    'stress_tangent',
+]
+NAME = 'authors_stable_neo_hookean'
+
+
+@wp.func
+def stress(F: wp.mat33d, mu: wp.float64, lam: wp.float64):
+    """First Piola-Kirchhoff stress with I_C taken from the diagonal."""
+    one = wp.float64(1.0)
+    diagonal = F[0, 0] * F[0, 0] + F[1, 1] * F[1, 1] + F[2, 2] * F[2, 2]
+    shear = mu * (one - one / (diagonal + one))
+    pressure = lam * (wp.determinant(F) - one) - wp.float64(0.75) * mu
+    return shear * F + pressure * cofactor(F)
+
+
+@wp.func
+def stress_of_numbers(
+    F: wp.mat33d, mu: wp.float64, lam: wp.float64, dmu: wp.float64, dlam: wp.float64
+):
+    """The law is linear in its numbers."""
+    return stress(F, dmu, dlam)

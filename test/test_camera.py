@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+from diffcal_ros.camera import PinholeCamera
+import numpy as np
+import pytest
+
+CAMERA = PinholeCamera(64, 48, 70.0, 74.0, 30.5, 25.25)
+
+
+def test_back_projection_undoes_projection(random: np.random.Generator) -> None:
+    depth = random.uniform(0.3, 0.6, size=(48, 64))
+    points = CAMERA.back_project(depth)
+    pixels = CAMERA.project(points)
+    rows, columns = np.mgrid[:48, :64]
+    np.testing.assert_allclose(pixels[..., 0], columns, atol=1e-9)
+    np.testing.assert_allclose(pixels[..., 1], rows, atol=1e-9)
+    np.testing.assert_allclose(points[..., 2], depth)
+
+
+def test_resizing_keeps_what_is_seen_at_a_corner() -> None:
+    half = CAMERA.resized(32, 24)
+    # The outer border of the image is at -0.5 in both.
+    ray = [(-0.5 - CAMERA.cx) / CAMERA.fx, (-0.5 - CAMERA.cy) / CAMERA.fy]
+    np.testing.assert_allclose([(-0.5 - half.cx) / half.fx, (-0.5 - half.cy) / half.fy], ray)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'fx': 0.0}, 'focal length is fx=0'),
+        ({'width': 0}, 'camera size is 0x48'),
+        ({'cx': float('nan')}, 'NaN'),
+    ],
+)
+def test_refuses_impossible_intrinsics(changes, message: str) -> None:
+    values = {'width': 64, 'height': 48, 'fx': 70.0, 'fy': 74.0, 'cx': 30.5, 'cy': 25.25}
+    with pytest.raises(ValueError, match=message):
+        PinholeCamera(**{**values, **changes})
+
+
+def test_refuses_a_depth_image_of_another_size() -> None:
+    with pytest.raises(ValueError, match='check that camera_info matches'):
+        CAMERA.back_project(np.ones((10, 10)))
