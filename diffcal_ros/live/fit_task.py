@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""One fit in the background, told step by step."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+import threading
+
+from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.forward_model import View
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.live.background import Post
+from diffcal_ros.live.inputs import Snapshot
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+DepthArray = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """What to fit.
+
+    Attributes:
+        scene: the set-up.
+        snapshots: one an observation; the last is the one that is shown.
+        settings: how to fit.
+        start: values to start from in place of the scene's, in SI units by name.
+    """
+
+    scene: Scene
+    snapshots: tuple[Snapshot, ...]
+    settings: CalibrationSettings
+    start: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The shown observation as the model sees it.
+
+    Attributes:
+        rendered: depth [m], shape (H, W), NaN beside the body.
+        residual: observed less rendered depth [m], shape (H, W), NaN where either is missing.
+        points: nodes of the deformed body in the depth camera's frame [m], shape (N, 3).
+        triangles: its surface, shape (F, 3).
+        camera: of both images.
+        stamp_ns: of the newest frame used [ns].
+        frame_id: of the depth camera.
+    """
+
+    rendered: DepthArray
+    residual: DepthArray
+    points: FloatArray
+    triangles: NDArray[np.int32]
+    camera: PinholeCamera
+    stamp_ns: int
+    frame_id: str
+
+
+@dataclass(frozen=True)
+class FitStep:
+    """An accepted step.
+
+    Attributes:
+        record: what is known after it.
+        parameters: the same as parameters; standard errors are NaN, they exist at the end only.
+        picture: what the model sees.
+    """
+
+    record: IterationRecord
+    parameters: tuple[FittedParameter, ...]
+    picture: Picture
+
+
+@dataclass(frozen=True)
+class FitEnd:
+    """A fit that came to its end.
+
+    Attributes:
+        request: what was asked for.
+        result: what was found.
+        calibration: the model, for the report; only the background thread may use it.
+        picture: what the model sees in the end.
+    """
+
+    request: FitRequest
+    result: CalibrationResult
+    calibration: Calibration
+    picture: Picture
+
+
+def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
+    """Fit, and post a `FitStep` after every step and a `FitEnd` at the end.
+
+    Raises:
+        InputError: when something given is wrong.
+    """
+    observations = [snapshot.observe(request.scene) for snapshot in request.snapshots]
+    calibration = Calibration(request.scene, observations, request.settings)
+    calibration.coordinates = _start(calibration, request.start)
+    last = request.snapshots[-1]
+
+    def tell(record: IterationRecord) -> bool:
+        picture = _picture(calibration, observations, last)
+        post(FitStep(record, _parameters(calibration, record), picture))
+        return not stop.is_set()
+
+    result = calibration.run(tell)
+    post(FitEnd(request, result, calibration, _picture(calibration, observations, last)))
+
+
+def _start(calibration: Calibration, values: dict[str, float]) -> FloatArray:
+    """Return start coordinates, with those values that the parameters of this fit have."""
+    lower, upper = calibration.parameters.bounds()
+    start = calibration.parameters.start()
+    for place, parameter in enumerate(calibration.parameters):
+        if parameter.name in values:
+            start[place] = parameter.coordinate(values[parameter.name])
+    return np.clip(start, lower, upper)
+
+
+def _parameters(calibration: Calibration, record: IterationRecord) -> tuple[FittedParameter, ...]:
+    unknown = math.nan
+    lower, upper = calibration.parameters.bounds()
+    at_bound = (calibration.coordinates <= lower) | (calibration.coordinates >= upper)
+    return tuple(
+        FittedParameter(
+            name=p.name,
+            value=record.values[p.name],
+            std_error=unknown,
+            mesh_error=unknown,
+            unit=p.unit,
+            start=p.quantity.start,
+            at_bound=bool(stopped),
+            is_nuisance=p.is_nuisance,
+        )
+        for p, stopped in zip(calibration.parameters, at_bound, strict=True)
+    )
+
+
+def _picture(
+    calibration: Calibration, observations: Sequence[Observation], snapshot: Snapshot
+) -> Picture:
+    model, observation = calibration.model, observations[-1]
+    view: View = model.views(calibration.coordinates)[-1]
+    rendered = view.trace.full_depth()
+    return Picture(
+        rendered=rendered.astype(np.float32),
+        residual=(observation.depth - rendered).astype(np.float32),
+        points=view.points,
+        triangles=model.body(observation).discretisation.surface_triangles,
+        camera=observation.camera,
+        stamp_ns=snapshot.newest.stamp_ns,
+        frame_id=snapshot.newest.frame_id,
+    )

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of a recording in the order of replay, serialised, with stamps that go on in loops."""
+
+from collections.abc import Callable, Iterator
+from enum import Enum
+from typing import NamedTuple
+
+from diffcal_ros.live.cdr_stamp import move_stamp
+from diffcal_ros.recording.color_frame import decode_compressed
+from diffcal_ros.recording.mcap_messages import RawMessage
+from diffcal_ros.recording.recording import Recording
+from diffcal_ros.recording.ros_messages import (
+    deserialize,
+    image_message,
+    serialize,
+    stamp_ns_of,
+)
+from diffcal_ros.recording.topics import camera_info_of, COMPRESSED_IMAGE_TYPE
+
+_USUAL_PERIOD = 33_333_333  # [ns]
+
+
+class Role(str, Enum):
+    """What a message is to the nodes; the values are their topics."""
+
+    DEPTH = 'depth/image_rect_raw'
+    DEPTH_INFO = 'depth/camera_info'
+    COLOR = 'color/image_raw'
+    COLOR_INFO = 'color/camera_info'
+
+
+class ReplayMessage(NamedTuple):
+    """A message and its time.
+
+    Attributes:
+        role: what it is.
+        time_ns: when it was recorded, moved on in later rounds [ns].
+        data: CDR bytes.
+    """
+
+    role: Role
+    time_ns: int
+    data: bytes
+
+
+def replay_messages(recording: Recording, goes_on: Callable[[], bool]) -> Iterator[ReplayMessage]:
+    """Walk through a recording, again and again.
+
+    Args:
+        recording: opened.
+        goes_on: asked at the end of each round.
+    """
+    roles = _roles(recording)
+    period = _round_period(recording, tuple(roles))
+    shift = 0
+    while True:
+        for raw in recording.messages.read_all(tuple(roles)):
+            data = move_stamp(_as_image(raw), shift)
+            yield ReplayMessage(roles[raw.topic], raw.log_time_ns + shift, data)
+        if not goes_on():
+            return
+        shift += period
+
+
+def _roles(recording: Recording) -> dict[str, Role]:
+    """Say what each topic of use is."""
+    named = {recording.depth_topic: Role.DEPTH}
+    named[camera_info_of(recording.depth_topic)] = Role.DEPTH_INFO
+    if recording.color_topic is not None:
+        named[recording.color_topic] = Role.COLOR
+        # Cameras that share a namespace share a camera_info only by mistake: depth goes first.
+        named.setdefault(camera_info_of(recording.color_topic), Role.COLOR_INFO)
+    return {topic: role for topic, role in named.items() if topic in recording.messages.types}
+
+
+def _round_period(recording: Recording, topics: tuple[str, ...]) -> int:
+    """Return by how much stamps go on from round to round [ns]."""
+    entries = [entry for topic in topics for entry in recording.messages.entries(topic)]
+    times = [entry.log_time_ns for entry in entries]
+    count = len(recording.messages.entries(recording.depth_topic))
+    span = max(times) - min(times)
+    return span + (span // (count - 1) if count > 1 and span > 0 else _USUAL_PERIOD)
+
+
+def _as_image(raw: RawMessage) -> bytes:
+    """Return the message as it was recorded; a compressed image is unpacked."""
+    if raw.type_name != COMPRESSED_IMAGE_TYPE:
+        return raw.data
+    packed = deserialize(raw.data, raw.type_name)
+    return serialize(
+        image_message(
+            decode_compressed(packed.data),
+            encoding='bgr8',
+            stamp_ns=stamp_ns_of(packed),
+            frame_id=str(packed.header.frame_id),
+        )
+    )

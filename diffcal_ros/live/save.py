@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Write what a live fit found, as the command line does."""
+
+from dataclasses import dataclass
+from pathlib import Path
+import threading
+
+from diffcal_ros.calibration.calibrate import with_details
+from diffcal_ros.calibration.provenance import describe_fit
+from diffcal_ros.calibration.result import save_result
+from diffcal_ros.live.background import Post
+from diffcal_ros.live.fit_task import FitEnd
+from diffcal_ros.live.inputs import Snapshot
+from diffcal_ros.scene.fit_names import MATERIAL_NAMES
+from diffcal_ros.scene.save import save_fitted_scene
+
+RESULT, FITTED_SCENE, REPORT = 'result.json', 'fitted_scene.yaml', 'report.html'
+
+
+@dataclass(frozen=True)
+class ReportWritten:
+    """The report was written, or could not be.
+
+    Attributes:
+        path: of the file.
+        problem: why it was not written, or None.
+    """
+
+    path: Path
+    problem: str | None = None
+
+
+def save_numbers(end: FitEnd, folder: Path) -> tuple[Path, ...]:
+    """Write result.json and, where there is a fit to use, the scene with fitted values.
+
+    Raises:
+        InputError: when the folder cannot be written to or the disk is full.
+    """
+    details = {
+        **describe_fit(end.request.scene, end.request.settings),
+        'recordings': [_described(snapshot) for snapshot in end.request.snapshots],
+        'notes': [],
+    }
+    written = [folder / RESULT]
+    save_result(with_details(end.result, **details), folder / RESULT)
+    if end.result.outcome.is_fitted:
+        material = {
+            name: value
+            for name, value in end.result.values().items()
+            if name.partition('.')[0] in MATERIAL_NAMES
+        }
+        save_fitted_scene(end.request.scene, folder / FITTED_SCENE, material)
+        written.append(folder / FITTED_SCENE)
+    return tuple(written)
+
+
+def save_report(end: FitEnd, folder: Path, post: Post, stop: threading.Event) -> None:
+    """Write the report, which takes seconds, and post `ReportWritten`."""
+    path = folder / REPORT
+    try:
+        from diffcal_ros.report.page import write_report
+
+        write_report(path, end.calibration, end.result)
+    except Exception as error:  # A report that fails must not cost the fit.
+        post(ReportWritten(path, f'{path} was not written: {error}'))
+        return
+    post(ReportWritten(path))
+
+
+def _described(snapshot: Snapshot) -> dict[str, object]:
+    first, last = snapshot.frames[0], snapshot.frames[-1]
+    return {
+        'name': snapshot.name,
+        'frames': len(snapshot.frames),
+        'first_stamp_ns': first.stamp_ns,
+        'last_stamp_ns': last.stamp_ns,
+        'frame_id': last.frame_id,
+    }

@@ -1,0 +1,280 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The course of a live calibration: collect frames, fit, tell; one step at a time."""
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+import threading
+from typing import Any
+
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import InputError
+from diffcal_ros.live.background import Background, TaskFailed
+from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
+from diffcal_ros.live.frame_window import FrameWindow
+from diffcal_ros.live.inputs import LiveInputs, Snapshot
+from diffcal_ros.live.warm_up import Ready, warm_up
+from diffcal_ros.scene.fit_names import fit_problems
+from diffcal_ros.scene.model import Scene
+
+REFITS = ('once', 'continuous')
+# How the sensor's driver rounds depth: as the scene says, or step [m] and mode.
+DEPTH_QUANTIZATIONS = {
+    'scene': None,
+    'none': (0.0, 'round'),
+    'round_millimetres': (0.001, 'round'),
+    'truncate_millimetres': (0.001, 'truncate'),
+}
+_SECOND = 1_000_000_000  # [ns]
+_RETRY = 2 * _SECOND
+
+
+class Phase(Enum):
+    """Where the course stands."""
+
+    PREPARING = 'preparing'
+    COLLECTING = 'collecting'
+    FITTING = 'fitting'
+    DONE = 'done'
+    PAUSED = 'paused'
+
+
+@dataclass(frozen=True)
+class SessionSettings:
+    """How a live calibration goes.
+
+    Attributes:
+        fit: how to fit.
+        pose_source: see `inputs.POSE_SOURCES`.
+        observation: which of the scene's postures is in view; empty for the first.
+        window_frames: frames that are fused.
+        window_seconds: after so long fewer will do [s].
+        refit: 'once', or 'continuous': each new window starts a fit from the last values.
+        depth_quantization: one of `DEPTH_QUANTIZATIONS`.
+    """
+
+    fit: CalibrationSettings = field(default_factory=CalibrationSettings)
+    pose_source: str = 'estimated'
+    observation: str = ''
+    window_frames: int = 31
+    window_seconds: float = 2.0
+    refit: str = 'once'
+    depth_quantization: str = 'scene'
+
+
+class Session:
+    """Collects, fits and remembers; all but the fits themselves is done in the caller's thread."""
+
+    def __init__(self, scene: Scene, settings: SessionSettings, background: Background) -> None:
+        """Start, and compile in the background.
+
+        Args:
+            scene: the set-up.
+            settings: how it goes.
+            background: for the fits.
+
+        Raises:
+            InputError: when scene and settings contradict each other.
+        """
+        self.scene = scene
+        self.settings = settings
+        self.check(settings)
+        self.inputs = LiveInputs(scene, settings.pose_source, settings.observation)
+        self.window = FrameWindow(settings.window_frames)
+        self.captured: list[Snapshot] = []
+        self.problem: str | None = None
+        self.bad_inputs: dict[str, str] = {}
+        self.step_seconds = 0.0
+        self.last_step: FitStep | None = None
+        self.last_end: FitEnd | None = None
+        self._background = background
+        self._is_enabled = True
+        self._is_due = True
+        self._is_ready = False
+        self._fit: threading.Event | None = None
+        self._retry_ns = 0
+        background.submit(lambda post, stop: warm_up(scene, settings.fit, post, stop))
+
+    @property
+    def phase(self) -> Phase:
+        """Where the course stands."""
+        if not self._is_enabled:
+            return Phase.PAUSED
+        if not self._is_ready:
+            return Phase.PREPARING
+        if self._fit is not None:
+            return Phase.FITTING
+        return Phase.COLLECTING if self._is_due else Phase.DONE
+
+    def add_frame(self, frame: DepthFrame, now_ns: int) -> str | None:
+        """Take a depth frame; return why the window started anew, or None."""
+        return self.window.add(frame, now_ns) if self._is_enabled else None
+
+    def poll(self, now_ns: int) -> bool:
+        """Start a fit when everything for it is there; return whether one was started.
+
+        Args:
+            now_ns: steady time [ns].
+        """
+        if self.phase is not Phase.COLLECTING or now_ns < self._retry_ns:
+            return False
+        try:
+            snapshots = tuple(self.captured) or self._ripe_window(now_ns)
+        except InputError as error:
+            self._fail(str(error), now_ns)
+            return False
+        if snapshots:
+            self._start(snapshots)
+        return bool(snapshots)
+
+    def handle(self, event: Any, now_ns: int) -> None:
+        """Take in what the background thread found."""
+        if isinstance(event, Ready):
+            self._is_ready = True
+        elif isinstance(event, FitStep):
+            before = self.last_step.record if self.last_step and event.record.number else None
+            self.step_seconds = event.record.seconds - (before.seconds if before else 0.0)
+            self.last_step = event
+            self.problem = None
+        elif isinstance(event, FitEnd):
+            self.last_end = event
+            self._fit = None
+            self._is_due = self._goes_on
+        elif isinstance(event, TaskFailed):
+            self._is_ready = True
+            self._fail(_told(event.error), now_ns)
+
+    def enable(self, is_enabled: bool) -> str:
+        """Go on, or pause: a fit that runs is given up; return what was done."""
+        if is_enabled == self._is_enabled:
+            return 'is enabled already' if is_enabled else 'is paused already'
+        self._is_enabled = is_enabled
+        self.window.clear()
+        if is_enabled:
+            return 'collecting frames again'
+        given_up = self._interrupt()
+        return 'paused; the fit that ran was given up' if given_up else 'paused'
+
+    def reset(self) -> str:
+        """Forget frames, captures and results, and start anew; return what was done."""
+        self._interrupt()
+        count = len(self.captured)
+        self.window.clear()
+        self.captured.clear()
+        self.last_step = self.last_end = self.problem = None
+        self._is_due = True
+        self._retry_ns = 0
+        return f'started anew; {count} captured observations were forgotten'
+
+    def capture(self) -> str:
+        """Freeze the window as one more observation; the next fit uses all captured ones.
+
+        Returns:
+            What was captured.
+
+        Raises:
+            InputError: when frames or another input are missing.
+        """
+        snapshot = self.inputs.snapshot(self.window.frames)
+        self.captured.append(snapshot)
+        self.window.clear()
+        self._interrupt()
+        self._is_due = True
+        return (
+            f'captured {snapshot.name!r} from {len(snapshot.frames)} frames; the next fit uses '
+            f'{len(self.captured)} captured observations'
+        )
+
+    def check(self, settings: SessionSettings) -> None:
+        """Refuse settings that contradict the scene.
+
+        Raises:
+            InputError: naming what is wrong.
+        """
+        LiveInputs(self.scene, settings.pose_source, settings.observation)
+        regions = [region.name for region in self.scene.regions]
+        names = settings.fit.fit or self.scene.fit
+        problems = fit_problems(names, regions, self.scene.observations)
+        if problems:
+            raise InputError('; '.join(f'fit {problem}' for problem in problems))
+
+    def change(self, settings: SessionSettings) -> None:
+        """Go on with other settings, checked before; a fit that they concern starts anew."""
+        old = self.settings
+        is_other_view = (settings.pose_source, settings.observation) != (
+            old.pose_source,
+            old.observation,
+        )
+        if is_other_view:
+            self.inputs = self._inputs_for(settings)
+            self.window.clear()
+        self.settings = settings
+        self.window.resize(settings.window_frames)
+        is_other_fit = (settings.fit, settings.depth_quantization) != (
+            old.fit,
+            old.depth_quantization,
+        )
+        if is_other_fit or (is_other_view and not self.captured):
+            self._interrupt()
+            self._is_due = True
+        elif self._goes_on:
+            self._is_due = True
+
+    def _ripe_window(self, now_ns: int) -> tuple[Snapshot, ...]:
+        patience = int(self.settings.window_seconds * _SECOND)
+        if self.inputs.missing(self.window.newest):
+            return ()
+        if not self.window.is_ripe(now_ns, patience):
+            return ()
+        return (self.inputs.snapshot(self.window.frames),)
+
+    @property
+    def _goes_on(self) -> bool:
+        """Tell whether new frames start another fit; captured observations do not change."""
+        return self.settings.refit == 'continuous' and not self.captured
+
+    def _inputs_for(self, settings: SessionSettings) -> LiveInputs:
+        fresh = LiveInputs(self.scene, settings.pose_source, settings.observation)
+        fresh.camera = self.inputs.camera
+        fresh.pose, fresh.transform = self.inputs.pose, self.inputs.transform
+        return fresh
+
+    def _start(self, snapshots: tuple[Snapshot, ...]) -> None:
+        known = self.last_end.result.values() if self.last_end is not None else {}
+        scene = with_quantization(self.scene, self.settings.depth_quantization)
+        request = FitRequest(scene, snapshots, self.settings.fit, known)
+        self.window.used()
+        self._fit = self._background.submit(lambda post, stop: fit(request, post, stop))
+
+    def _interrupt(self) -> bool:
+        """Give up the fit that runs; return whether there was one."""
+        if self._fit is None:
+            return False
+        self._fit.set()
+        self._fit = None
+        return True
+
+    def _fail(self, problem: str, now_ns: int) -> None:
+        """Remember what is wrong and try again with new frames."""
+        self.problem = problem
+        self._fit = None
+        self._is_due = not self.captured
+        self._retry_ns = now_ns + _RETRY
+        self.window.clear()
+
+
+def with_quantization(scene: Scene, name: str) -> Scene:
+    """Return the scene with another rounding of depth, see `DEPTH_QUANTIZATIONS`."""
+    chosen = DEPTH_QUANTIZATIONS[name]
+    if chosen is None:
+        return scene
+    step, mode = chosen
+    sensor = replace(scene.sensor, quantization=step, quantization_mode=mode)
+    return replace(scene, sensor=sensor)
+
+
+def _told(error: Exception) -> str:
+    if isinstance(error, InputError):
+        return str(error)
+    return f'the fit broke off ({type(error).__name__}: {error}): please report this'

@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How a live calibration goes, in one sentence and a few figures."""
+
+from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.session import Phase, Session
+
+
+def session_health(session: Session) -> Health:
+    """Describe a session for /diagnostics."""
+    level, message = _status(session)
+    values = {
+        'state': session.phase.value,
+        'captured observations': str(len(session.captured)),
+        'device': session.settings.fit.device,
+        'parameters at bounds': _at_bounds(session),
+    }
+    if session.last_step is not None:
+        record = session.last_step.record
+        values['iterations'] = str(record.number)
+        values['step time [s]'] = f'{session.step_seconds:.4f}'
+        values['gap median [mm]'] = f'{1e3 * record.gap.median:.4f}'
+        values['gap RMS [mm]'] = f'{1e3 * record.gap.rms:.4f}'
+        values['coverage [share]'] = f'{record.gap.coverage:.4f}'
+    return Health(level, message, values)
+
+
+def _status(session: Session) -> tuple[Level, str]:
+    if session.problem is not None:
+        return Level.ERROR, session.problem
+    for topic, reason in session.bad_inputs.items():
+        return Level.ERROR, f'{topic}: {reason}'
+    phase = session.phase
+    if phase is Phase.PAUSED:
+        return Level.WARN, 'paused: call ~/enable to go on'
+    if phase is Phase.FITTING:
+        number = session.last_step.record.number if session.last_step else 0
+        return Level.OK, f'fitting, iteration {number}'
+    if phase is Phase.DONE and session.last_end is not None:
+        return _ended(session.last_end.result.outcome)
+    missing = session.inputs.missing(session.window.newest)
+    if missing:
+        return Level.WARN, f'waiting for {", ".join(missing)}'
+    if phase is Phase.PREPARING:
+        return Level.OK, 'compiling kernels, once on a machine'
+    return Level.OK, f'collecting frames, {session.window.fresh_count} of {session.window.size}'
+
+
+def _ended(outcome: Outcome) -> tuple[Level, str]:
+    level = Level.OK if outcome is Outcome.CONVERGED else Level.WARN
+    return level, f'{outcome.value.replace("_", " ")}: {outcome.remedy}'
+
+
+def _at_bounds(session: Session) -> str:
+    if session.last_step is None:
+        return 'none'
+    names = [p.name for p in session.last_step.parameters if p.at_bound]
+    return ', '.join(names) or 'none'

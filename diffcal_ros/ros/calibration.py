@@ -1,0 +1,219 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The calibration node: depth, camera and pose in, fitted parameters out."""
+
+from pathlib import Path
+from typing import Any
+
+from diffcal_ros.errors import InputError
+from diffcal_ros.live.background import Background
+from diffcal_ros.live.fit_task import FitEnd, FitStep
+from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.save import ReportWritten, save_numbers, save_report
+from diffcal_ros.live.session import Session
+from diffcal_ros.live.session_health import session_health
+from diffcal_ros.ros.calibration_inputs import CalibrationInputs
+from diffcal_ros.ros.calibration_outputs import CalibrationOutputs
+from diffcal_ros.ros.calibration_parameters import session_settings, SETTINGS
+from diffcal_ros.ros.diagnostics import DiagnosticsReporter
+from diffcal_ros.ros.parameters import Parameters, Values
+from diffcal_ros.scene.load import load_scene
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from std_srvs.srv import SetBool, Trigger
+
+_POLL_PERIOD = 0.05  # [s]
+_UNCONFIGURED = 'unconfigured: call the transition configure'
+
+
+class CalibrationNode(LifecycleNode):
+    """Configure loads the scene and compiles, activate consumes, deactivate pauses."""
+
+    def __init__(self) -> None:
+        super().__init__('calibration')
+        self._session: Session | None = None
+        self._inputs: CalibrationInputs | None = None
+        self._outputs: CalibrationOutputs | None = None
+        self._problem: str | None = None
+        self._report = 'none'
+        self._settings = Parameters(self, SETTINGS, check=self._check, act=self._changed)
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._found = self.create_guard_condition(self._drain)
+        self._background = Background(self._found.trigger)
+        self._reporter = DiagnosticsReporter(self, self._examine)
+        self._poll_timer = self.create_timer(_POLL_PERIOD, self._poll, clock=self._steady)
+        self.create_service(SetBool, '~/enable', self._on_enable)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(Trigger, '~/capture', self._on_capture)
+        self.create_service(Trigger, '~/save', self._on_save)
+        self._autostart_timer = self.create_timer(0.0, self._autostart, clock=self._steady)
+
+    def close(self) -> bool:
+        """End the background work; return False when it cannot be ended."""
+        return self._background.close()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Load the scene and compile in the background."""
+        if not self._load():
+            self._reporter.report()
+            return TransitionCallbackReturn.FAILURE
+        self._outputs = CalibrationOutputs(self)
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Start to consume."""
+        assert self._session is not None
+        self._session.enable(True)
+        self._inputs = CalibrationInputs(self, self._steady, self._session)
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Pause; a fit that runs is given up."""
+        assert self._session is not None
+        self._session.enable(False)
+        self._end_inputs()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget the scene and everything found."""
+        self._end_inputs()
+        if self._session is not None:
+            self._session.reset()
+        self._session = None
+        if self._outputs is not None:
+            self._outputs.destroy()
+            self._outputs = None
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End everything."""
+        return self.on_cleanup(state)
+
+    def _autostart(self) -> None:
+        self._autostart_timer.cancel()
+        is_started = self._settings['autostart'] and self._session is None
+        if is_started and self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
+            self.trigger_activate()
+
+    def _load(self) -> bool:
+        """Load the scene; return whether that could be done."""
+        try:
+            if not self._settings['scene']:
+                raise InputError("there is no scene: set the parameter 'scene' to a scene file")
+            scene = load_scene(Path(self._settings['scene']).expanduser())
+            session = Session(scene, session_settings(self._settings.values), self._background)
+        except InputError as error:
+            self._problem = str(error)
+            return False
+        self._problem = None
+        self._session = session
+        for note in scene.notes:
+            self.get_logger().info(note)
+        return True
+
+    def _check(self, values: Values) -> None:
+        settings = session_settings(values)
+        if self._session is not None and values['scene'] == self._settings['scene']:
+            self._session.check(settings)
+
+    def _changed(self, names: frozenset[str]) -> None:
+        if 'scene' in names:
+            self._change_scene()
+        elif self._session is not None:
+            self._session.change(session_settings(self._settings.values))
+
+    def _change_scene(self) -> None:
+        """Load another scene; until it is a good one, the node is what it was."""
+        if self._session is None:
+            self._autostart_timer.reset()
+            return
+        old = self._session
+        if self._load():
+            old.reset()
+            assert self._session is not None
+            if self._inputs is None:
+                self._session.enable(False)
+            else:
+                self._inputs.feed(self._session)
+
+    def _end_inputs(self) -> None:
+        if self._inputs is not None:
+            self._inputs.destroy()
+            self._inputs = None
+
+    def _poll(self) -> None:
+        if self._session is not None:
+            self._session.poll(self._steady.now().nanoseconds)
+
+    def _drain(self) -> None:
+        """Take in what the background thread found, and publish it."""
+        for event in self._background.events():
+            if isinstance(event, ReportWritten):
+                self._report = event.problem or f'written to {event.path}'
+                self.get_logger().info(f'report: {self._report}')
+            elif self._session is not None:
+                self._session.handle(event, self._steady.now().nanoseconds)
+                self._tell(event)
+
+    def _tell(self, event: Any) -> None:
+        if self._outputs is None or self._session is None:
+            return
+        if isinstance(event, FitStep):
+            self._outputs.tell_step(self._session.scene, event)
+        elif isinstance(event, FitEnd):
+            self._outputs.tell_end(self._session.scene, event)
+            self._reporter.report()
+
+    def _examine(self) -> dict[str, Health]:
+        if self._session is None:
+            message = self._problem or _UNCONFIGURED
+            level = Level.ERROR if self._problem else Level.WARN
+            return {'fit': Health(level, message)}
+        fit = session_health(self._session)
+        if self._problem is not None:
+            fit = Health(Level.ERROR, self._problem, fit.values)
+        fit.values['report'] = self._report
+        parts = {'fit': fit}
+        if self._inputs is not None:
+            parts['input'] = self._inputs.health()
+        return parts
+
+    def _required(self) -> Session:
+        if self._session is None:
+            raise InputError(self._problem or _UNCONFIGURED)
+        return self._session
+
+    def _on_enable(self, request: Any, response: Any) -> Any:
+        return _answer(response, lambda: self._required().enable(request.data))
+
+    def _on_reset(self, request: Any, response: Any) -> Any:
+        return _answer(response, lambda: self._required().reset())
+
+    def _on_capture(self, request: Any, response: Any) -> Any:
+        return _answer(response, lambda: self._required().capture())
+
+    def _on_save(self, request: Any, response: Any) -> Any:
+        return _answer(response, self._save)
+
+    def _save(self) -> str:
+        end = self._required().last_end
+        if end is None:
+            raise InputError('no fit has come to its end yet: there is nothing to save')
+        folder = Path(self._settings['out']).expanduser()
+        written = save_numbers(end, folder)
+        self._report = 'being written'
+        self._background.submit(lambda post, stop: save_report(end, folder, post, stop))
+        files = ', '.join(str(path) for path in written)
+        return f'wrote {files}; the report follows in {folder}'
+
+
+def _answer(response: Any, act: Any) -> Any:
+    """Do something and answer with what was done, or why it was not."""
+    try:
+        response.message = act()
+        response.success = True
+    except InputError as error:
+        response.message = str(error)
+        response.success = False
+    return response

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What the calibration node publishes about a fit."""
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from diffcal_ros.calibration.result import FittedParameter
+from diffcal_ros.live.fit_task import FitEnd, FitStep, Picture
+from diffcal_ros.ros.conversion import camera_info_message, image_message, stamp_message
+from diffcal_ros.ros.estimate_messages import covariance_message, estimates_message, topic_of
+from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES, VALUES
+from diffcal_ros.scene.model import Scene
+from geometry_msgs.msg import Point
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import ColorRGBA, Float64, Float64MultiArray
+from visualization_msgs.msg import Marker
+
+_SURFACE = ColorRGBA(r=0.20, g=0.55, b=0.85, a=0.8)
+
+
+class CalibrationOutputs:
+    """Publishers of one calibration node; those of single parameters are made when needed."""
+
+    def __init__(self, node: LifecycleNode) -> None:
+        self._node = node
+        self._rendered = self._publisher(Image, '~/rendered/image', LATCHED_IMAGES)
+        self._rendered_info = self._publisher(CameraInfo, '~/rendered/camera_info', LATCHED_IMAGES)
+        self._residual = self._publisher(Image, '~/residual', LATCHED_IMAGES)
+        self._mesh = self._publisher(Marker, '~/mesh', LATCHED)
+        self._estimates = self._publisher(DiagnosticArray, '~/estimates', LATCHED)
+        self._covariance = self._publisher(Float64MultiArray, '~/covariance', LATCHED)
+        self._numbers: dict[str, Any] = {}
+
+    def tell_step(self, scene: Scene, step: FitStep) -> None:
+        """Publish what is known after a step; standard errors are NaN until the end."""
+        self._tell_numbers(step.parameters)
+        time_ns = step.picture.stamp_ns
+        self._estimates.publish(
+            estimates_message(scene, step.parameters, step.record, None, time_ns)
+        )
+        self._tell_picture(step.picture)
+
+    def tell_end(self, scene: Scene, end: FitEnd) -> None:
+        """Publish the result."""
+        result = end.result
+        self._tell_numbers(result.parameters)
+        self._estimates.publish(
+            estimates_message(
+                scene, result.parameters, result.history[-1], result, end.picture.stamp_ns
+            )
+        )
+        self._covariance.publish(covariance_message(result))
+        self._tell_picture(end.picture)
+
+    def destroy(self) -> None:
+        """End all publishers."""
+        fixed = [self._rendered, self._rendered_info, self._residual, self._mesh]
+        fixed += [self._estimates, self._covariance]
+        for publisher in [*fixed, *self._numbers.values()]:
+            self._node.destroy_lifecycle_publisher(publisher)
+
+    def _publisher(self, msg_type: Any, topic: str, qos: QoSProfile) -> Any:
+        return self._node.create_lifecycle_publisher(
+            msg_type,
+            topic,
+            qos,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+
+    def _tell_numbers(self, parameters: tuple[FittedParameter, ...]) -> None:
+        for parameter in parameters:
+            if parameter.is_nuisance:
+                continue
+            for what in ('value', 'std_error'):
+                topic = f'~/parameters/{topic_of(parameter.name)}/{what}'
+                number = float(getattr(parameter, what))
+                self._number_publisher(topic).publish(Float64(data=number))
+
+    def _number_publisher(self, topic: str) -> Any:
+        if topic not in self._numbers:
+            publisher = self._publisher(Float64, topic, VALUES)
+            # Made while the node is active: it missed the transition.
+            publisher.on_activate(None)
+            self._numbers[topic] = publisher
+        return self._numbers[topic]
+
+    def _tell_picture(self, picture: Picture) -> None:
+        time_ns, frame_id = picture.stamp_ns, picture.frame_id
+        info = camera_info_message(picture.camera, time_ns=time_ns, frame_id=frame_id)
+        self._rendered_info.publish(info)
+        for sender, image in (
+            (self._rendered, picture.rendered),
+            (self._residual, picture.residual),
+        ):
+            sender.publish(
+                image_message(image, encoding='32FC1', time_ns=time_ns, frame_id=frame_id)
+            )
+        self._mesh.publish(mesh_message(picture))
+
+
+def mesh_message(picture: Picture) -> Marker:
+    """Return the deformed surface in the depth camera's frame."""
+    marker = Marker(ns='body', id=0, type=Marker.TRIANGLE_LIST, action=Marker.ADD, color=_SURFACE)
+    marker.header.stamp = stamp_message(picture.stamp_ns)
+    marker.header.frame_id = picture.frame_id
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+    corners = [Point(x=x, y=y, z=z) for x, y, z in picture.points.tolist()]
+    marker.points = [corners[corner] for corner in picture.triangles.ravel().tolist()]
+    return marker

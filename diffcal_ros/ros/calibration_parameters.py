@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the calibration node."""
+
+from diffcal_ros.calibration.observation import MAX_FUSED_FRAMES
+from diffcal_ros.calibration.settings import CalibrationSettings, LOSSES, OPTIMIZERS
+from diffcal_ros.device_array import require_device
+from diffcal_ros.live.inputs import POSE_SOURCES
+from diffcal_ros.live.session import DEPTH_QUANTIZATIONS, REFITS, SessionSettings
+from diffcal_ros.ros.parameters import Setting, Values
+
+SETTINGS = (
+    Setting('autostart', True, 'configure and activate by itself at the start', is_read_only=True),
+    Setting('scene', '', 'scene file: body, clamp, material, marker'),
+    Setting('observation', '', "which of the scene's observations is in view; empty: the first"),
+    Setting(
+        'fit', '', "parameters to fit, with commas between them; empty: as the scene's `fit` says"
+    ),
+    Setting('loss', 'robust', 'what is minimised', choices=LOSSES),
+    Setting('optimizer', 'gauss_newton', 'how it is minimised', choices=OPTIMIZERS),
+    Setting('max_iterations', 0, 'accepted steps at most; 0: 30, for Adam 100', 0, 1000),
+    Setting('mesh_error', True, 'add what a finer mesh would change to the standard errors'),
+    Setting('device', 'cpu', 'Warp device, such as cpu or cuda:0'),
+    Setting(
+        'pose_source',
+        'estimated',
+        "the camera's pose: the marker's on marker_pose/pose, checked against the depth on it "
+        "(estimated); the world's own pose on that topic (topic); the scene's (stored)",
+        choices=POSE_SOURCES,
+    ),
+    Setting(
+        'depth_quantization',
+        'scene',
+        'how the driver rounds depth; truncate_millimetres: the 16UC1 of the RealSense driver, '
+        'low by half a millimetre on average, which is put back',
+        choices=tuple(DEPTH_QUANTIZATIONS),
+    ),
+    Setting(
+        'window.frames', MAX_FUSED_FRAMES, 'frames that are fused into one', 1, MAX_FUSED_FRAMES
+    ),
+    Setting('window.seconds', 2.0, 'after so long fewer frames will do [s]', 0.0, 3600.0),
+    Setting(
+        'refit',
+        'once',
+        'after a fit: stop (once), or fit every new window from the last values (continuous)',
+        choices=REFITS,
+    ),
+    Setting('out', 'diffcal_result', 'folder that ~/save writes to'),
+)
+
+
+def session_settings(values: Values) -> SessionSettings:
+    """Turn parameters into settings.
+
+    Raises:
+        InputError: when they do not go together.
+    """
+    require_device(values['device'])
+    names = tuple(name.strip() for name in values['fit'].split(',') if name.strip())
+    return SessionSettings(
+        fit=CalibrationSettings(
+            fit=names or None,
+            loss=values['loss'],
+            optimizer=values['optimizer'],
+            max_iterations=values['max_iterations'] or None,
+            device=values['device'],
+            with_mesh_error=values['mesh_error'],
+        ),
+        pose_source=values['pose_source'],
+        observation=values['observation'],
+        window_frames=values['window.frames'],
+        window_seconds=values['window.seconds'],
+        refit=values['refit'],
+        depth_quantization=values['depth_quantization'],
+    )

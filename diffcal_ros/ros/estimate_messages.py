@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Fitted parameters as messages that every plotter and viewer reads."""
+
+from collections.abc import Iterator, Sequence
+
+from diagnostic_msgs.msg import DiagnosticArray
+from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.live.health import Health, Level
+from diffcal_ros.ros.conversion import stamp_message
+from diffcal_ros.ros.diagnostics import status_message
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
+
+_MATERIAL = (('youngs_modulus', 'Pa'), ('poissons_ratio', '1'), ('density', 'kg/m^3'))
+FIT = 'fit'  # Name of the status that tells how the fit itself stands.
+
+
+def estimates_message(
+    scene: Scene,
+    parameters: Sequence[FittedParameter],
+    record: IterationRecord,
+    result: CalibrationResult | None,
+    time_ns: int,
+) -> DiagnosticArray:
+    """Put all that is known after a step into one stamped snapshot.
+
+    Args:
+        scene: gives what is not fitted.
+        parameters: fitted ones.
+        record: of the last step.
+        result: at the end; None before.
+        time_ns: stamp of the newest frame used [ns].
+    """
+    message = DiagnosticArray()
+    message.header.stamp = stamp_message(time_ns)
+    stage = f'iteration {record.number}' if result is None else result.outcome.value
+    healths = [
+        (FIT, _fit_health(record, result, stage)),
+        *((p.name, _parameter_health(p, stage)) for p in parameters),
+        *_fixed(scene, {p.name for p in parameters}),
+    ]
+    message.status = [status_message(name, health) for name, health in healths]
+    return message
+
+
+def covariance_message(result: CalibrationResult) -> Float64MultiArray:
+    """Return the covariance of all parameters in SI units; each axis is labelled with names."""
+    errors = np.array([p.std_error for p in result.parameters])
+    covariance = result.correlation * np.outer(errors, errors)
+    names = ','.join(p.name for p in result.parameters)
+    count = len(errors)
+    axes = [
+        MultiArrayDimension(label=names, size=count, stride=count * count),
+        MultiArrayDimension(label=names, size=count, stride=count),
+    ]
+    return Float64MultiArray(layout=MultiArrayLayout(dim=axes), data=covariance.ravel().tolist())
+
+
+def topic_of(parameter_name: str) -> str:
+    """Return a parameter's part of a topic name: `youngs_modulus.tip` → `youngs_modulus/tip`."""
+    tokens = parameter_name.split('.')
+    # A token of a topic name must not start with a digit.
+    return '/'.join(f'_{token}' if token[:1].isdigit() else token for token in tokens)
+
+
+def _fit_health(record: IterationRecord, result: CalibrationResult | None, stage: str) -> Health:
+    values = {
+        'iteration': str(record.number),
+        'loss': f'{record.loss:.9g}',
+        'gap_median_mm': f'{1e3 * record.gap.median:.6g}',
+        'gap_rms_mm': f'{1e3 * record.gap.rms:.6g}',
+        'coverage': f'{record.gap.coverage:.6g}',
+        'pixels': str(record.gap.pixels),
+        'seconds': f'{record.seconds:.3f}',
+        'outcome': 'running' if result is None else result.outcome.value,
+    }
+    if result is None:
+        return Health(Level.OK, stage, values)
+    values['remedy'] = result.outcome.remedy
+    values['warnings'] = '; '.join(result.warnings)
+    return Health(Level.OK if result.outcome.is_fitted else Level.WARN, stage, values)
+
+
+def _parameter_health(parameter: FittedParameter, stage: str) -> Health:
+    return Health(
+        Level.WARN if parameter.at_bound else Level.OK,
+        f'at its bound, {stage}' if parameter.at_bound else stage,
+        {
+            'value': f'{parameter.value:.9g}',
+            'std_error': f'{parameter.std_error:.9g}',
+            'unit': parameter.unit,
+            'fixed': 'false',
+            'at_bound': str(parameter.at_bound).lower(),
+            'start': f'{parameter.start:.9g}',
+            'nuisance': str(parameter.is_nuisance).lower(),
+        },
+    )
+
+
+def _fixed(scene: Scene, fitted: set[str]) -> Iterator[tuple[str, Health]]:
+    """Tell the material numbers that are taken as they stand in the scene."""
+    for region in scene.regions:
+        for kind, unit in _MATERIAL:
+            name = kind if len(scene.regions) == 1 else f'{kind}.{region.name}'
+            if name not in fitted:
+                value = getattr(region, kind).start
+                yield (
+                    name,
+                    Health(
+                        Level.OK,
+                        'as in the scene',
+                        {
+                            'value': f'{value:.9g}',
+                            'std_error': '0',
+                            'unit': unit,
+                            'fixed': 'true',
+                            'at_bound': 'false',
+                            'start': f'{value:.9g}',
+                            'nuisance': 'false',
+                        },
+                    ),
+                )

@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Pass live camera topics on when they are sound, and count those that are not."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from diffcal_ros.live.frame_gate import FrameGate
+from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.replay_messages import Role
+from diffcal_ros.live.stream_meter import StreamMeter
+from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription
+from diffcal_ros.ros.conversion import image_facts
+from diffcal_ros.ros.frame_tree import FrameTree
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image
+
+FloatArray = NDArray[np.float64]
+
+_IMAGES = ((Role.DEPTH, Role.DEPTH_INFO), (Role.COLOR, Role.COLOR_INFO))
+
+
+class LiveRelay:
+    """Listens to `in/...` and sends what is good."""
+
+    def __init__(
+        self,
+        node: Node,
+        senders: Mapping[Role, Any],
+        send_transform: Callable[..., None],
+        depth_from_color: FloatArray | None,
+    ) -> None:
+        """Start to listen.
+
+        Args:
+            node: whose topics they are.
+            senders: publisher of each role.
+            send_transform: sends where the colour camera is.
+            depth_from_color: where that is, shape (4, 4), or None to look for it in TF.
+        """
+        self._node = node
+        self._senders = senders
+        self._send_transform = send_transform
+        self._depth_from_color = depth_from_color
+        self._has_sent = False
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._tree = FrameTree(node)
+        self._frames: dict[Role, str] = {}
+        self._meters = {image: StreamMeter() for image, _ in _IMAGES}
+        self._gates = {
+            image: FrameGate(image.value, is_depth=image is Role.DEPTH) for image, _ in _IMAGES
+        }
+        self._listeners = [
+            subscription
+            for image, info in _IMAGES
+            for subscription in (self._listen_to_image(image), self._listen_to_info(image, info))
+        ]
+
+    def destroy(self) -> None:
+        """Stop listening."""
+        for subscription in self._listeners:
+            subscription.destroy()
+
+    def health(self) -> dict[str, Health]:
+        """Return how each stream of images is; sends the transform once it is known."""
+        self._tell_transform()
+        return {
+            'live depth': self._stream_health(Role.DEPTH, is_needed=True),
+            'live colour': self._stream_health(Role.COLOR, is_needed=False),
+        }
+
+    def _listen_to_image(self, role: Role) -> AdaptiveSubscription:
+        meter = self._meters[role]
+
+        def on_lost(count: int) -> None:
+            meter.lost += count
+
+        def on_image(image: Image, info: dict[str, int]) -> None:
+            facts = image_facts(image)
+            meter.arrived(self._steady.now().nanoseconds, facts.stamp_ns)
+            if self._gates[role].check(facts) is None:
+                self._frames[role] = facts.frame_id
+                self._senders[role].publish(image)
+
+        return AdaptiveSubscription(
+            self._node, Image, f'in/{role.value}', on_image, on_lost=on_lost
+        )
+
+    def _listen_to_info(self, image: Role, role: Role) -> AdaptiveSubscription:
+        def on_info(message: CameraInfo, info: dict[str, int]) -> None:
+            self._gates[image].camera_size = (message.width, message.height)
+            self._senders[role].publish(message)
+
+        return AdaptiveSubscription(self._node, CameraInfo, f'in/{role.value}', on_info)
+
+    def _stream_health(self, role: Role, *, is_needed: bool) -> Health:
+        gate, meter = self._gates[role], self._meters[role]
+        now = self._steady.now().nanoseconds
+        values = meter.figures(now, self._node.get_clock().now().nanoseconds)
+        values['passed on'] = str(gate.passed)
+        values.update({f'bad: {reason}': str(count) for reason, count in gate.bad.items()})
+        topic = self._node.resolve_topic_name(f'in/{role.value}')
+        if not meter.received:
+            level = Level.WARN if is_needed else Level.OK
+            return Health(level, f'waiting for images on {topic}', values)
+        if not gate.passed:
+            reason, count = gate.bad.most_common(1)[0]
+            return Health(Level.ERROR, f'{count} images on {topic} are bad: {reason}', values)
+        if gate.bad:
+            reason, count = gate.bad.most_common(1)[0]
+            return Health(
+                Level.WARN, f'{gate.bad.total()} bad images, {count} times: {reason}', values
+            )
+        return Health(Level.OK, f'{values["input rate [Hz]"]} images a second', values)
+
+    def _tell_transform(self) -> None:
+        depth, color = self._frames.get(Role.DEPTH), self._frames.get(Role.COLOR)
+        if self._has_sent or depth is None or color is None:
+            return
+        found = self._depth_from_color
+        if found is None:
+            found = self._tree.find(depth, color)
+        if found is not None:
+            now = self._node.get_clock().now().nanoseconds
+            self._send_transform(found, depth_frame=depth, color_frame=color, time_ns=now)
+            self._has_sent = True
