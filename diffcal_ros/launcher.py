@@ -4,6 +4,7 @@
 
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 
@@ -21,6 +22,9 @@ class Launcher:
 
     def launch(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
         """Launch a kernel; see `warp.launch`."""
+        if not np.prod(dim):
+            # Warp records nothing for an empty launch, and there would be nothing to repeat.
+            return
         arguments = [*inputs, *outputs]
         recorded = self._recorded.get(kernel)
         if recorded is None:

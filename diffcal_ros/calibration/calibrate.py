@@ -14,7 +14,7 @@ from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Min
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.parameters import Kind, make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters import Kind, make_parameters, Parameter, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty import (
@@ -43,6 +43,7 @@ _LONGEST_STEPS = {
     Kind.GRAVITY_TILT: 0.1,
     Kind.EDGE_BIAS: 2.0,
 }
+_LONGEST_SIZES = 3.0  # Of an effect, in usual sizes.
 _LONGEST_SHIFT, _LONGEST_TURN = 0.03, 0.15
 # Doublings of a Gauss-Newton step on a whole-image loss, and Adam's step in the coordinates.
 _IMAGE_DOUBLINGS = 8
@@ -84,6 +85,11 @@ class Calibration:
             pose_covariances=[o.pose_covariance for o in observations] if is_robust else (),
             with_edge_bias=is_robust,
         )
+        if not is_robust and (scene.effects or self.parameters.find(Kind.EFFECT)):
+            raise InputError(
+                f'the loss {self.settings.loss!r} knows no effects: use the robust loss, or take '
+                "the effects out of 'fit' and 'effects'"
+            )
         self.model = ForwardModel(
             scene,
             observations,
@@ -235,12 +241,14 @@ def calibrate(
 
 def longest_steps(parameters: ParameterSet) -> FloatArray:
     """Return how far one step may move each coordinate, shape (k,)."""
-    return np.array(
-        [
-            _LONGEST_STEPS.get(p.kind, _LONGEST_SHIFT if p.axis < 3 else _LONGEST_TURN)
-            for p in parameters
-        ]
-    )
+    return np.array([_longest_step(parameter) for parameter in parameters])
+
+
+def _longest_step(parameter: Parameter) -> float:
+    if parameter.component is not None:
+        return _LONGEST_SIZES * parameter.component.scale
+    usual = _LONGEST_SHIFT if parameter.axis < 3 else _LONGEST_TURN
+    return _LONGEST_STEPS.get(parameter.kind, usual)
 
 
 def fitted_parameters(

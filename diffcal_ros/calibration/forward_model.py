@@ -5,14 +5,22 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.calibration.effect_model import EffectModel, SensorModel
 from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet
-from diffcal_ros.calibration.rigid_motion import moved, moved_by, tilt_axes
+from diffcal_ros.calibration.parameters import (
+    Kind,
+    OFFSET_AXES,
+    Parameter,
+    ParameterSet,
+    TILT_AXES,
+)
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.static_body import Change, HeldPath, StaticBody
 from diffcal_ros.material import Material
+from diffcal_ros.rigid_motion import moved, moved_by, tilt_axes
 from diffcal_ros.rigid_transform import apply, rotation_matrix
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
@@ -51,10 +59,13 @@ class ForwardModel:
         self.scene = scene
         self.observations = tuple(observations)
         self.parameters = parameters
+        self.effects = EffectModel(scene, parameters)
         used = sorted({observation.setup_index for observation in observations})
         self.bodies = {
             index: _Posture(scene, scene.observations[index], solver, device) for index in used
         }
+        for index, posture in self.bodies.items():
+            posture.body.axes = self.effects.axes(index)
         self.tracers = [
             DepthTracer(
                 self.body(observation).discretisation.surface_triangles,
@@ -86,12 +97,15 @@ class ForwardModel:
         """
         if self._coordinates is not None and np.array_equal(coordinates, self._coordinates):
             return self._views
-        material = self.material(coordinates)
+        material, amplitudes = self.material(coordinates), self.effects.amplitudes(coordinates)
         for index, posture in self.bodies.items():
+            gravity = self._gravity(posture.setup, coordinates)
+            rest = posture.body.discretisation.rest_nodes
             posture.settle(
                 material,
-                self._gravity(posture.setup, coordinates),
+                gravity,
                 self._prediction(index, coordinates),
+                self.effects.conditions(amplitudes, index, rest, gravity),
             )
         self._views = []
         for number, observation in enumerate(self.observations):
@@ -104,7 +118,7 @@ class ForwardModel:
         """Return how each view's points follow the coordinates [m], shape (k, N, 3) each."""
         self.views(coordinates)
         self._tangents = {
-            index: self._body_tangents(posture, coordinates)
+            index: self._body_tangents(index, posture, coordinates)
             for index, posture in self.bodies.items()
         }
         self._tangent_coordinates = coordinates.copy()
@@ -125,12 +139,11 @@ class ForwardModel:
             Derivative by the coordinates, shape (k,).
         """
         observation = self.observations[number]
-        setup = self.bodies[observation.setup_index].setup
         by_world = by_points @ self._camera_from_world_rotation(number, coordinates)
         static = self.body(observation).gradient(by_world)
         gradient = np.zeros(len(coordinates))
         for place, parameter in enumerate(self.parameters):
-            change = self._change(parameter, setup, coordinates[place], coordinates)
+            change = self._change(parameter, observation.setup_index, place, coordinates)
             motion = self._camera_motion(number, parameter, coordinates)
             if change is not None:
                 gradient[place] = static.along(change)
@@ -166,6 +179,9 @@ class ForwardModel:
             if parameter.kind in columns:
                 tets = scene.regions[parameter.target].tets
                 columns[parameter.kind][tets] = parameter.value(coordinate)
+        contrast = self.effects.log_modulus(self.effects.amplitudes(coordinates))
+        if contrast is not None:
+            columns[Kind.YOUNGS_MODULUS] *= np.exp(contrast)
         return Material(
             youngs_modulus=columns[Kind.YOUNGS_MODULUS],
             poissons_ratio=columns[Kind.POISSONS_RATIO],
@@ -173,24 +189,33 @@ class ForwardModel:
             convention=scene.convention,
         )
 
+    def sensor(self, coordinates: FloatArray) -> SensorModel:
+        """Return how the depth camera reads."""
+        return self.effects.sensor(self.effects.amplitudes(coordinates))
+
     def rigid_offset(self, coordinates: FloatArray) -> FloatArray:
         """Return the offset's translation [m] and rotation vector [rad], shape (6,)."""
         return self._six(coordinates, Kind.RIGID_OFFSET, None)
 
     def _six(self, coordinates: FloatArray, kind: Kind, observation: int | None) -> FloatArray:
-        values = np.zeros(6)
+        values = self._stated_offset() if kind is Kind.RIGID_OFFSET else np.zeros(6)
         for parameter, coordinate in zip(self.parameters, coordinates, strict=True):
             if parameter.kind is kind and observation in (None, parameter.target):
                 values[parameter.axis] = coordinate
         return values
 
+    def _stated_offset(self) -> FloatArray:
+        """Return the offset that the scene states, shape (6,)."""
+        known = self.scene.effects.get('camera_offset', {})
+        return np.array([known.get(axis, 0.0) for axis in OFFSET_AXES])
+
     def _gravity(self, setup: ObservationSetup, coordinates: FloatArray) -> FloatArray:
-        tilt = np.zeros(3)
-        first, second = tilt_axes(setup.gravity)
+        known = self.scene.effects.get('gravity_tilt', {})
+        angles = np.array([known.get(axis, 0.0) for axis in TILT_AXES])
         for parameter, coordinate in zip(self.parameters, coordinates, strict=True):
             if parameter.kind is Kind.GRAVITY_TILT:
-                tilt += coordinate * (first, second)[parameter.target]
-        return rotation_matrix(tilt) @ setup.gravity
+                angles[parameter.target] = coordinate
+        return rotation_matrix(angles @ np.stack(tilt_axes(setup.gravity))) @ setup.gravity
 
     def _prediction(self, index: int, coordinates: FloatArray) -> FloatArray | None:
         if self._tangent_coordinates is None or index not in self._tangents:
@@ -202,13 +227,15 @@ class ForwardModel:
         change = coordinates - self._tangent_coordinates
         return np.einsum('k,kni->ni', change, self._tangents[index])
 
-    def _body_tangents(self, posture: '_Posture', coordinates: FloatArray) -> FloatArray:
+    def _body_tangents(
+        self, index: int, posture: '_Posture', coordinates: FloatArray
+    ) -> FloatArray:
         """World displacement per unit of each coordinate [m], zero for camera parameters."""
         body = posture.body
         tangents = np.zeros((len(self.parameters), body.discretisation.node_count, 3))
         places, changes = [], []
         for place, parameter in enumerate(self.parameters):
-            change = self._change(parameter, posture.setup, coordinates[place], coordinates)
+            change = self._change(parameter, index, place, coordinates)
             if change is not None:
                 places.append(place)
                 changes.append(change)
@@ -217,22 +244,40 @@ class ForwardModel:
         return tangents
 
     def _change(
-        self,
-        parameter: Parameter,
-        setup: ObservationSetup,
-        coordinate: float,
-        coordinates: FloatArray,
+        self, parameter: Parameter, setup_index: int, place: int, coordinates: FloatArray
     ) -> Change | None:
+        """Return how a parameter acts on the body in one posture, or None."""
+        posture = self.bodies[setup_index]
+        if parameter.kind is Kind.EFFECT:
+            return self._effect_change(parameter, setup_index, coordinates)
         if parameter.kind is Kind.GRAVITY_TILT:
             # To first order in the tilt, which is a few degrees.
-            axis = tilt_axes(setup.gravity)[parameter.target]
-            return Change(gravity=np.cross(axis, self._gravity(setup, coordinates)))
+            axis = tilt_axes(posture.setup.gravity)[parameter.target]
+            return Change(gravity=np.cross(axis, self._gravity(posture.setup, coordinates)))
         if parameter.kind not in (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY):
             return None
         column = np.zeros(self.scene.mesh.tet_count)
-        rate = parameter.value(coordinate) if parameter.is_logarithmic else 1.0
-        column[self.scene.regions[parameter.target].tets] = rate
-        return Change(**{parameter.kind.value: column})
+        tets = self.scene.regions[parameter.target].tets
+        column[tets] = 1.0
+        if parameter.kind is Kind.YOUNGS_MODULUS:
+            return Change(youngs_modulus=column * self.material(coordinates).youngs_modulus)
+        if parameter.kind is Kind.DENSITY:
+            return Change(density=column * parameter.value(coordinates[place]))
+        return Change(poissons_ratio=column)
+
+    def _effect_change(
+        self, parameter: Parameter, setup_index: int, coordinates: FloatArray
+    ) -> Change | None:
+        mode = self.effects.modulus_mode(parameter)
+        if mode is not None:
+            return Change(youngs_modulus=mode * self.material(coordinates).youngs_modulus)
+        change = self.effects.change(
+            parameter,
+            setup_index,
+            self.bodies[setup_index].body.discretisation.rest_nodes,
+            self.effects.amplitudes(coordinates),
+        )
+        return None if change is None else Change(conditions=change)
 
     def _pivot(self, observation: Observation) -> FloatArray:
         """Return the point about which offsets turn: the middle of the held part."""
@@ -315,9 +360,19 @@ class _Posture:
             self._path = lambda fraction: held_targets(setup, rest, fraction).positions
 
     def settle(
-        self, material: Material, gravity: FloatArray, prediction: FloatArray | None
+        self,
+        material: Material,
+        gravity: FloatArray,
+        prediction: FloatArray | None,
+        conditions: Conditions,
     ) -> None:
-        self.body.settle(material, gravity, held_path=self._path, prediction=prediction)
+        self.body.settle(
+            material,
+            gravity,
+            held_path=self._path,
+            prediction=prediction,
+            conditions=conditions,
+        )
 
     def mesh_move(self, material: Material, gravity: FloatArray, solver: str) -> FloatArray:
         return MeshError(self.body, solver=solver).displacement(material, gravity, self._path)

@@ -13,8 +13,7 @@ from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.parameters import Kind
-from diffcal_ros.calibration.pixel_masks import make_view_mask
-from diffcal_ros.calibration.robust_residual import Comparison, Reach, Residuals, ViewComparer
+from diffcal_ros.calibration.robust_residual import Comparison, make_comparers, Reach, Residuals
 import numpy as np
 from numpy.typing import NDArray
 
@@ -71,21 +70,12 @@ class RobustObjective:
 
     def __init__(self, model: ForwardModel, *, device: str = 'cpu') -> None:
         self.model = model
-        masks = model.scene.masks
-        self.truncation = masks.truncation
-        self._comparers = [
-            ViewComparer(
-                observation,
-                tracer,
-                make_view_mask(observation, model.body(observation), tracer, masks),
-                masks,
-                device,
-            )
-            for observation, tracer in zip(model.observations, model.tracers, strict=True)
-        ]
+        self.truncation = model.scene.masks.truncation
+        self._comparers = make_comparers(model, device=device)
         self.scales = Scales()
         self._prior_mean, self._prior_precision = model.parameters.prior()
         self._bias_places = model.parameters.find(Kind.EDGE_BIAS)
+        self._effect_places = model.parameters.find(Kind.EFFECT)
 
     @property
     def is_sharp(self) -> bool:
@@ -94,9 +84,9 @@ class RobustObjective:
 
     def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
         """Compare every view with its observation."""
-        views = self.model.views(coordinates)
+        views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
         return [
-            comparer.compare(view, self.scales.reach)
+            comparer.compare(view, self.scales.reach, sensor)
             for comparer, view in zip(self._comparers, views, strict=True)
         ]
 
@@ -119,8 +109,10 @@ class RobustObjective:
         descent = np.zeros(count)
         curvature, information, scatter = (np.zeros((count, count)) for _ in range(3))
         views = self.model.views(coordinates)
-        for comparison, view, tangent in zip(compared, views, tangents, strict=True):
-            blocks = self._blocks(comparison, view, tangent, coordinates)
+        for number, (comparison, view, tangent) in enumerate(
+            zip(compared, views, tangents, strict=True)
+        ):
+            blocks = self.blocks(number, comparison, view, tangent, coordinates)
             for (residuals, jacobian, scale), dimension in zip(blocks, (2, 1), strict=True):
                 weights = robust_weights(residuals, scale, dimension)
                 pull = weights.gradient * residuals.values
@@ -144,16 +136,18 @@ class RobustObjective:
         moves = self.model.mesh_moves(coordinates, solver=solver)
         views = self.model.views(coordinates)
         pull = np.zeros(len(coordinates))
-        for comparison, view, tangent, move in zip(
-            self.comparisons(coordinates),
-            views,
-            self.model.tangents(coordinates),
-            moves,
-            strict=True,
+        for number, (comparison, view, tangent, move) in enumerate(
+            zip(
+                self.comparisons(coordinates),
+                views,
+                self.model.tangents(coordinates),
+                moves,
+                strict=True,
+            )
         ):
             # One more column: the mesh error as if it were a parameter of size one.
             wide = np.concatenate([tangent, move[None]])
-            blocks = self._blocks(comparison, view, wide, coordinates)
+            blocks = self.blocks(number, comparison, view, wide, coordinates)
             for (residuals, jacobian, scale), dimension in zip(blocks, (2, 1), strict=True):
                 weights = robust_weights(residuals, scale, dimension)
                 pull += (jacobian[:, :-1] * weights.true_curvature[:, None]).T @ jacobian[:, -1]
@@ -236,16 +230,38 @@ class RobustObjective:
         values = comparison.edge.values - bias * comparison.edge_scale
         return replace(comparison, edge=replace(comparison.edge, values=values))
 
-    def _blocks(
-        self, comparison: Comparison, view: View, tangent: FloatArray, coordinates: FloatArray
+    def blocks(
+        self,
+        number: int,
+        comparison: Comparison,
+        view: View,
+        tangent: FloatArray,
+        coordinates: FloatArray,
     ) -> list[tuple[Residuals, FloatArray, Scale]]:
-        """Return residuals, their Jacobian (M, k) and scale, for both kinds."""
+        """Return residuals, their Jacobian and scale, for both kinds.
+
+        Args:
+            number: of the view.
+            comparison: of it.
+            view: the rendered body.
+            tangent: how its points follow the coordinates, and what else may move them,
+                shape (k, N, 3) with at least as many rows as coordinates.
+            coordinates: shape (c,).
+
+        Returns:
+            For depth and edge: residuals, Jacobian of the rendered side, shape (M, k), scale.
+        """
         unbiased = self._unbiased(comparison, coordinates)
         by_depth = view.trace.push_depth(unbiased.depth.places, tangent)
         by_edge = view.trace.push_outline(unbiased.edge.places, tangent)
         by_edge *= comparison.edge_scale[:, None]
         for place in self._bias_places:
             by_edge[:, place] = comparison.edge_scale
+        columns = self._comparers[number].sensor_columns(view, unbiased.depth.places)
+        for place in self._effect_places:
+            column = columns.get(self.model.parameters.names[place])
+            if column is not None:
+                by_depth[:, place] = column
         return [
             (unbiased.depth, by_depth, self.scales.depth),
             (unbiased.edge, by_edge, self.scales.edge),

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from diffcal_ros.errors import SceneError
+from diffcal_ros.scene.effects import Component, EFFECTS
+from diffcal_ros.scene.fit_names import EFFECT_NAMES
 from diffcal_ros.scene.model import Quantity, Region, Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +36,7 @@ class Kind(str, Enum):
     RIGID_OFFSET = 'rigid_offset'
     CAMERA_POSE = 'camera_pose'
     EDGE_BIAS = 'edge_bias'
+    EFFECT = 'effect'
 
 
 UNITS = {
@@ -45,7 +48,12 @@ UNITS = {
 }
 _LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY)
 _PER_REGION = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY)
-FIT_NAMES = (*(kind.value for kind in _PER_REGION), 'gravity_tilt', 'rigid_offset')
+FIT_NAMES = (
+    *(kind.value for kind in _PER_REGION),
+    'gravity_tilt',
+    'rigid_offset',
+    *EFFECT_NAMES,
+)
 
 
 @dataclass(frozen=True)
@@ -69,6 +77,14 @@ class Parameter:
     quantity: Quantity
     axis: int = 0
     is_nuisance: bool = False
+
+    @property
+    def component(self) -> Component | None:
+        """The amplitude that it is, of an effect; None for others."""
+        if self.kind is not Kind.EFFECT:
+            return None
+        head, _, name = self.name.partition('.')
+        return EFFECTS[head].component(name)
 
     @property
     def is_logarithmic(self) -> bool:
@@ -189,6 +205,8 @@ def make_parameters(
 
 def _named(scene: Scene, name: str) -> list[Parameter]:
     head, _, region_name = name.partition('.')
+    if head in EFFECT_NAMES:
+        return _effect(scene, head, region_name)
     if head not in FIT_NAMES or (region_name and head not in [k.value for k in _PER_REGION]):
         raise SceneError(
             f"cannot fit {name!r}: use one of {', '.join(FIT_NAMES)}; a single region's as "
@@ -197,9 +215,15 @@ def _named(scene: Scene, name: str) -> list[Parameter]:
     if head == 'rigid_offset':
         return _rigid_offset(scene)
     if head == 'gravity_tilt':
-        quantity = Quantity(0.0, -_TILT_LIMIT, _TILT_LIMIT, 0.0, _TILT_STD)
+        stated = scene.effects.get('gravity_tilt', {})
         return [
-            Parameter(f'gravity_tilt.{axis}', Kind.GRAVITY_TILT, index, 'rad', quantity)
+            Parameter(
+                f'gravity_tilt.{axis}',
+                Kind.GRAVITY_TILT,
+                index,
+                'rad',
+                Quantity(stated.get(axis, 0.0), -_TILT_LIMIT, _TILT_LIMIT, 0.0, _TILT_STD),
+            )
             for index, axis in enumerate(TILT_AXES)
         ]
     kind = Kind(head)
@@ -231,6 +255,7 @@ def _quantity(region: Region, kind: Kind) -> Quantity:
 
 def _rigid_offset(scene: Scene) -> list[Parameter]:
     prior = scene.rigid_offset
+    stated = scene.effects.get('camera_offset', {})
     return [
         Parameter(
             f'rigid_offset.{axis}',
@@ -238,7 +263,7 @@ def _rigid_offset(scene: Scene) -> list[Parameter]:
             index,
             'm' if index < 3 else 'rad',
             Quantity(
-                0.0,
+                stated.get(axis, 0.0),
                 -_OFFSET_LIMITS[index],
                 _OFFSET_LIMITS[index],
                 0.0,
@@ -248,6 +273,30 @@ def _rigid_offset(scene: Scene) -> list[Parameter]:
         )
         for index, axis in enumerate(OFFSET_AXES)
     ]
+
+
+def _effect(scene: Scene, identifier: str, component_name: str) -> list[Parameter]:
+    effect, known = EFFECTS[identifier], scene.effects.get(identifier, {})
+    chosen = [part for part in effect.components if component_name in ('', part.name)]
+    if not chosen:
+        names = ', '.join(part.name for part in effect.components)
+        raise SceneError(f'cannot fit {identifier}.{component_name!r}: its components are {names}')
+    return [
+        Parameter(
+            f'{identifier}.{part.name}',
+            Kind.EFFECT,
+            index,
+            part.unit,
+            _effect_quantity(part, known.get(part.name, 0.0)),
+        )
+        for index, part in enumerate(chosen)
+    ]
+
+
+def _effect_quantity(part: Component, start: float) -> Quantity:
+    if part.name == 'height':  # Of a plane anywhere: nothing is known beforehand.
+        return Quantity(start, part.lower, part.upper)
+    return Quantity(start, part.lower, part.upper, 0.0, part.scale)
 
 
 def _camera_pose(observation: int) -> list[Parameter]:

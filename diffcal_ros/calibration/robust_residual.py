@@ -11,10 +11,11 @@ Background, clamp and whatever stands in front weigh nothing.
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.edge_search import ObservedImage
-from diffcal_ros.calibration.forward_model import View
+from diffcal_ros.calibration.effect_model import EXACT_SENSOR, SensorModel
+from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.pixel_masks import facing_cosines, ViewMask
-from diffcal_ros.depth.trace import Outline
+from diffcal_ros.calibration.pixel_masks import facing_cosines, make_view_mask, ViewMask
+from diffcal_ros.depth.trace import Outline, Trace
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.scene.model import Masks
 import numpy as np
@@ -93,21 +94,36 @@ class ViewComparer:
         mask: ViewMask,
         masks: Masks,
         device: str,
+        second_triangles: BoolArray,
     ) -> None:
+        """Prepare one observation.
+
+        Args:
+            observation: what was seen.
+            tracer: of the body.
+            mask: what is left out.
+            masks: the scene's.
+            device: Warp device.
+            second_triangles: surface of another material than the first, shape (F,).
+        """
+        self.mask = mask
+        self._second = second_triangles
         self._observation = observation
         self._tracer = tracer
-        self._mask = mask
         self._masks = masks
         self._image = ObservedImage(observation.depth, mask.image, device)
 
-    def compare(self, view: View, reach: Reach) -> Comparison:
-        """Compare one view."""
+    def compare(self, view: View, reach: Reach, sensor: SensorModel = EXACT_SENSOR) -> Comparison:
+        """Compare one view, as the sensor would read it."""
         trace = view.trace
         observed = self._observation.depth[trace.rows, trace.columns].astype(np.float64)
         difference = observed - trace.depth
+        if not sensor.is_exact:
+            difference -= sensor.scale * trace.depth + sensor.bias
+            difference -= sensor.region_bias * self.is_second(trace)
         faces = np.maximum(trace.faces, 0)
-        counted = (trace.faces >= 0) & ~self._mask.triangles[faces]
-        counted &= ~self._mask.image[trace.rows, trace.columns]
+        counted = (trace.faces >= 0) & ~self.mask.triangles[faces]
+        counted &= ~self.mask.image[trace.rows, trace.columns]
         edge, edge_scale = self._edges(trace.outline, reach)
         return Comparison(
             depth=self._depths(view, difference, counted, faces, reach),
@@ -116,6 +132,20 @@ class ViewComparer:
             difference=difference,
             counted=counted,
         )
+
+    def is_second(self, trace: Trace) -> BoolArray:
+        """Tell which pixels of the window show another material than the first."""
+        seen: BoolArray = self._second[np.maximum(trace.faces, 0)]
+        return seen
+
+    def sensor_columns(self, view: View, places: IntArray) -> dict[str, FloatArray]:
+        """Return how the depth read at some pixels follows the sensor's errors, (M,) each."""
+        trace = view.trace
+        return {
+            'depth_affine.scale': trace.depth.ravel()[places],
+            'depth_affine.bias': np.ones(len(places)),
+            'depth_bias_by_region.bias': self.is_second(trace).ravel()[places].astype(np.float64),
+        }
 
     def _depths(
         self,
@@ -151,7 +181,7 @@ class ViewComparer:
             1.0,
             np.clip((step - _STEP_FAINT) / (_STEP_CLEAR - _STEP_FAINT), 0.0, 1.0),
         )
-        clarity[self._mask.edges[outline.edges]] = 0.0
+        clarity[self.mask.edges[outline.edges]] = 0.0
         tolerances = np.where(
             np.isnan(step), reach.edge_depth, np.minimum(reach.edge_depth, 0.5 * step)
         )
@@ -171,3 +201,21 @@ class ViewComparer:
             missing=float(weights[~found].sum()),
         )
         return residuals, scale
+
+
+def make_comparers(model: ForwardModel, *, device: str = 'cpu') -> list[ViewComparer]:
+    """Prepare the comparison of every observation of a model."""
+    masks = model.scene.masks
+    return [
+        ViewComparer(
+            observation,
+            tracer,
+            make_view_mask(observation, model.body(observation), tracer, masks),
+            masks,
+            device,
+            model.effects.second_triangles(
+                model.body(observation).discretisation.nodes, tracer.triangles
+            ),
+        )
+        for observation, tracer in zip(model.observations, model.tracers, strict=True)
+    ]

@@ -31,6 +31,7 @@ _NATURAL_SCALE = {
     Kind.GRAVITY_TILT: 0.5,
     Kind.EDGE_BIAS: 10.0,
 }
+_NATURAL_SIZES = 10.0  # Of an effect, in usual sizes.
 _NATURAL_LENGTH = 0.2
 _NATURAL_ANGLE = 0.7
 # A component of a blind direction below this share does not take part in it.
@@ -73,6 +74,8 @@ def natural_scales(parameters: ParameterSet) -> FloatArray:
     for parameter in parameters:
         if parameter.kind in _NATURAL_SCALE:
             scales.append(_NATURAL_SCALE[parameter.kind])
+        elif parameter.component is not None:
+            scales.append(_NATURAL_SIZES * parameter.component.scale)
         else:
             scales.append(_NATURAL_LENGTH if parameter.axis < 3 else _NATURAL_ANGLE)
     return np.array(scales)

@@ -5,6 +5,7 @@
 from dataclasses import dataclass
 
 from diffcal_ros.fem.elastic_body import ElasticBody
+from diffcal_ros.fem.potential_terms import PotentialTerm
 from diffcal_ros.fem.rotation_step import RotationStep
 from diffcal_ros.fem.sparse_pattern import make_pattern
 from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError
@@ -70,6 +71,7 @@ class EquilibriumSolver:
         self._factor_positions: FloatArray | None = None
         self._factor_material = -1
         self._has_factor = False
+        self.terms: tuple[PotentialTerm, ...] = ()
 
     @property
     def solver_name(self) -> str:
@@ -155,19 +157,39 @@ class EquilibriumSolver:
 
     def _unbalanced(self, positions: FloatArray, loads: FloatArray) -> FloatArray:
         """Return the force left on the free nodes [N], shape (3 M,)."""
-        return (loads - self.body.forces(positions))[self._free].ravel()
+        return (loads - self.forces(positions))[self._free].ravel()
+
+    def forces(self, positions: FloatArray) -> FloatArray:
+        """Return the gradient of the body's energy and of all terms [N], shape (N, 3)."""
+        forces = self.body.forces(positions)
+        for term in self.terms:
+            forces += term.forces(positions)
+        return forces
+
+    def force_tangent(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
+        """Return stiffness times a direction [N], shape (N, 3)."""
+        forces = self.body.force_tangent(positions, direction)
+        for term in self.terms:
+            forces += term.force_tangent(positions, direction)
+        return forces
+
+    def _stiffness_values(self, positions: FloatArray, *, is_guarded: bool = False) -> FloatArray:
+        values = self._stiffness.values(positions, is_guarded=is_guarded)
+        for term in self.terms:
+            values += term.stiffness(positions, is_guarded=is_guarded)
+        return values
 
     def _make_factor(self, positions: FloatArray) -> None:
         """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be."""
         self._factor_positions = None
-        values = self._stiffness.values(positions)
+        values = self._stiffness_values(positions)
         diagonal = self.pattern.diagonal_slots
         shift = 0.0
         for attempt in range(_MAX_SHIFTS):
             try:
                 self._solver.factor(values)
             except NotPositiveDefiniteError:
-                values = self._stiffness.values(positions, is_guarded=True)
+                values = self._stiffness_values(positions, is_guarded=True)
                 if attempt > 0:
                     shift = max(4.0 * shift, 1e-4 * float(np.abs(values[diagonal]).mean()))
                     values[diagonal] += shift
@@ -239,13 +261,14 @@ class EquilibriumSolver:
     def _potential(self, positions: FloatArray, loads: FloatArray) -> float:
         """Return elastic energy less the work of the loads [J]."""
         moved = positions - self.body.discretisation.rest_nodes
-        return self.body.energy(positions) - float((loads * moved).sum())
+        energy = self.body.energy(positions) + sum(term.energy(positions) for term in self.terms)
+        return energy - float((loads * moved).sum())
 
     def _finish(
         self, positions: FloatArray, loads: FloatArray, newton_steps: int, held_steps: int
     ) -> Equilibrium:
         reactions = np.zeros_like(positions)
-        reactions[self.held_nodes] = (self.body.forces(positions) - loads)[self.held_nodes]
+        reactions[self.held_nodes] = (self.forces(positions) - loads)[self.held_nodes]
         return Equilibrium(positions, reactions, newton_steps, held_steps)
 
     def _conjugate_gradient(self, positions: FloatArray, right_side: FloatArray) -> FloatArray:
@@ -255,7 +278,7 @@ class EquilibriumSolver:
 
         def product(vector: FloatArray) -> FloatArray:
             direction[self._free] = vector.reshape(-1, 3)
-            return self.body.force_tangent(positions, direction)[self._free].ravel()
+            return self.force_tangent(positions, direction)[self._free].ravel()
 
         residual = right_side - product(solution)
         goal = _LINEAR_TOLERANCE * float(np.linalg.norm(right_side))

@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from types import ModuleType
 
 from diffcal_ros.fem import stable_neo_hookean
+from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
+from diffcal_ros.fem.body_axes import body_axes
+from diffcal_ros.fem.clamp import Clamp
+from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
@@ -21,6 +25,9 @@ HeldPath = Callable[[float], FloatArray]
 
 _FIRST_FRACTION = 0.1  # 18 degrees of a half turn.
 _SMALLEST_FRACTION = 0.002
+# A clamp that gives way has come to rest when its turn changes by less [rad].
+_YIELD_TOLERANCE = 1e-9
+_MAX_YIELDS = 60
 
 
 @dataclass(frozen=True)
@@ -32,12 +39,14 @@ class Change:
         poissons_ratio: shape (T,).
         density: [kg/m^3], shape (T,).
         gravity: [m/s^2], shape (3,).
+        conditions: of effects.
     """
 
     youngs_modulus: FloatArray | None = None
     poissons_ratio: FloatArray | None = None
     density: FloatArray | None = None
     gravity: FloatArray | None = None
+    conditions: ConditionsChange | None = None
 
 
 @dataclass(frozen=True)
@@ -100,6 +109,11 @@ class StaticBody:
         ).astype(np.int32)
         self.elastic = ElasticBody(self.discretisation, law=law, device=device)
         self.solver = EquilibriumSolver(self.elastic, self.held_nodes, solver=solver)
+        self.axes = body_axes(self.discretisation.rest_nodes, self.held_nodes)
+        self._conditions = AppliedConditions(mesh, self.solver)
+        self._clamp = Clamp(self.discretisation.rest_nodes[self.held_nodes])
+        self._clamp_was_moved = False
+        self._held_path: HeldPath | None = None
         self._make_guide: Callable[[], StaticBody] = lambda: StaticBody(
             mesh, Element.LINEAR, self.held_vertices, law=law, solver=solver, device=device
         )
@@ -125,6 +139,7 @@ class StaticBody:
         *,
         held_path: HeldPath | None = None,
         prediction: FloatArray | None = None,
+        conditions: Conditions = NO_CONDITIONS,
     ) -> Equilibrium:
         """Find the equilibrium, from the last one where there is one.
 
@@ -134,21 +149,73 @@ class StaticBody:
             held_path: positions of the held vertices [m], shape (h, 3), at a fraction 0..1 of
                 their motion; followed from rest the first time. None: they stay.
             prediction: expected displacement from the last equilibrium [m], shape (N, 3).
+            conditions: effects on the body.
 
         Raises:
             EquilibriumError: when no equilibrium was found.
         """
         self._material, self._gravity = material, np.asarray(gravity, dtype=np.float64)
-        self.elastic.set_numbers(material.numbers())
+        numbers = material.numbers()
+        self.elastic.set_numbers(numbers)
+        self._conditions.apply(conditions, numbers, self.axes)
         loads = self.gravity_loads(material.density, self._gravity)
+        if conditions.added_masses is not None:
+            loads += conditions.added_masses[:, None] * self._gravity
+        self._held_path = held_path
+        if conditions.clamp_compliance == 0.0:
+            self._clamp.turn = np.zeros(3)
+        self._settle(loads, self._clamp_path(), prediction)
+        if conditions.clamp_compliance != 0.0:
+            self._yield_clamp(loads)
+        self._clamp_was_moved = conditions.moves_clamp
+        return self.state
+
+    def clamp_moment(self) -> FloatArray:
+        """Return the moment of the body on the clamp about its middle [N m], shape (3,)."""
+        return self._clamp.moment(
+            self.state.positions[self.held_nodes], -self.state.reactions[self.held_nodes]
+        )
+
+    def _settle(
+        self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
+    ) -> None:
         if self._state is not None:
             try:
                 self._state = self._from_last(loads, held_path, prediction)
-                return self._state
+                return
             except EquilibriumError:
                 self._state = None
         self._state = self._from_rest(loads, held_path)
-        return self._state
+
+    def _yield_clamp(self, loads: FloatArray) -> None:
+        """Turn the clamp until that is what the moment on it asks for."""
+        compliance = self._conditions.now.clamp_compliance
+        for _ in range(_MAX_YIELDS):
+            wanted = compliance * self.clamp_moment()
+            if float(np.abs(wanted - self._clamp.turn).max()) < _YIELD_TOLERANCE:
+                return
+            self._clamp.turn = wanted
+            self._settle(loads, self._clamp_path(), None)
+        raise EquilibriumError(
+            'the clamp gives way without end: its compliance is too large for the load'
+        )
+
+    def _clamp_path(self) -> HeldPath | None:
+        """Return where held vertices go with the clamp's own motion; None: they stay at rest."""
+        path, conditions = self._held_path, self._conditions.now
+        if not conditions.moves_clamp:
+            if path is None and self._clamp_was_moved:
+                return lambda _: self._held_vertices_at(1.0)
+            return path
+        return lambda fraction: self._clamp.place(
+            self._held_vertices_at(fraction), conditions.clamp_motion
+        )
+
+    def _held_vertices_at(self, fraction: float) -> FloatArray:
+        """Return where held vertices should be after a fraction of their motion [m], (h, 3)."""
+        if self._held_path is None:
+            return self.mesh.rest_positions[self.held_vertices]
+        return self._held_path(fraction)
 
     def forget(self) -> None:
         """Start the next solve from rest."""
@@ -167,8 +234,23 @@ class StaticBody:
     def tangents(self, changes: Sequence[Change]) -> FloatArray:
         """Return the displacement per unit of each change [m], shape (k, N, 3)."""
         positions = self.state.positions
-        forces = np.stack([self._force_change(positions, change) for change in changes])
-        return self.solver.linear_solve(positions, forces)
+        explicit = np.stack([self._force_change(positions, change) for change in changes])
+        forces, held = explicit.copy(), np.zeros_like(explicit)
+        for number, change in enumerate(changes):
+            motion = self._held_change(change)
+            if motion is not None:
+                held[number, self.held_nodes] = motion
+                forces[number] -= self.solver.force_tangent(positions, held[number])
+        fields = self.solver.linear_solve(positions, forces) + held
+        compliance = self._conditions.now.clamp_compliance
+        if compliance == 0.0:
+            return fields
+        # The clamp turns with the moment on it, and that follows every change.
+        turns = self._clamp_tangents()
+        by_turn = self._moment_changes(turns, np.zeros_like(turns)).T
+        answers = compliance * np.linalg.inv(np.eye(3) - compliance * by_turn)
+        response = self._moment_changes(fields, explicit) @ answers.T
+        return fields + np.einsum('kj,jni->kni', response, turns)
 
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by node positions back to the inputs (one adjoint solve).
@@ -195,6 +277,50 @@ class StaticBody:
             raise RuntimeError('no material yet: call settle first')
         return self._material
 
+    def _held_change(self, change: Change) -> FloatArray | None:
+        """Return how held nodes move with a change [m], shape (h, 3)."""
+        effects, now = change.conditions, self._conditions.now
+        if effects is None:
+            return None
+        if effects.clamp_motion is None and effects.clamp_compliance == 0.0:
+            return None
+        nominal = self._held_positions(self._held_vertices_at(1.0))
+        moves = np.zeros_like(nominal)
+        if effects.clamp_motion is not None:
+            moves += self._clamp.change(nominal, now.clamp_motion, effects.clamp_motion)
+        if effects.clamp_compliance != 0.0:
+            turn = effects.clamp_compliance * self.clamp_moment()
+            for axis in range(3):
+                moves += turn[axis] * self._clamp.turn_change(nominal, now.clamp_motion, axis)
+        return moves
+
+    def _clamp_tangents(self) -> FloatArray:
+        """Return how the body follows a turn of the clamp about each axis [m], (3, N, 3)."""
+        positions = self.state.positions
+        nominal = self._held_positions(self._held_vertices_at(1.0))
+        motion = self._conditions.now.clamp_motion
+        held = np.zeros((3, *positions.shape))
+        for axis in range(3):
+            held[axis, self.held_nodes] = self._clamp.turn_change(nominal, motion, axis)
+        forces = np.stack([-self.solver.force_tangent(positions, field) for field in held])
+        return self.solver.linear_solve(positions, forces) + held
+
+    def _moment_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
+        """Return how the moment on the clamp follows displacements [N m], shape (k, 3).
+
+        Args:
+            fields: displacements [m], shape (k, N, 3).
+            explicit: change of loads less forces at fixed positions [N], shape (k, N, 3).
+        """
+        positions, held = self.state.positions, self.held_nodes
+        reactions = self.state.reactions[held]
+        arms = positions[held] - self._clamp.center
+        changes = []
+        for field, force in zip(fields, explicit, strict=True):
+            moved = (self.solver.force_tangent(positions, field) - force)[held]
+            changes.append(-np.cross(arms, moved) - np.cross(field[held], reactions))
+        return np.stack(changes).sum(axis=1)
+
     def _force_change(self, positions: FloatArray, change: Change) -> FloatArray:
         """Return the change of the force on each node [N], shape (N, 3)."""
         material = self._current_material()
@@ -202,13 +328,22 @@ class StaticBody:
         if change.youngs_modulus is not None:
             numbers = _scaled(material.numbers_by_youngs_modulus(), change.youngs_modulus)
             force -= self.elastic.force_of_numbers(positions, numbers)
+            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
         if change.poissons_ratio is not None:
             numbers = _scaled(material.numbers_by_poissons_ratio(), change.poissons_ratio)
             force -= self.elastic.force_of_numbers(positions, numbers)
+            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
         if change.density is not None:
             force += self.gravity_loads(change.density, self._gravity)
         if change.gravity is not None:
             force += self.gravity_loads(material.density, change.gravity)
+            added = self._conditions.now.added_masses
+            if added is not None:
+                force += added[:, None] * change.gravity
+        if change.conditions is not None:
+            force += self._conditions.force_change(
+                positions, change.conditions, self.axes, self._gravity
+            )
         return force
 
     def _from_last(

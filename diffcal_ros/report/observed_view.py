@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward_model import View
 from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.pixel_masks import make_view_mask
+from diffcal_ros.calibration.pixel_masks import ViewMask
 from diffcal_ros.calibration.result import CalibrationResult
-from diffcal_ros.calibration.robust_residual import Comparison, Reach, ViewComparer
+from diffcal_ros.calibration.robust_residual import Comparison, make_comparers, Reach
 import numpy as np
 from numpy.typing import NDArray
 
@@ -93,7 +93,7 @@ def observed_views(calibration: Calibration, result: CalibrationResult) -> list[
                 number=number,
                 start=starts[number],
                 fitted=ends[number],
-                left_out=comparers.masks[number].image,
+                left_out=comparers.mask(number).image,
                 rows=rows,
                 columns=columns,
             )
@@ -108,20 +108,17 @@ class _Comparers:
         self._model = calibration.model
         settings = calibration.scene.masks
         self._reach = Reach(settings.truncation, 1.5 * settings.truncation, _EDGE_REACH)
-        pairs = list(zip(self._model.observations, self._model.tracers, strict=True))
-        self.masks = [
-            make_view_mask(observation, self._model.body(observation), tracer, settings)
-            for observation, tracer in pairs
-        ]
-        self._comparers = [
-            ViewComparer(observation, tracer, mask, settings, calibration.settings.device)
-            for (observation, tracer), mask in zip(pairs, self.masks, strict=True)
-        ]
+        self._comparers = make_comparers(self._model, device=calibration.settings.device)
+
+    def mask(self, number: int) -> ViewMask:
+        """Return what is left out of a view."""
+        return self._comparers[number].mask
 
     def pictures(self, coordinates: FloatArray) -> list[Picture]:
         views: Sequence[View] = self._model.views(coordinates)
+        sensor = self._model.sensor(coordinates)
         return [
-            self._picture(number, view, self._comparers[number].compare(view, self._reach))
+            self._picture(number, view, self._comparers[number].compare(view, self._reach, sensor))
             for number, view in enumerate(views)
         ]
 

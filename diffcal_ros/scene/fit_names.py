@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from diffcal_ros.scene.effects import EFFECTS, FIT_NAME_OF
 from diffcal_ros.scene.model import ObservationSetup
 from diffcal_ros.scene.problems import listed, suggestion
 from diffcal_ros.scene.quantities import QUANTITY_RULES
@@ -12,13 +13,23 @@ import numpy as np
 MATERIAL_NAMES = tuple(QUANTITY_RULES)
 RIGID_OFFSET = 'rigid_offset'
 GRAVITY_TILT = 'gravity_tilt'
+# Every other effect of the library has its identifier for a name.
+EFFECT_NAMES = tuple(name for name in EFFECTS if name not in FIT_NAME_OF and name != GRAVITY_TILT)
 DEFAULT_FIT = ('youngs_modulus', RIGID_OFFSET)
 
 
 def allowed_fit_names(region_names: Sequence[str]) -> tuple[str, ...]:
     """List every name: of a material number in all regions or in one, and of the pose."""
     in_one = [f'{name}.{region}' for name in MATERIAL_NAMES for region in region_names]
-    return (*MATERIAL_NAMES, *in_one, RIGID_OFFSET, GRAVITY_TILT)
+    effects = [
+        name
+        for identifier in EFFECT_NAMES
+        for name in (
+            identifier,
+            *(f'{identifier}.{c.name}' for c in EFFECTS[identifier].components),
+        )
+    ]
+    return (*MATERIAL_NAMES, *in_one, RIGID_OFFSET, GRAVITY_TILT, *effects)
 
 
 def fit_problems(

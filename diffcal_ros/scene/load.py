@@ -18,6 +18,7 @@ from diffcal_ros.scene.problems import Problems
 from diffcal_ros.scene.regions import read_regions
 from diffcal_ros.scene.rig_sections import (
     read_camera,
+    read_effects,
     read_marker,
     read_masks,
     read_rigid_offset,
@@ -79,6 +80,7 @@ def _read_scene(root: Section, folder: Path) -> Scene:
         masks=read_masks(root, depth_camera),
         sensor=read_sensor(root),
         rigid_offset=read_rigid_offset(root),
+        effects=read_effects(root),
         notes=() if mesh_file is None else mesh_file.notes,
     )
 

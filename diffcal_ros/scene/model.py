@@ -199,6 +199,8 @@ class Scene:
         masks: pixels to leave out.
         sensor: the depth camera's noise.
         rigid_offset: prior of the rigid offset.
+        effects: amplitudes and settings of effects that were added to the model, SI units, by
+            identifier and component; see `scene.effects`.
         path: the scene file, or None when built in memory.
         document: the file's content, for writing a fitted copy.
         notes: what reading changed or found worth telling, in sentences for the user.
@@ -217,6 +219,7 @@ class Scene:
     masks: Masks = field(default_factory=Masks)
     sensor: DepthSensor = field(default_factory=DepthSensor)
     rigid_offset: RigidOffset = field(default_factory=RigidOffset)
+    effects: dict[str, dict[str, float]] = field(default_factory=dict)
     path: Path | None = None
     document: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -5,6 +5,7 @@
 import math
 
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.marker_dictionaries import MARKER_COUNTS
 from diffcal_ros.scene.model import DepthSensor, Marker, Masks, RigidOffset
 from diffcal_ros.scene.placement import read_placement
@@ -202,3 +203,30 @@ def read_rigid_offset(scene: Section) -> RigidOffset:
     )
     section.refuse_unknown()
     return RigidOffset(translation_std, math.radians(degrees))
+
+
+def read_effects(scene: Section) -> dict[str, dict[str, float]]:
+    """Read `effects`: amplitudes of what was added to the model, by identifier."""
+    section = scene.child('effects')
+    if section is None:
+        return {}
+    found: dict[str, dict[str, float]] = {}
+    for identifier, effect in EFFECTS.items():
+        entry = section.child(identifier)
+        if entry is None:
+            continue
+        numbers = {
+            part.name: entry.number(
+                part.name,
+                default=0.0,
+                allowed=Interval(part.lower, part.upper),
+                needed=f'give a number in {part.unit}, {Interval(part.lower, part.upper)}',
+            )
+            for part in effect.components
+        }
+        for name, usual in effect.settings.items():
+            numbers[name] = entry.number(name, default=usual, allowed=Interval(0.0, 1.0))
+        entry.refuse_unknown()
+        found[identifier] = numbers
+    section.refuse_unknown()
+    return found

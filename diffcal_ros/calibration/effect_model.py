@@ -1,0 +1,226 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From amplitudes of effects to what they do to the body and to the sensor."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet
+from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.fem.body_axes import body_axes, BodyAxes
+from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS, Plane
+from diffcal_ros.rigid_transform import apply
+from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.scene.model import ObservationSetup, Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Amplitudes = Mapping[str, Mapping[str, float]]
+
+# An added mass is spread over this share of the body's length.
+_MASS_WIDTH = 0.03
+_RIGID_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
+_BENDS = ('a', 'b')
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """How a depth camera reads a true depth z: (1 + scale) z + bias.
+
+    Attributes:
+        scale: relative error.
+        bias: [m].
+        region_bias: of the second material [m].
+    """
+
+    scale: float = 0.0
+    bias: float = 0.0
+    region_bias: float = 0.0
+
+    @property
+    def is_exact(self) -> bool:
+        """Tell whether it reads what is there."""
+        return not (self.scale or self.bias or self.region_bias)
+
+
+EXACT_SENSOR = SensorModel()
+
+
+class EffectModel:
+    """The effects of one scene: those that it states, and those that are fitted."""
+
+    def __init__(self, scene: Scene, parameters: ParameterSet) -> None:
+        self._scene = scene
+        self._parameters = parameters
+        centroids = scene.mesh.rest_positions[scene.mesh.tets].mean(axis=1)
+        self._object_axes = {
+            index: _axes_of(scene, setup) for index, setup in enumerate(scene.observations)
+        }
+        self._modes = _modulus_modes(scene, self._object_axes[0].share(centroids))
+        self.second_region = second_region(scene, self._object_axes[0].share(centroids))
+
+    def amplitudes(self, coordinates: FloatArray) -> Amplitudes:
+        """Return the amplitudes at some coordinates, SI units, by effect and component."""
+        found = {name: dict(given) for name, given in self._scene.effects.items()}
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.kind is Kind.EFFECT:
+                head, _, component = parameter.name.partition('.')
+                settings = EFFECTS[head].settings
+                found.setdefault(head, dict(settings))[component] = float(coordinate)
+        return found
+
+    def axes(self, setup_index: int) -> BodyAxes:
+        """Return the body's axes in the world frame of one posture."""
+        own = self._object_axes[setup_index]
+        placed = self._scene.observations[setup_index].world_from_object
+        return BodyAxes(
+            root=apply(placed, own.root),
+            axes=own.axes @ placed[:3, :3].T,
+            length=own.length,
+            center=apply(placed, own.center),
+        )
+
+    def log_modulus(self, amplitudes: Amplitudes) -> FloatArray | None:
+        """Return what is added to the logarithm of Young's modulus, shape (T,), or None."""
+        contrast = amplitudes.get('stiffness_contrast')
+        if not contrast:
+            return None
+        total = np.zeros(self._scene.mesh.tet_count)
+        for name, mode in self._modes.items():
+            total += contrast.get(name, 0.0) * mode
+        return total
+
+    def conditions(
+        self, amplitudes: Amplitudes, setup_index: int, rest_nodes: FloatArray, gravity: FloatArray
+    ) -> Conditions:
+        """Return what acts on the body in one posture.
+
+        Args:
+            amplitudes: see `amplitudes`.
+            setup_index: of the posture.
+            rest_nodes: nodes at rest in the world frame [m], shape (N, 3).
+            gravity: in the world frame [m/s^2], shape (3,).
+        """
+        conditions = NO_CONDITIONS
+        clamp = amplitudes.get('clamp_offset', {})
+        if any(clamp.values()):
+            six = np.array([clamp.get(axis, 0.0) for axis in _RIGID_AXES])
+            conditions = replace(conditions, clamp_motion=self._to_world(setup_index) @ six)
+        compliance = amplitudes.get('compliant_clamp', {}).get('compliance', 0.0)
+        if compliance:
+            conditions = replace(conditions, clamp_compliance=compliance)
+        mass = amplitudes.get('added_mass', {})
+        if mass.get('mass', 0.0):
+            weights = self._mass_weights(setup_index, rest_nodes, mass['at'])
+            conditions = replace(conditions, added_masses=mass['mass'] * weights)
+        bend = amplitudes.get('rest_curvature', {})
+        if any(bend.values()):
+            curvature = np.array([bend.get(axis, 0.0) for axis in _BENDS])
+            conditions = replace(conditions, rest_curvature=curvature)
+        ratio = amplitudes.get('strain_stiffening', {}).get('ratio', 0.0)
+        if ratio:
+            conditions = replace(conditions, strain_stiffening=ratio)
+        plane = amplitudes.get('contact_plane')
+        if plane is not None:
+            conditions = replace(conditions, plane=Plane(upwards(gravity), plane['height']))
+        return conditions
+
+    def change(
+        self,
+        parameter: Parameter,
+        setup_index: int,
+        rest_nodes: FloatArray,
+        amplitudes: Amplitudes,
+    ) -> ConditionsChange | None:
+        """Return how a parameter acts on the body, or None where it does not as a condition."""
+        head, _, component = parameter.name.partition('.')
+        if head == 'clamp_offset':
+            column = self._to_world(setup_index)[:, _RIGID_AXES.index(component)]
+            return ConditionsChange(clamp_motion=column)
+        if head == 'compliant_clamp':
+            return ConditionsChange(clamp_compliance=1.0)
+        if head == 'added_mass':
+            at = amplitudes['added_mass']['at']
+            weights = self._mass_weights(setup_index, rest_nodes, at)
+            return ConditionsChange(added_masses=weights)
+        if head == 'rest_curvature':
+            return ConditionsChange(rest_curvature=np.eye(2)[_BENDS.index(component)])
+        if head == 'strain_stiffening':
+            return ConditionsChange(strain_stiffening=1.0)
+        if head == 'contact_plane':
+            return ConditionsChange(plane_height=1.0)
+        return None
+
+    def modulus_mode(self, parameter: Parameter) -> FloatArray | None:
+        """Return d log E / d amplitude of a stiffness contrast, shape (T,), or None."""
+        head, _, component = parameter.name.partition('.')
+        return self._modes[component] if head == 'stiffness_contrast' else None
+
+    def sensor(self, amplitudes: Amplitudes) -> SensorModel:
+        """Return how the depth camera reads."""
+        affine = amplitudes.get('depth_affine', {})
+        region = amplitudes.get('depth_bias_by_region', {})
+        return SensorModel(
+            scale=affine.get('scale', 0.0),
+            bias=affine.get('bias', 0.0),
+            region_bias=region.get('bias', 0.0),
+        )
+
+    def second_triangles(
+        self, nodes: NDArray[np.int32], triangles: NDArray[np.int32]
+    ) -> NDArray[np.bool_]:
+        """Tell which surface triangles show another material than the first, shape (F,).
+
+        Args:
+            nodes: of the elements, shape (T, n).
+            triangles: of the surface, shape (F, 3).
+        """
+        count = int(nodes.max()) + 1
+        votes, all_votes = np.zeros(count), np.zeros(count)
+        np.add.at(votes, nodes, self.second_region[:, None].astype(np.float64))
+        np.add.at(all_votes, nodes, 1.0)
+        shares = votes / np.maximum(all_votes, 1.0)
+        found: NDArray[np.bool_] = shares[triangles].mean(axis=1) > 0.5
+        return found
+
+    def _to_world(self, setup_index: int) -> FloatArray:
+        """Return the rotation of shifts and turns from the object's frame, shape (6, 6)."""
+        rotation = self._scene.observations[setup_index].world_from_object[:3, :3]
+        both = np.zeros((6, 6))
+        both[:3, :3] = both[3:, 3:] = rotation
+        return both
+
+    def _mass_weights(self, setup_index: int, rest_nodes: FloatArray, at: float) -> FloatArray:
+        share = self.axes(setup_index).share(rest_nodes)
+        weights = np.exp(-0.5 * ((share - at) / _MASS_WIDTH) ** 2)
+        weights[share == 0.0] = 0.0
+        return weights / weights.sum()
+
+
+def upwards(gravity: FloatArray) -> FloatArray:
+    """Return the unit vector against gravity, shape (3,)."""
+    length = float(np.linalg.norm(gravity))
+    return -gravity / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
+
+
+def second_region(scene: Scene, share: FloatArray) -> NDArray[np.bool_]:
+    """Tell which tetrahedra are of another material than the first, shape (T,).
+
+    A scene with one region is split in the middle of the free part.
+    """
+    if len(scene.regions) == 1:
+        return share > 0.5
+    others = np.ones(scene.mesh.tet_count, dtype=bool)
+    others[scene.regions[0].tets] = False
+    return others
+
+
+def _axes_of(scene: Scene, setup: ObservationSetup) -> BodyAxes:
+    held = np.unique(np.concatenate([part.vertices for part in setup.held]))
+    return body_axes(scene.mesh.rest_positions, held.astype(np.int32))
+
+
+def _modulus_modes(scene: Scene, share: FloatArray) -> dict[str, FloatArray]:
+    second = second_region(scene, share)
+    return {'split': np.where(second, 0.5, -0.5), 'along': share - 0.5}

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Effects put to work on one body: its terms, its shape without stress, and how forces follow."""
+
+from dataclasses import dataclass
+
+from diffcal_ros.fem.body_axes import BodyAxes
+from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
+from diffcal_ros.fem.equilibrium import EquilibriumSolver
+from diffcal_ros.fem.potential_terms import ContactTerm, PotentialTerm, StiffeningTerm
+from diffcal_ros.fem.rest_shape import bent_discretisation
+from diffcal_ros.material import NeoHookeanNumbers
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Step of a finite difference by curvature, as a bend of the whole body [rad].
+_BEND_STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class ConditionsChange:
+    """A direction in the space of effects.
+
+    Attributes:
+        clamp_motion: per unit of the parameter, shape (6,).
+        clamp_compliance: [rad/(N m)].
+        added_masses: [kg], shape (N,).
+        rest_curvature: [1/m], shape (2,).
+        strain_stiffening: change of C2 / C1.
+        plane_height: [m].
+    """
+
+    clamp_motion: FloatArray | None = None
+    clamp_compliance: float = 0.0
+    added_masses: FloatArray | None = None
+    rest_curvature: FloatArray | None = None
+    strain_stiffening: float = 0.0
+    plane_height: float = 0.0
+
+
+class AppliedConditions:
+    """Keeps a body's equilibrium solver up to date with the effects on it."""
+
+    def __init__(self, mesh: TetMesh, solver: EquilibriumSolver) -> None:
+        self.now = NO_CONDITIONS
+        self._mesh = mesh
+        self._solver = solver
+        self._stiffening: StiffeningTerm | None = None
+        self._contact: ContactTerm | None = None
+        self._shear_moduli = np.zeros(0)
+        self._curvature = np.zeros(2)
+
+    def apply(self, conditions: Conditions, numbers: NeoHookeanNumbers, axes: BodyAxes) -> None:
+        """Put effects to work; the material is set already."""
+        self.now = conditions
+        self._shear_moduli = numbers.neo_hookean_mu
+        terms: list[PotentialTerm] = []
+        if conditions.strain_stiffening != 0.0:
+            stiffening = self._stiffening_term()
+            stiffening.set_numbers(self._shear_moduli, conditions.strain_stiffening)
+            terms.append(stiffening)
+        self._contact = None
+        if conditions.plane is not None:
+            body = self._solver.body
+            self._contact = ContactTerm(
+                body.discretisation,
+                self._solver.pattern,
+                conditions.plane,
+                body.mean_shear_modulus(),
+            )
+            terms.append(self._contact)
+        self._solver.terms = tuple(terms)
+        if not np.array_equal(conditions.rest_curvature, self._curvature):
+            self._bend(conditions.rest_curvature, axes)
+
+    def force_change(
+        self, positions: FloatArray, change: ConditionsChange, axes: BodyAxes, gravity: FloatArray
+    ) -> FloatArray:
+        """Return how the force on each node changes [N], shape (N, 3); the clamp stays."""
+        force = np.zeros_like(positions)
+        if change.added_masses is not None:
+            force += change.added_masses[:, None] * gravity
+        if change.strain_stiffening != 0.0:
+            term = self._stiffening_term()
+            force -= change.strain_stiffening * term.force_of_ratio(positions, self._shear_moduli)
+        if change.plane_height != 0.0 and self._contact is not None:
+            force -= change.plane_height * self._contact.force_of_height(positions)
+        if change.rest_curvature is not None:
+            force -= self._force_of_curvature(positions, change.rest_curvature, axes)
+        return force
+
+    def force_of_shear_moduli(self, positions: FloatArray, change: FloatArray) -> FloatArray:
+        """Return how the terms' forces follow the shear moduli [N], shape (N, 3)."""
+        ratio = self.now.strain_stiffening
+        if ratio == 0.0:
+            return np.zeros_like(positions)
+        return ratio * self._stiffening_term().force_of_ratio(positions, change)
+
+    def _stiffening_term(self) -> StiffeningTerm:
+        if self._stiffening is None:
+            body = self._solver.body
+            self._stiffening = StiffeningTerm(
+                body.discretisation, self._solver.pattern, body.device
+            )
+        return self._stiffening
+
+    def _bend(self, curvature: FloatArray, axes: BodyAxes) -> None:
+        body = self._solver.body
+        shape = bent_discretisation(self._mesh, body.discretisation, axes, curvature)
+        body.set_rest_shape(shape)
+        if self._stiffening is not None:
+            self._stiffening.set_rest_shape(shape)
+        self._curvature = curvature.copy()
+
+    def _force_of_curvature(
+        self, positions: FloatArray, direction: FloatArray, axes: BodyAxes
+    ) -> FloatArray:
+        here, step = self._curvature, _BEND_STEP / axes.length
+        forces = []
+        for sign in (1.0, -1.0):
+            self._bend(here + sign * step * direction, axes)
+            forces.append(self._solver.forces(positions))
+        self._bend(here, axes)
+        return (forces[0] - forces[1]) / (2.0 * step)

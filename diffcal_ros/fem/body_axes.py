@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The body's own axes: along it from the clamp to the tip, and across it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BodyAxes:
+    """A slender body's frame at rest.
+
+    Attributes:
+        root: where the free part begins, in the middle of the section [m], shape (3,).
+        axes: unit rows: along the body away from the clamp, then across it, the wider side
+            first, shape (3, 3).
+        length: of the free part along the first axis [m].
+        center: middle of the held part [m], shape (3,).
+    """
+
+    root: FloatArray
+    axes: FloatArray
+    length: float
+    center: FloatArray
+
+    def share(self, points: FloatArray) -> FloatArray:
+        """Return how far along the free part points are, 0 at the clamp, 1 at the tip."""
+        return np.clip((points - self.root) @ self.axes[0] / self.length, 0.0, 1.0)
+
+
+def body_axes(rest: FloatArray, held: NDArray[np.int32]) -> BodyAxes:
+    """Find the axes of a clamped body.
+
+    Args:
+        rest: nodes at rest [m], shape (N, 3).
+        held: indices of the held ones.
+    """
+    own = rest[held]
+    center = 0.5 * (own.min(axis=0) + own.max(axis=0))
+    free = np.delete(rest, held, axis=0)
+    middle = free.mean(axis=0)
+    _, _, axes = np.linalg.svd(free - middle, full_matrices=False)
+    # Signs that do not depend on the mesh: along away from the clamp, across towards larger
+    # coordinates, and right-handed.
+    if (middle - center) @ axes[0] < 0.0:
+        axes[0] *= -1.0
+    if axes[1][np.argmax(np.abs(axes[1]))] < 0.0:
+        axes[1] *= -1.0
+    axes[2] = np.cross(axes[0], axes[1])
+    along = rest @ axes[0]
+    begin, end = float(along[held].max()), float(along.max())
+    if end - begin < 0.05 * float(np.ptp(along)):  # Held at both ends.
+        begin, end = float(np.delete(along, held).min()), float(np.delete(along, held).max())
+    root = middle + (begin - middle @ axes[0]) * axes[0]
+    return BodyAxes(root=root, axes=axes, length=max(end - begin, 1e-9), center=center)

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Potentials that join a body's elastic energy in the equilibrium."""
+
+from typing import Protocol
+
+from diffcal_ros.fem import strain_stiffening
+from diffcal_ros.fem.conditions import Plane
+from diffcal_ros.fem.elastic_body import ElasticBody
+from diffcal_ros.fem.element import Discretisation
+from diffcal_ros.fem.sparse_pattern import SparsePattern
+from diffcal_ros.material import NeoHookeanNumbers
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# An obstacle gives way by this much under a pressure of the shear modulus [m].
+_GIVE = 5e-4
+
+
+class PotentialTerm(Protocol):
+    """A potential of the node positions."""
+
+    def energy(self, positions: FloatArray) -> float:
+        """Return the energy [J]."""
+
+    def forces(self, positions: FloatArray) -> FloatArray:
+        """Return its gradient [N], shape (N, 3)."""
+
+    def force_tangent(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
+        """Return its Hessian times a direction [N], shape (N, 3)."""
+
+    def stiffness(self, positions: FloatArray, *, is_guarded: bool) -> FloatArray:
+        """Return its Hessian's entries in the pattern, shape (nnz,)."""
+
+
+class StiffeningTerm:
+    """Strain stiffening of the whole body."""
+
+    def __init__(self, discretisation: Discretisation, pattern: SparsePattern, device: str):
+        self._body = ElasticBody(discretisation, law=strain_stiffening, device=device)
+        self._stiffness = self._body.make_stiffness(pattern)
+
+    def set_numbers(self, shear_moduli: FloatArray, ratio: float) -> None:
+        """Set the shear modulus of each tetrahedron [Pa] and C2 / C1."""
+        mu = ratio * shear_moduli
+        self._body.set_numbers(NeoHookeanNumbers(mu, np.zeros_like(mu)))
+
+    def set_rest_shape(self, discretisation: Discretisation) -> None:
+        """Follow a change of the shape without stress."""
+        self._body.set_rest_shape(discretisation)
+
+    def force_of_ratio(self, positions: FloatArray, shear_moduli: FloatArray) -> FloatArray:
+        """Return the derivative of the forces by C2 / C1 [N], shape (N, 3)."""
+        unit = NeoHookeanNumbers(shear_moduli, np.zeros_like(shear_moduli))
+        return self._body.force_of_numbers(positions, unit)
+
+    def energy(self, positions: FloatArray) -> float:
+        """Return the energy [J]."""
+        return self._body.energy(positions)
+
+    def forces(self, positions: FloatArray) -> FloatArray:
+        """Return its gradient [N], shape (N, 3)."""
+        return self._body.forces(positions)
+
+    def force_tangent(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
+        """Return its Hessian times a direction [N], shape (N, 3)."""
+        return self._body.force_tangent(positions, direction)
+
+    def stiffness(self, positions: FloatArray, *, is_guarded: bool) -> FloatArray:
+        """Return its Hessian's entries in the pattern, shape (nnz,)."""
+        return self._stiffness.values(positions, is_guarded=is_guarded)
+
+
+class ContactTerm:
+    """A plane that pushes back in proportion to how deep the surface is in it."""
+
+    def __init__(
+        self, discretisation: Discretisation, pattern: SparsePattern, plane: Plane, modulus: float
+    ) -> None:
+        """Prepare one plane.
+
+        Args:
+            discretisation: whose surface may touch.
+            pattern: of the stiffness.
+            plane: the obstacle.
+            modulus: shear modulus of the body [Pa], the scale of the plane's stiffness.
+        """
+        self.plane = plane
+        self._weights = (modulus / _GIVE) * surface_areas(discretisation)
+        self._pattern = pattern
+
+    def energy(self, positions: FloatArray) -> float:
+        """Return the energy [J]."""
+        depth = self._depth(positions)
+        return 0.5 * float(self._weights @ depth**2)
+
+    def forces(self, positions: FloatArray) -> FloatArray:
+        """Return its gradient [N], shape (N, 3)."""
+        return -np.outer(self._weights * self._depth(positions), self.plane.normal)
+
+    def force_tangent(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
+        """Return its Hessian times a direction [N], shape (N, 3)."""
+        rates = self._rates(positions) * (direction @ self.plane.normal)
+        return np.outer(rates, self.plane.normal)
+
+    def force_of_height(self, positions: FloatArray) -> FloatArray:
+        """Return the derivative of the forces by the plane's height [N/m], shape (N, 3)."""
+        return -np.outer(self._rates(positions), self.plane.normal)
+
+    def stiffness(self, positions: FloatArray, *, is_guarded: bool) -> FloatArray:
+        """Return its Hessian's entries in the pattern, shape (nnz,)."""
+        pattern, normal = self._pattern, self.plane.normal
+        values = np.zeros(pattern.entry_count)
+        rates = self._rates(positions)[pattern.free_nodes]
+        for column in range(3):
+            starts = pattern.column_starts[column:-1:3]
+            for row in range(column, 3):
+                values[starts + row - column] += rates * normal[row] * normal[column]
+        return values
+
+    def _depth(self, positions: FloatArray) -> FloatArray:
+        return np.maximum(self.plane.height - positions @ self.plane.normal, 0.0)
+
+    def _rates(self, positions: FloatArray) -> FloatArray:
+        return self._weights * (self._depth(positions) > 0.0)
+
+
+def surface_areas(discretisation: Discretisation) -> FloatArray:
+    """Return each node's share of the surface at rest [m^2], shape (N,)."""
+    triangles = discretisation.surface_triangles
+    corners = discretisation.rest_nodes[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1) / 6.0
+    shares = np.zeros(discretisation.node_count)
+    np.add.at(shares, triangles.ravel(), np.repeat(areas, 3))
+    return shares

@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The library of effects that a model may lack, described as data.
+
+Amplitudes are in SI units here; `shown_unit` and `shown_factor` are for people. All are absent at
+zero. A mode that goes with a place along the body has that place as a setting, not as an
+amplitude.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+_DEGREE = float(np.deg2rad(1.0))
+
+
+@dataclass(frozen=True)
+class Component:
+    """One amplitude of an effect.
+
+    Attributes:
+        name: after the dot, as in `clamp_offset.rx`.
+        unit: SI.
+        lower: bound.
+        upper: bound; a lower bound of 0 makes it one-sided.
+        scale: what would be called a usual size: the prior's standard deviation.
+        shown_unit: for people.
+        shown_factor: from SI to that.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    scale: float
+    shown_unit: str
+    shown_factor: float
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect of the library.
+
+    Attributes:
+        identifier: as in verdicts and scene files.
+        group: sensor, load, boundary, shape or material.
+        components: its amplitudes.
+        sentence: what it means, for a person.
+        settles: what would tell it from its twins.
+        twins: effects that may look the same.
+        settings: fixed numbers that go with it, with their defaults.
+    """
+
+    identifier: str
+    group: str
+    components: tuple[Component, ...]
+    sentence: str
+    settles: str
+    twins: tuple[str, ...]
+    settings: dict[str, float] = field(default_factory=dict)
+
+    def component(self, name: str) -> Component:
+        """Return a component by name."""
+        return next(part for part in self.components if part.name == name)
+
+
+def _rigid(shift: float, turn: float, largest: float) -> tuple[Component, ...]:
+    shifts = [Component(a, 'm', -largest, largest, shift, 'mm', 1e3) for a in ('x', 'y', 'z')]
+    turns = [
+        Component(a, 'rad', -np.pi / 3, np.pi / 3, turn, 'deg', 1.0 / _DEGREE)
+        for a in ('rx', 'ry', 'rz')
+    ]
+    return (*shifts, *turns)
+
+
+_ALL = (
+    Effect(
+        'camera_offset',
+        'sensor',
+        _rigid(0.020, 5.0 * _DEGREE, 0.2),
+        'the camera is not where it is said to be',
+        'a pose with the rig rolled by 90 degrees before the same camera, or fixture in view',
+        ('clamp_offset', 'depth_affine'),
+    ),
+    Effect(
+        'depth_affine',
+        'sensor',
+        (
+            Component('scale', '1', -0.1, 0.1, 0.01, '%', 100.0),
+            Component('bias', 'm', -0.05, 0.05, 0.003, 'mm', 1e3),
+        ),
+        'the depth camera reads too far or too near',
+        'a rigid target at two known distances',
+        ('camera_offset',),
+    ),
+    Effect(
+        'depth_bias_by_region',
+        'sensor',
+        (Component('bias', 'm', -0.05, 0.05, 0.003, 'mm', 1e3),),
+        'the depth camera reads one of the materials too far or too near',
+        'both materials flat on one plane',
+        ('camera_offset', 'clamp_offset'),
+    ),
+    Effect(
+        'gravity_tilt',
+        'load',
+        tuple(
+            Component(a, 'rad', -np.pi / 4, np.pi / 4, 3.0 * _DEGREE, 'deg', 1.0 / _DEGREE)
+            for a in ('a', 'b')
+        ),
+        'the rig is not level',
+        'a spirit level, or a pose with the rig rolled by 90 degrees',
+        ('camera_offset', 'clamp_offset'),
+    ),
+    Effect(
+        'added_mass',
+        'load',
+        (Component('mass', 'kg', 0.0, 0.5, 0.005, 'g', 1e3),),
+        'something hangs on the body',
+        'weigh the body, or record it upside down',
+        ('stiffness_contrast',),
+        {'at': 1.0},
+    ),
+    Effect(
+        'contact_plane',
+        'load',
+        (Component('height', 'm', -2.0, 2.0, 0.010, 'mm', 1e3),),
+        'the body lies on something',
+        'a pose in which it cannot touch',
+        ('added_mass',),
+    ),
+    Effect(
+        'clamp_offset',
+        'boundary',
+        _rigid(0.005, 3.0 * _DEGREE, 0.2),
+        'the body sits elsewhere in the clamp than the scene says',
+        'a pose with the rig rolled by 90 degrees',
+        ('camera_offset', 'rest_curvature'),
+    ),
+    Effect(
+        'compliant_clamp',
+        'boundary',
+        (Component('compliance', 'rad/(N m)', 0.0, 20.0, 0.5, 'rad/(N m)', 1.0),),
+        'the clamp gives way under the load',
+        'a second load, or a pose that loads the clamp otherwise',
+        ('clamp_offset', 'stiffness_contrast'),
+    ),
+    Effect(
+        'rest_curvature',
+        'shape',
+        tuple(Component(a, '1/m', -10.0, 10.0, 0.7, '1/m', 1.0) for a in ('a', 'b')),
+        'the body is bent when nothing pulls on it',
+        'a pose with the body rolled by 180 degrees',
+        ('clamp_offset', 'gravity_tilt'),
+    ),
+    Effect(
+        'stiffness_contrast',
+        'material',
+        (
+            Component('split', '1', -3.0, 3.0, 0.7, 'log E', 1.0),
+            Component('along', '1', -3.0, 3.0, 0.7, 'log E', 1.0),
+        ),
+        'one part of the body is stiffer than another',
+        'a twist besides the bend',
+        ('added_mass', 'compliant_clamp'),
+    ),
+    Effect(
+        'strain_stiffening',
+        'material',
+        (Component('ratio', '1', 0.0, 20.0, 0.5, 'C2/C1', 1.0),),
+        'the material stiffens when it is strained',
+        'a second load that strains it less',
+        ('stiffness_contrast',),
+    ),
+)
+EFFECTS = {effect.identifier: effect for effect in _ALL}
+# Those that the fit names by other words of longer standing.
+FIT_NAME_OF = {'camera_offset': 'rigid_offset'}
+
+
+def amplitude_name(identifier: str, component: str) -> str:
+    """Return the name of an amplitude among the parameters of a fit."""
+    return f'{FIT_NAME_OF.get(identifier, identifier)}.{component}'

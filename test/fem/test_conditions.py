@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Effects on a body at rest: tangents by finite differences, and absence bit for bit."""
+
+from dataclasses import replace
+
+from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.fem.body_axes import body_axes
+from diffcal_ros.fem.conditions import Conditions, Plane
+from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.rest_shape import bent
+from diffcal_ros.fem.static_body import Change, StaticBody
+from diffcal_ros.material import Material
+import numpy as np
+import pytest
+
+GRAVITY = np.array([0.4, -9.7, 0.8])
+
+
+@pytest.fixture
+def body(beam_mesh) -> StaticBody:
+    held = np.flatnonzero(beam_mesh.rest_positions[:, 0] > 0.07).astype(np.int32)
+    return StaticBody(beam_mesh, Element.QUADRATIC, held)
+
+
+def material(body: StaticBody) -> Material:
+    ones = np.ones(body.mesh.tet_count)
+    share = body.mesh.rest_positions[body.mesh.tets].mean(axis=1)[:, 0]
+    return Material(2.5e5 * (1.0 + 2.0 * share), 0.47 * ones, 1080.0 * ones)
+
+
+def masses(body: StaticBody) -> np.ndarray:
+    share = body.axes.share(body.discretisation.rest_nodes)
+    weights = np.exp(-0.5 * ((share - 0.7) / 0.1) ** 2)
+    return 0.004 * weights / weights.sum()
+
+
+def everything(body: StaticBody) -> Conditions:
+    """All effects at once, of sizes that matter."""
+    return Conditions(
+        clamp_motion=np.array([0.002, -0.001, 0.003, 0.02, -0.03, 0.05]),
+        clamp_compliance=0.3,
+        added_masses=masses(body),
+        rest_curvature=np.array([0.6, -0.4]),
+        strain_stiffening=0.4,
+        plane=Plane(np.array([0.0, 0.96, 0.28]), -0.045),
+    )
+
+
+DIRECTIONS = {
+    **{
+        f'clamp {axis}': ConditionsChange(clamp_motion=np.eye(6)[axis]) for axis in (0, 1, 3, 4, 5)
+    },
+    'compliance': ConditionsChange(clamp_compliance=1.0),
+    'curvature': ConditionsChange(rest_curvature=np.array([0.8, 0.6])),
+    'stiffening': ConditionsChange(strain_stiffening=1.0),
+    'plane': ConditionsChange(plane_height=1.0),
+}
+STEPS = {'compliance': 0.01, 'curvature': 0.01, 'stiffening': 0.01, 'plane': 1e-4}
+
+
+def stepped(conditions: Conditions, change: ConditionsChange, step: float) -> Conditions:
+    moved = {}
+    if change.clamp_motion is not None:
+        moved['clamp_motion'] = conditions.clamp_motion + step * change.clamp_motion
+    if change.clamp_compliance:
+        moved['clamp_compliance'] = conditions.clamp_compliance + step * change.clamp_compliance
+    if change.rest_curvature is not None:
+        moved['rest_curvature'] = conditions.rest_curvature + step * change.rest_curvature
+    if change.strain_stiffening:
+        moved['strain_stiffening'] = conditions.strain_stiffening + step * change.strain_stiffening
+    if change.plane_height:
+        plane = conditions.plane
+        moved['plane'] = replace(plane, height=plane.height + step * change.plane_height)
+    return replace(conditions, **moved)
+
+
+@pytest.mark.parametrize('name', DIRECTIONS)
+def test_tangents_with_every_effect_there(body, name):
+    change, here = DIRECTIONS[name], everything(body)
+    numbers = material(body)
+
+    def settled(conditions: Conditions) -> np.ndarray:
+        return body.settle(numbers, GRAVITY, conditions=conditions).positions
+
+    settled(here)
+    tangent = body.tangents([Change(conditions=change)])[0]
+    assert np.abs(tangent).max() > 0.0
+    size = STEPS.get(name, 1e-3)
+    errors = []
+    for step in (size, size / 2.0, size / 4.0):
+        ahead = settled(stepped(here, change, step))
+        behind = settled(stepped(here, change, -step))
+        difference = (ahead - behind) / (2.0 * step)
+        errors.append(np.linalg.norm(difference - tangent) / np.linalg.norm(tangent))
+    assert min(errors) < 2e-3, errors
+    assert errors[-1] < 0.5 * errors[0] or max(errors) < 2e-3, errors
+
+
+@pytest.mark.parametrize('name', ['added mass', 'modulus', 'tilt'])
+def test_other_tangents_with_every_effect_there(body, name):
+    here, numbers = everything(body), material(body)
+    added = masses(body)
+    change = {
+        'added mass': Change(conditions=ConditionsChange(added_masses=added / 0.004)),
+        'modulus': Change(youngs_modulus=numbers.youngs_modulus),
+        'tilt': Change(gravity=np.cross([1.0, 0.0, 0.0], GRAVITY)),
+    }[name]
+
+    def settled(step: float) -> np.ndarray:
+        if name == 'added mass':
+            conditions = replace(here, added_masses=added * (1.0 + step / 0.004))
+            return body.settle(numbers, GRAVITY, conditions=conditions).positions
+        if name == 'modulus':
+            stiffer = replace(numbers, youngs_modulus=numbers.youngs_modulus * (1.0 + step))
+            return body.settle(stiffer, GRAVITY, conditions=here).positions
+        tilted = GRAVITY + step * change.gravity
+        return body.settle(numbers, tilted, conditions=here).positions
+
+    settled(0.0)
+    tangent = body.tangents([change])[0]
+    size = 2e-4 if name == 'added mass' else 2e-3
+    for step in (size, size / 2.0, size / 4.0):
+        difference = (settled(step) - settled(-step)) / (2.0 * step)
+        error = np.linalg.norm(difference - tangent) / np.linalg.norm(tangent)
+        assert error < 2e-3, (step, error)
+
+
+def test_absent_effects_change_nothing_at_all(beam_mesh):
+    held = np.flatnonzero(beam_mesh.rest_positions[:, 0] > 0.07).astype(np.int32)
+    plain, given = (StaticBody(beam_mesh, Element.QUADRATIC, held) for _ in range(2))
+    without = plain.settle(material(plain), GRAVITY)
+    with_zeros = given.settle(material(given), GRAVITY, conditions=Conditions())
+    np.testing.assert_array_equal(without.positions, with_zeros.positions)
+
+
+def test_effects_that_go_leave_the_body_as_it_was(body):
+    numbers = material(body)
+    before = body.settle(numbers, GRAVITY).positions
+    body.settle(numbers, GRAVITY, conditions=everything(body))
+    after = body.settle(numbers, GRAVITY).positions
+    np.testing.assert_allclose(after, before, atol=1e-8)
+
+
+def test_a_shape_bent_without_stress_stays_so_without_weight(body):
+    curvature = np.array([3.0, -2.0])
+    state = body.settle(
+        material(body), np.zeros(3), conditions=Conditions(rest_curvature=curvature)
+    )
+    vertices = body.mesh.vertex_count
+    expected = bent(body.mesh.rest_positions, body.axes, curvature)
+    np.testing.assert_allclose(state.positions[:vertices], expected, atol=2e-7)
+
+
+def test_bending_keeps_lengths_and_sections(random):
+    rest = random.normal(size=(400, 3)) * np.array([0.1, 0.01, 0.02])
+    held = np.flatnonzero(rest[:, 0] > 0.15).astype(np.int32)
+    axes = body_axes(rest, held)
+    curved = bent(rest, axes, np.array([0.0, 5.0]))
+    line = axes.root + np.linspace(0.0, axes.length, 200)[:, None] * axes.axes[0]
+    arc = bent(line, axes, np.array([0.0, 5.0]))
+    length = np.linalg.norm(np.diff(arc, axis=0), axis=1).sum()
+    assert length == pytest.approx(axes.length, rel=1e-4)
+    chord = np.linalg.norm(arc[-1] - arc[0])
+    assert chord == pytest.approx(2.0 / 5.0 * np.sin(0.5 * 5.0 * axes.length), rel=1e-4)
+    np.testing.assert_allclose(curved[held], rest[held], atol=1e-3)
+
+
+def test_a_plane_carries_what_the_clamp_does_not(body):
+    down, numbers = np.array([0.0, -9.8, 0.0]), material(body)
+    free = body.settle(numbers, down)
+    lowest = free.positions[:, 1].min()
+    plane = Plane(np.array([0.0, 1.0, 0.0]), lowest + 0.004)
+    resting = body.settle(numbers, down, conditions=Conditions(plane=plane))
+    assert resting.positions[:, 1].min() > plane.height - 2e-4
+    weight = 9.8 * 1080.0 * body.mesh.volumes.sum()
+    # The clamp's share is what the plane leaves.
+    assert 0.0 < resting.reactions[:, 1].sum() < 0.999 * weight
+    below = replace(plane, height=lowest - 0.01)
+    untouched = body.settle(numbers, down, conditions=Conditions(plane=below))
+    np.testing.assert_allclose(untouched.positions, free.positions, atol=1e-8)
+
+
+def test_a_clamp_that_gives_way_turns_with_its_moment(body):
+    down, compliance = np.array([0.0, -9.8, 0.0]), 0.5
+    body.settle(material(body), down, conditions=Conditions(clamp_compliance=compliance))
+    held, rest = body.held_nodes, body.discretisation.rest_nodes
+    moved, still = body.state.positions[held], rest[held]
+    center = body.axes.center
+    turn, *_ = np.linalg.lstsq(
+        np.concatenate([np.cross(np.eye(3)[axis], still - center) for axis in range(3)], axis=1)
+        .reshape(len(held), 3, 3)
+        .transpose(0, 2, 1)
+        .reshape(-1, 3),
+        (moved - still).ravel(),
+        rcond=None,
+    )
+    expected = compliance * body.clamp_moment()
+    np.testing.assert_allclose(turn, expected, rtol=0.02, atol=1e-4)
+    assert np.linalg.norm(expected) > 0.01
