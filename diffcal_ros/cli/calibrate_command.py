@@ -120,6 +120,11 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
         fit = tuple(name for item in args.fit for name in item.split(',') if name)
         regions = [region.name for region in scene.regions]
         problems = fit_problems(fit, regions, scene.observations)
+        swallowed = [name for name in fit if Path(name).exists()]
+        if problems and swallowed:
+            raise InputError(
+                f'--fit has {swallowed[0]!r}, a path: name the recordings before the options'
+            )
         if problems:
             raise InputError('; '.join(f'--fit {problem}' for problem in problems))
     settings = CalibrationSettings(

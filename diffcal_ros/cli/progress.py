@@ -6,10 +6,11 @@ import sys
 from types import TracebackType
 from typing import Any
 
+from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.result import IterationRecord
 from diffcal_ros.report.naming import short_values
 
-_BAR = '{desc:<12} |{bar:24}| {n_fmt}/{total_fmt} [{elapsed}]{postfix}'
+_BAR = '{desc:<12} |{bar:10}| {n_fmt}/{total_fmt} [{elapsed}]{postfix}'
 
 
 class Progress:
@@ -54,15 +55,17 @@ class Progress:
     def step(self, record: IterationRecord) -> bool:
         """Show the state after a step; the fit goes on."""
         self.last = record
-        gap = record.gap
-        text = (
-            f'loss {record.loss:.5g}, gap {1e3 * gap.median:.2f} mm on {gap.coverage:.0%}, '
-            f'{short_values(record.values)}'
-        )
+        text = f'{_gap_words(record.gap)}, {short_values(record.values)}'
         if self._bar is None:
-            print(f'iteration {record.number}: {text}', file=sys.stderr, flush=True)
+            self.say(f'iteration {record.number}: loss {record.loss:.5g}, {text}')
         else:
             self._bar.n = record.number
             self._bar.set_description_str('fitting', refresh=False)
             self._bar.set_postfix_str(text)
         return True
+
+
+def _gap_words(gap: Gap) -> str:
+    if gap.pixels == 0:
+        return 'body not found'
+    return f'gap {1e3 * gap.median:.2f} mm on {gap.coverage:.0%}'

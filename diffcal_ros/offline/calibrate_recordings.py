@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Calibrate from recordings and write what was found."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.provenance import describe_fit
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord, save_result
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.errors import SceneError
+from diffcal_ros.errors import PoseError, RecordingError, SceneError
 from diffcal_ros.offline.observe import observe
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.recording import Recording
@@ -63,12 +64,28 @@ def open_inputs(
     observations: list[Observation] = []
     notes: list[str] = []
     for setup_index, bag in pairs:
-        recording = open_recording(bag, depth_topic=depth_topic, allow_truncated=allow_truncated)
-        observation, own_notes = observe(scene, setup_index, recording, pose_source=pose_source)
+        with _naming(bag):
+            recording = open_recording(
+                bag, depth_topic=depth_topic, allow_truncated=allow_truncated
+            )
+            observation, own_notes = observe(
+                scene, setup_index, recording, pose_source=pose_source
+            )
         recordings.append(recording)
         observations.append(observation)
         notes.extend(f'{observation.name}: {note}' for note in own_notes)
     return OfflineInputs(scene, tuple(recordings), tuple(observations), tuple(notes))
+
+
+@contextmanager
+def _naming(bag: Path) -> Iterator[None]:
+    """Say which recording an error is about, where it does not say so itself."""
+    try:
+        yield
+    except (RecordingError, PoseError) as error:
+        if str(bag) in str(error):
+            raise
+        raise type(error)(f'{bag}: {error}') from error
 
 
 def run_calibration(

@@ -20,9 +20,12 @@ from diffcal_ros.pose.marker_target import single_marker
 from diffcal_ros.pose.rig_pose import pose_from_images
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.scene.model import Marker, Scene
+import numpy as np
 
 POSE_SOURCES = ('estimated', 'stored')
 _MAX_COLOR_FRAMES = 60
+# No depth camera sees a soft body from farther than this [m].
+_FARTHEST = 50.0
 
 
 def observe(
@@ -51,6 +54,7 @@ def observe(
             f'{columns}x{rows} images: correct the camera in the scene, or leave it out to use '
             'camera_info'
         )
+    _check_unit(fused, recording)
     if pose_source == 'stored':
         pose = stored_pose(scene.observations[setup_index])
     else:
@@ -68,6 +72,16 @@ def observe(
         f'{count} frames left out: {reason}' for reason, count in recording.skipped.items()
     )
     return observation, (*recording.notes, *skipped, *pose.notes)
+
+
+def _check_unit(fused: FusedDepth, recording: Recording) -> None:
+    """Refuse millimetres that were published as if they were metres."""
+    middle = float(np.nanmedian(fused.depth))
+    if middle > _FARTHEST:
+        raise RecordingError(
+            f'{recording.depth_topic} holds depths of {middle:.4g} m in the middle: 32FC1 is in '
+            'metres, so publish millimetres as 16UC1, or divide them by 1000'
+        )
 
 
 def _label(path: Path) -> str:

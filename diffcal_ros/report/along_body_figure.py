@@ -7,12 +7,13 @@ from typing import Any
 
 from diffcal_ros.report import palette
 from diffcal_ros.report.along_body import AlongBody, Share
-from diffcal_ros.report.depth_figure import RESIDUAL_LIMIT
 from diffcal_ros.report.figure_png import new_figure
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+_LEAST_REACH = 1.0  # [mm]
 
 
 def along_body_figure(along: AlongBody) -> Any:
@@ -31,8 +32,9 @@ def along_body_figure(along: AlongBody) -> Any:
         edge.plot(
             middles, _column(shares, 'edge'), color=color, linestyle=style, marker='o', label=label
         )
-    largest = np.nanmax(np.abs([_column(along.fitted, name) for name in ('low', 'high')]))
-    reach = max(float(np.nan_to_num(largest)) * 1.3, RESIDUAL_LIMIT)
+    # Starts may be far off: the fitted values are what the scale is for.
+    ends = np.abs([_column(along.fitted, name) for name in ('low', 'high')])
+    reach = max(1.3 * float(np.max(ends, where=np.isfinite(ends), initial=0.0)), _LEAST_REACH)
     depth.set_ylim(-reach, reach)
     depth.set_ylabel('measured − simulated [mm]')
     depth.set_title('depth: median and the middle 68 %', fontsize=11)

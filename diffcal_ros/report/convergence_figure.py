@@ -18,7 +18,7 @@ def convergence_figure(result: CalibrationResult) -> Any:
     material = [p for p in asked if is_material(p.name)]
     rest = [p for p in asked if not is_material(p.name)]
     groups = [group for group in (material, rest) if group]
-    figure = new_figure(11.0, 3.4 * (1 + (len(groups) > 0)))
+    figure = new_figure(11.0, 3.7 * (1 + (len(groups) > 0)))
     rows = figure.subplots(1 + (len(groups) > 0), 2, squeeze=False)
     steps = [record.number for record in result.history]
     _draw_loss(rows[0, 0], steps, result)
@@ -36,7 +36,9 @@ def convergence_figure(result: CalibrationResult) -> Any:
 
 def _draw_loss(panel: Any, steps: Sequence[int], result: CalibrationResult) -> None:
     losses = [record.loss for record in result.history]
-    panel.plot(steps, losses, color=palette.MEASURED, marker='o')
+    # A line between robust losses would compare what has no common unit.
+    line = 'none' if result.loss == 'robust' else '-'
+    panel.plot(steps, losses, color=palette.MEASURED, marker='o', linestyle=line)
     if min(losses, default=0.0) > 0.0 and max(losses) > 20.0 * min(losses):
         panel.set_yscale('log')
     unit = 'half a chi-square' if result.loss == 'robust' else result.loss
@@ -56,7 +58,7 @@ def _draw_gap(panel: Any, steps: Sequence[int], result: CalibrationResult) -> No
     covered.set_ylim(0.0, 102.0)
     covered.set_ylabel('coverage [%]', color=palette.START)
     handles = [*panel.get_lines(), *covered.get_lines()]
-    panel.legend(handles, [line.get_label() for line in handles], fontsize=9, loc='center right')
+    _legend_below(panel, handles)
 
 
 def _draw_parameters(
@@ -67,13 +69,14 @@ def _draw_parameters(
 ) -> None:
     """Draw one group; shifts in mm and turns in degrees share a panel."""
     units = sorted({shown(0.0, 0.0, p.unit).unit for p in group})
+    lines = []
     for number, parameter in enumerate(group):
         unit = shown(0.0, 0.0, parameter.unit).unit
         values = [
             shown(record.values[parameter.name], 0.0, parameter.unit).value
             for record in result.history
         ]
-        panel.plot(
+        (line,) = panel.plot(
             steps,
             values,
             color=palette.LINES[number % len(palette.LINES)],
@@ -82,11 +85,23 @@ def _draw_parameters(
             markersize=4,
             label=title(parameter.name),
         )
+        lines.append(line)
         last = shown(parameter.value, parameter.std_error, parameter.unit)
         if is_material(parameter.name) and np.isfinite(last.error):
-            panel.errorbar(
-                steps[-1], last.value, yerr=last.error, color=panel.get_lines()[-1].get_color()
-            )
+            panel.errorbar(steps[-1], last.value, yerr=last.error, color=line.get_color())
     panel.set_ylabel(', '.join(unit for unit in units if unit))
     panel.set_title('parameters', fontsize=11)
-    panel.legend(fontsize=8, ncol=2 if len(group) > 3 else 1)
+    _legend_below(panel, lines)
+
+
+def _legend_below(panel: Any, lines: Sequence[Any]) -> None:
+    """Name the lines under the panel: inside it they would hide a part of some curve."""
+    panel.legend(
+        lines,
+        [line.get_label() for line in lines],
+        fontsize=8,
+        ncol=2 if len(lines) > 3 else len(lines),
+        loc='upper center',
+        bbox_to_anchor=(0.5, -0.18),
+        frameon=False,
+    )

@@ -179,8 +179,8 @@ def _convergence(result: CalibrationResult) -> str:
     caption = 'Bars: standard errors at the end.'
     if result.loss == 'robust':
         caption += (
-            ' The robust loss is in units of its own noise, which is found during the fit: it may '
-            'rise while the gap shrinks.'
+            ' The robust loss is in units of its own noise, which is found during the fit: its '
+            'points have no common unit, and it may rise while the gap shrinks.'
         )
     figure = convergence_figure(result)
     return '<h2>Convergence</h2>\n' + _figure(figure, 'Loss, gap and parameters', caption)

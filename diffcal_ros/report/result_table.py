@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A result in a few lines of plain text, for a terminal."""
 
+import math
 import textwrap
 
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
@@ -42,4 +43,4 @@ def _figures(result: CalibrationResult) -> list[str]:
 
 
 def _millimetres(length: float) -> str:
-    return f'{1e3 * length:.3g}'
+    return f'{1e3 * length:.3g}' if math.isfinite(length) else '-'
