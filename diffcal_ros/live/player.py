@@ -17,6 +17,8 @@ from diffcal_ros.recording.recording import Recording
 
 _SECOND = 1_000_000_000  # [ns]
 _TICK = 0.025  # How often the clock goes on between messages [s].
+# Nodes that run already are found within one period of DDS's announcements, 3 s, of each other.
+_SETTLED = 3.2  # No new listener for so long: all are there [s].
 _TOO_LATE = 0.2  # Behind by more, the schedule starts anew rather than hurry after [s].
 
 
@@ -31,7 +33,7 @@ class ReplaySettings:
         is_paused: stand still, except for single steps.
         depth_topic: where it has several; empty chooses.
         allow_truncated: use what stands before the cut of a file.
-        patience: how long to wait for a subscriber to depth before the first message [s].
+        patience: how long to wait at most for subscribers before the first message [s].
     """
 
     path: Path
@@ -40,7 +42,7 @@ class ReplaySettings:
     is_paused: bool = False
     depth_topic: str = ''
     allow_truncated: bool = False
-    patience: float = 5.0
+    patience: float = 10.0
 
 
 class Outlet(Protocol):
@@ -55,8 +57,8 @@ class Outlet(Protocol):
     def tick(self, time_ns: int) -> None:
         """Send the time of the recording [ns]."""
 
-    def is_heard(self) -> bool:
-        """Tell whether somebody listens."""
+    def listener_count(self) -> int:
+        """Return how many listen; 0 while nobody listens to depth."""
 
 
 class Player:
@@ -131,15 +133,22 @@ class Player:
             if recording.saved_count is not None:
                 saved = f'the file is truncated; {recording.saved_count} messages were saved'
                 self._notes = (*self._notes, saved)
-            self._wait_for_listener()
+            self._wait_for_listeners()
             self._play(recording)
         except InputError as error:
             self._say(Level.ERROR, str(error))
 
-    def _wait_for_listener(self) -> None:
-        self._say(Level.OK, 'waiting for a subscriber to depth/image_rect_raw')
+    def _wait_for_listeners(self) -> None:
+        """Wait until somebody listens, and until no more come: a bag is not played twice."""
+        self._say(Level.OK, 'waiting for subscribers')
         end = time.monotonic() + self._settings.patience
-        while time.monotonic() < end and not self._outlet.is_heard():
+        count, since = 0, time.monotonic()
+        while time.monotonic() < end:
+            found = self._outlet.listener_count()
+            if found != count:
+                count, since = found, time.monotonic()
+            if count and time.monotonic() - since >= _SETTLED:
+                return
             with self._changed:
                 if self._is_closed:
                     return

@@ -44,7 +44,11 @@ SETTINGS = (
     Setting('allow_truncated', False, 'use what stands before the cut of a damaged recording'),
     Setting('publish_clock', False, 'send the time of the recording on /clock', is_read_only=True),
     Setting(
-        'wait_for_subscriber', 5.0, 'wait so long for a subscriber before the start [s]', 0.0, 60.0
+        'wait_for_subscriber',
+        10.0,
+        'wait so long at most until somebody listens to depth and nobody else comes [s]',
+        0.0,
+        600.0,
     ),
     Setting(
         'depth_from_color',
@@ -104,9 +108,14 @@ class DepthSourceNode(Node):
         if self._clock_sender is not None and self.context.ok():
             self._clock_sender.publish(Clock(clock=stamp_message(time_ns)))
 
-    def is_heard(self) -> bool:
-        """Tell whether somebody listens to depth."""
-        return not self.context.ok() or self._senders[Role.DEPTH].get_subscription_count() > 0
+    def listener_count(self) -> int:
+        """Return how many listen to images; 0 while nobody listens to depth."""
+        if not self.context.ok():
+            return 0
+        depth, color = (
+            self._senders[role].get_subscription_count() for role in (Role.DEPTH, Role.COLOR)
+        )
+        return int(depth + color) if depth else 0
 
     def send_transform(
         self, depth_from_color: FloatArray, *, depth_frame: str, color_frame: str, time_ns: int

@@ -58,6 +58,9 @@ def _spin(make: Any) -> int:
             executor.spin_once()
     except ExternalShutdownException:
         pass
+    except Exception:  # An end that comes between two looks at the context shows as any error.
+        if node.context.ok():
+            raise
     is_idle = node.close()
     executor.shutdown()
     node.destroy_node()
