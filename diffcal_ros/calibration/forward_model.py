@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """From parameters to positions in the camera frame, with tangents: where fem and depth meet."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.effect_model import EffectModel, SensorModel
@@ -76,10 +77,24 @@ class ForwardModel:
             for observation in observations
         ]
         self._pivots = [self._pivot(observation) for observation in observations]
+        # Models that share bodies take turns: only the last one to settle them may ask them.
+        self._turn: dict[str, ForwardModel] = {}
+        self._forget()
+
+    def _forget(self) -> None:
+        """Know nothing of the last coordinates."""
         self._coordinates: FloatArray | None = None
         self._tangents: dict[int, FloatArray] = {}
         self._tangent_coordinates: FloatArray | None = None
         self._views: list[View] = []
+
+    def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'ForwardModel':
+        """Return a model of the same bodies and cameras with other parameters or effects."""
+        other = copy(self)
+        other.scene, other.parameters = scene, parameters
+        other.effects = EffectModel(scene, parameters)
+        other._forget()
+        return other
 
     def body(self, observation: Observation) -> StaticBody:
         """Return the simulated body of an observation."""
@@ -95,8 +110,11 @@ class ForwardModel:
             EquilibriumError: when a posture has no equilibrium.
             OutOfViewError: when a camera does not see the body.
         """
-        if self._coordinates is not None and np.array_equal(coordinates, self._coordinates):
+        is_there = self._turn.get('last') is self and self._coordinates is not None
+        if is_there and np.array_equal(coordinates, np.asarray(self._coordinates)):
             return self._views
+        self._turn['before'] = self._turn.get('last', self)
+        self._turn['last'] = self
         material, amplitudes = self.material(coordinates), self.effects.amplitudes(coordinates)
         for index, posture in self.bodies.items():
             gravity = self._gravity(posture.setup, coordinates)
@@ -124,6 +142,26 @@ class ForwardModel:
         self._tangent_coordinates = coordinates.copy()
         return [
             self._view_tangents(number, observation, coordinates)
+            for number, observation in enumerate(self.observations)
+        ]
+
+    def tangents_of(
+        self, changes: Callable[[int, StaticBody], Sequence[Change]], coordinates: FloatArray
+    ) -> list[FloatArray]:
+        """Return how each view's points follow changes of the body [m], shape (k, N, 3) each.
+
+        Args:
+            changes: for the number of a posture and its body, the same count for every posture.
+            coordinates: shape (c,).
+        """
+        self.views(coordinates)
+        fields = {
+            index: posture.body.tangents(changes(index, posture.body))
+            for index, posture in self.bodies.items()
+        }
+        return [
+            fields[observation.setup_index]
+            @ self._camera_from_world_rotation(number, coordinates).T
             for number, observation in enumerate(self.observations)
         ]
 
@@ -223,6 +261,8 @@ class ForwardModel:
         if self._coordinates is None or not np.array_equal(
             self._coordinates, self._tangent_coordinates
         ):
+            return None
+        if self._turn.get('before') is not self:
             return None
         change = coordinates - self._tangent_coordinates
         return np.einsum('k,kni->ni', change, self._tangents[index])

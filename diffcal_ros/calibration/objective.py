@@ -13,7 +13,13 @@ from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.parameters import Kind
-from diffcal_ros.calibration.robust_residual import Comparison, make_comparers, Reach, Residuals
+from diffcal_ros.calibration.robust_residual import (
+    Comparison,
+    make_comparers,
+    Reach,
+    Residuals,
+    ViewComparer,
+)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,10 +74,23 @@ class Scales:
 class RobustObjective:
     """The default objective of a calibration."""
 
-    def __init__(self, model: ForwardModel, *, device: str = 'cpu') -> None:
+    def __init__(
+        self,
+        model: ForwardModel,
+        *,
+        device: str = 'cpu',
+        comparers: list[ViewComparer] | None = None,
+    ) -> None:
+        """Prepare the comparison of a model's views.
+
+        Args:
+            model: simulates and traces.
+            device: Warp device.
+            comparers: of a model with the same bodies and observations; default: new ones.
+        """
         self.model = model
         self.truncation = model.scene.masks.truncation
-        self._comparers = make_comparers(model, device=device)
+        self.comparers = comparers or make_comparers(model, device=device)
         self.scales = Scales()
         self._prior_mean, self._prior_precision = model.parameters.prior()
         self._bias_places = model.parameters.find(Kind.EDGE_BIAS)
@@ -87,7 +106,7 @@ class RobustObjective:
         views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
         return [
             comparer.compare(view, self.scales.reach, sensor)
-            for comparer, view in zip(self._comparers, views, strict=True)
+            for comparer, view in zip(self.comparers, views, strict=True)
         ]
 
     def cost(self, coordinates: FloatArray) -> float:
@@ -257,7 +276,7 @@ class RobustObjective:
         by_edge *= comparison.edge_scale[:, None]
         for place in self._bias_places:
             by_edge[:, place] = comparison.edge_scale
-        columns = self._comparers[number].sensor_columns(view, unbiased.depth.places)
+        columns = self.comparers[number].sensor_columns(view, unbiased.depth.places)
         for place in self._effect_places:
             column = columns.get(self.model.parameters.names[place])
             if column is not None:

@@ -29,6 +29,8 @@ IntArray = NDArray[np.int32]
 # figure [m], all above the second.
 _STEP_FAINT = 0.010
 _STEP_CLEAR = 0.030
+# How to look beside an outline for a surface that is seen too flat [px].
+_BESIDE_STEP, _BESIDE_REACH = 0.5, 6.0
 
 
 @dataclass(frozen=True)
@@ -124,9 +126,10 @@ class ViewComparer:
         faces = np.maximum(trace.faces, 0)
         counted = (trace.faces >= 0) & ~self.mask.triangles[faces]
         counted &= ~self.mask.image[trace.rows, trace.columns]
+        flat = self._seen_too_flat(view, faces)
         edge, edge_scale = self._edges(trace.outline, reach)
         return Comparison(
-            depth=self._depths(view, difference, counted, faces, reach),
+            depth=self._depths(view, difference, counted & ~flat, reach),
             edge=edge,
             edge_scale=edge_scale,
             difference=difference,
@@ -151,15 +154,12 @@ class ViewComparer:
         self,
         view: View,
         difference: FloatArray,
-        counted: BoolArray,
-        faces: IntArray,
+        comparable: BoolArray,
         reach: Reach,
     ) -> Residuals:
-        trace, masks = view.trace, self._masks
-        cosines = facing_cosines(view.points, self._tracer.triangles)
-        usable = counted & np.isfinite(difference)
-        usable &= cosines[faces] > np.cos(masks.grazing_angle)
-        band = int(np.ceil(masks.silhouette_band))
+        trace = view.trace
+        usable = comparable & np.isfinite(difference)
+        band = int(np.ceil(self._masks.silhouette_band))
         if band > 0:
             usable &= ~trace.outline_band(band)
         near = np.abs(difference) < reach.depth
@@ -173,6 +173,37 @@ class ViewComparer:
             places=places,
             missing=float((usable & ~near).sum()),
         )
+
+    def _seen_too_flat(self, view: View, faces: IntArray) -> BoolArray:
+        """Tell which pixels of the window show a surface that is too flat for a good depth."""
+        cosines = facing_cosines(view.points, self._tracer.triangles)
+        flat: BoolArray = cosines[faces] <= np.cos(self._masks.grazing_angle)
+        return flat & (view.trace.faces >= 0)
+
+    def edge_doubt(self, view: View, places: IntArray) -> FloatArray:
+        """Return how far pieces of the outline may seem to lie inside [px], shape (M,).
+
+        A sensor loses a surface that it sees too flat, and the edge that it shows is then not
+        the body's. On a round body such a surface is thinner than a pixel.
+
+        Args:
+            view: the rendered body.
+            places: pieces of the outline, as in `Residuals.places`, shape (M,).
+        """
+        trace = view.trace
+        flat = self._seen_too_flat(view, np.maximum(trace.faces, 0))
+        outline = trace.outline
+        chosen = np.searchsorted(outline.pieces, places)
+        points, normals = outline.points[chosen, :2], outline.normals[chosen]
+        thickness, still = np.zeros(len(places)), np.ones(len(places), dtype=bool)
+        height, width = flat.shape
+        for distance in np.arange(0.5 * _BESIDE_STEP, _BESIDE_REACH, _BESIDE_STEP):
+            columns, rows = np.floor(points - distance * normals + 0.5).astype(np.int64).T
+            columns = np.clip(columns - trace.columns.start, 0, width - 1)
+            rows = np.clip(rows - trace.rows.start, 0, height - 1)
+            still &= flat[rows, columns]
+            thickness += _BESIDE_STEP * still
+        return thickness
 
     def _edges(self, outline: Outline, reach: Reach) -> tuple[Residuals, FloatArray]:
         step = outline.behind - outline.points[:, 2]
