@@ -46,7 +46,7 @@ build: $(VENV)/.runtime ## Build the ROS package with colcon into install/.
 
 .PHONY: demo
 demo: build ## Replay the sample bag through the three nodes and fit it.
-	@source $(BIN)/activate; source install/setup.bash; \
+	@source $(BIN)/activate; set +u; source install/setup.bash; set -u; \
 	python demo/run_demo.py --bag bags/sample --scene bags/sample/scene.yaml --out $(OUT)
 
 .PHONY: lint
