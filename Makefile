@@ -64,6 +64,13 @@ test: lint build ## Lint, build and run every test; fails when anything failed o
 	python -c "import sys, xml.etree.ElementTree as t; n = sum(int(s.get('tests')) for s in t.parse('build/diffcal_ros/pytest.xml').iter('testsuite')); sys.exit(0 if n else 'no test ran')"; \
 	exit $${failed:-0}
 
+BLIND ?= out/blind
+.PHONY: blind
+blind: $(VENV)/.test ## Diagnose the independent generator's cases and score them (slow).
+	$(BIN)/python -m benchmarks.blind.generator --set development --out $(BLIND)
+	$(BIN)/python -m benchmarks.diagnosis --cases $(BLIND)/cases --out $(BLIND)/run
+	$(BIN)/python -m benchmarks.blind.scorer --verdicts $(BLIND)/run --labels $(BLIND)/labels --out $(BLIND)/score
+
 .PHONY: clean
 clean: ## Remove what was built; .venv stays.
 	rm -rf build install log out

@@ -9,7 +9,8 @@ from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet
 from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS, Plane
-from diffcal_ros.rigid_transform import apply
+from diffcal_ros.rigid_motion import tilt_axes
+from diffcal_ros.rigid_transform import apply, rotation_matrix
 from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.model import ObservationSetup, Scene
 import numpy as np
@@ -20,6 +21,7 @@ Amplitudes = Mapping[str, Mapping[str, float]]
 
 # An added mass is spread over this share of the body's length.
 _MASS_WIDTH = 0.03
+_NORMAL_STEP = 1e-5  # Of a finite difference that is exact to rounding [rad].
 _RIGID_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 _BENDS = ('a', 'b')
 
@@ -123,7 +125,8 @@ class EffectModel:
             conditions = replace(conditions, strain_stiffening=ratio)
         plane = amplitudes.get('contact_plane')
         if plane is not None:
-            conditions = replace(conditions, plane=Plane(upwards(gravity), plane['height']))
+            normal = _plane_normal(gravity, plane)
+            conditions = replace(conditions, plane=Plane(normal, plane['height']))
         return conditions
 
     def change(
@@ -149,8 +152,20 @@ class EffectModel:
         if head == 'strain_stiffening':
             return ConditionsChange(strain_stiffening=1.0)
         if head == 'contact_plane':
-            return ConditionsChange(plane_height=1.0)
+            return self._plane_change(component, setup_index, amplitudes['contact_plane'])
         return None
+
+    def _plane_change(
+        self, component: str, setup_index: int, plane: Mapping[str, float]
+    ) -> ConditionsChange:
+        if component == 'height':
+            return ConditionsChange(plane_height=1.0)
+        gravity = self._scene.observations[setup_index].gravity
+        normals = [
+            _plane_normal(gravity, {**plane, component: plane.get(component, 0.0) + step})
+            for step in (_NORMAL_STEP, -_NORMAL_STEP)
+        ]
+        return ConditionsChange(plane_normal=(normals[0] - normals[1]) / (2.0 * _NORMAL_STEP))
 
     def modulus_mode(self, parameter: Parameter) -> FloatArray | None:
         """Return d log E / d amplitude of a stiffness contrast, shape (T,), or None."""
@@ -202,6 +217,14 @@ def upwards(gravity: FloatArray) -> FloatArray:
     """Return the unit vector against gravity, shape (3,)."""
     length = float(np.linalg.norm(gravity))
     return -gravity / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
+
+
+def _plane_normal(gravity: FloatArray, plane: Mapping[str, float]) -> FloatArray:
+    """Return the normal of a plane that is tilted against the horizontal, shape (3,)."""
+    tilt = np.array([plane.get(name, 0.0) for name in _BENDS])
+    if not tilt.any():
+        return upwards(gravity)
+    return rotation_matrix(tilt @ np.stack(tilt_axes(gravity))) @ upwards(gravity)
 
 
 def second_region(scene: Scene, share: FloatArray) -> NDArray[np.bool_]:

@@ -77,6 +77,8 @@ class ForwardModel:
             for observation in observations
         ]
         self._pivots = [self._pivot(observation) for observation in observations]
+        # One camera that is elsewhere is elsewhere in every view: its offset has one pivot.
+        self._common_pivot = np.mean(self._pivots, axis=0)
         # Models that share bodies take turns: only the last one to settle them may ask them.
         self._turn: dict[str, ForwardModel] = {}
         self._forget()
@@ -345,7 +347,7 @@ class ForwardModel:
                 self._six(coordinates, Kind.CAMERA_POSE, number),
                 pivot if measured is None else measured,
             ),
-            (self._six(coordinates, Kind.RIGID_OFFSET, None), pivot),
+            (self._six(coordinates, Kind.RIGID_OFFSET, None), self._common_pivot),
         ]
 
     def _view_tangents(

@@ -20,6 +20,7 @@ from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.scene.model import Masks
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
@@ -30,7 +31,11 @@ IntArray = NDArray[np.int32]
 _STEP_FAINT = 0.010
 _STEP_CLEAR = 0.030
 # How to look beside an outline for a surface that is seen too flat [px].
-_BESIDE_STEP, _BESIDE_REACH = 0.5, 6.0
+_BESIDE_STEP, _BESIDE_REACH = 0.5, 4.0
+# A surface that is thinner than a pixel here may be thicker so far on [px].
+_NEARBY = 5.0
+# What a sensor loses at a step from one part of the body to another [px].
+_LOST_AT_STEP = 1.5
 
 
 @dataclass(frozen=True)
@@ -195,15 +200,16 @@ class ViewComparer:
         outline = trace.outline
         chosen = np.searchsorted(outline.pieces, places)
         points, normals = outline.points[chosen, :2], outline.normals[chosen]
-        thickness, still = np.zeros(len(places)), np.ones(len(places), dtype=bool)
+        thickness = np.zeros(len(places))
         height, width = flat.shape
         for distance in np.arange(0.5 * _BESIDE_STEP, _BESIDE_REACH, _BESIDE_STEP):
             columns, rows = np.floor(points - distance * normals + 0.5).astype(np.int64).T
             columns = np.clip(columns - trace.columns.start, 0, width - 1)
             rows = np.clip(rows - trace.rows.start, 0, height - 1)
-            still &= flat[rows, columns]
-            thickness += _BESIDE_STEP * still
-        return thickness
+            thickness += _BESIDE_STEP * flat[rows, columns]
+        # Where it sees two surfaces at once, it loses pixels of both.
+        thickness += np.where(np.isfinite(outline.behind[chosen]), _LOST_AT_STEP, 0.0)
+        return _largest_nearby(points, thickness)
 
     def _edges(self, outline: Outline, reach: Reach) -> tuple[Residuals, FloatArray]:
         step = outline.behind - outline.points[:, 2]
@@ -232,6 +238,16 @@ class ViewComparer:
             missing=float(weights[~found].sum()),
         )
         return residuals, scale
+
+
+def _largest_nearby(points: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the largest value around each point, shape (M,)."""
+    largest = values.copy()
+    if len(points) > 1:
+        first, second = cKDTree(points).query_pairs(_NEARBY, output_type='ndarray').T
+        np.maximum.at(largest, first, values[second])
+        np.maximum.at(largest, second, values[first])
+    return largest
 
 
 def make_comparers(model: ForwardModel, *, device: str = 'cpu') -> list[ViewComparer]:

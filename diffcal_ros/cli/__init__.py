@@ -4,11 +4,22 @@
 
 from types import ModuleType
 
-from diffcal_ros.cli import calibrate_command, check_command, import_command, simulate_command
+from diffcal_ros.cli import (
+    accept_command,
+    calibrate_command,
+    check_command,
+    diagnose_command,
+    import_command,
+    revert_command,
+    simulate_command,
+)
 
 COMMANDS: tuple[ModuleType, ...] = (
     check_command,
     import_command,
     simulate_command,
     calibrate_command,
+    diagnose_command,
+    accept_command,
+    revert_command,
 )

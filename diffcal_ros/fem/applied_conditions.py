@@ -31,6 +31,7 @@ class ConditionsChange:
         rest_curvature: [1/m], shape (2,).
         strain_stiffening: change of C2 / C1.
         plane_height: [m].
+        plane_normal: change of the plane's normal, shape (3,).
     """
 
     clamp_motion: FloatArray | None = None
@@ -39,6 +40,7 @@ class ConditionsChange:
     rest_curvature: FloatArray | None = None
     strain_stiffening: float = 0.0
     plane_height: float = 0.0
+    plane_normal: FloatArray | None = None
 
 
 class AppliedConditions:
@@ -66,10 +68,7 @@ class AppliedConditions:
         if conditions.plane is not None:
             body = self._solver.body
             self._contact = ContactTerm(
-                body.discretisation,
-                self._solver.pattern,
-                conditions.plane,
-                body.mean_shear_modulus(),
+                body.discretisation, self._solver.pattern, conditions.plane
             )
             terms.append(self._contact)
         self._solver.terms = tuple(terms)
@@ -88,6 +87,8 @@ class AppliedConditions:
             force -= change.strain_stiffening * term.force_of_ratio(positions, self._shear_moduli)
         if change.plane_height != 0.0 and self._contact is not None:
             force -= change.plane_height * self._contact.force_of_height(positions)
+        if change.plane_normal is not None and self._contact is not None:
+            force -= self._contact.force_of_normal(positions, change.plane_normal)
         if change.rest_curvature is not None:
             force -= self._force_of_curvature(positions, change.rest_curvature, axes)
         return force

@@ -28,6 +28,8 @@ _ARMIJO = 1e-4
 _SHORTEST_STEP = 1e-6
 _LINEAR_TOLERANCE = 1e-8
 _MAX_LINEAR_STEPS = 25
+# For so many right-hand sides iterations with an old factorisation are cheaper than a new one.
+_FEW_SIDES = 3
 _MAX_SHIFTS = 12
 
 
@@ -124,7 +126,8 @@ class EquilibriumSolver:
             Displacements [m], shape (k, N, 3), zero on held nodes.
         """
         free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
-        if not self._has_factor:
+        is_stale = not self._is_factor_exact(positions)
+        if not self._has_factor or (is_stale and len(right_sides) > _FEW_SIDES):
             self._make_factor(positions)
         solution = np.zeros_like(right_sides)
         if self._is_factor_exact(positions):

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# An obstacle gives way by this much under a pressure of the shear modulus [m].
-_GIVE = 5e-4
+# Pressure of an obstacle on what is in it by so much [Pa/m]: a soft body's weight presses it in
+# by hundredths of a millimetre.
+_OBSTACLE = 2e8
 
 
 class PotentialTerm(Protocol):
@@ -77,7 +78,7 @@ class ContactTerm:
     """A plane that pushes back in proportion to how deep the surface is in it."""
 
     def __init__(
-        self, discretisation: Discretisation, pattern: SparsePattern, plane: Plane, modulus: float
+        self, discretisation: Discretisation, pattern: SparsePattern, plane: Plane
     ) -> None:
         """Prepare one plane.
 
@@ -85,10 +86,9 @@ class ContactTerm:
             discretisation: whose surface may touch.
             pattern: of the stiffness.
             plane: the obstacle.
-            modulus: shear modulus of the body [Pa], the scale of the plane's stiffness.
         """
         self.plane = plane
-        self._weights = (modulus / _GIVE) * surface_areas(discretisation)
+        self._weights = _OBSTACLE * surface_areas(discretisation)
         self._pattern = pattern
 
     def energy(self, positions: FloatArray) -> float:
@@ -108,6 +108,12 @@ class ContactTerm:
     def force_of_height(self, positions: FloatArray) -> FloatArray:
         """Return the derivative of the forces by the plane's height [N/m], shape (N, 3)."""
         return -np.outer(self._rates(positions), self.plane.normal)
+
+    def force_of_normal(self, positions: FloatArray, change: FloatArray) -> FloatArray:
+        """Return the derivative of the forces along a change of the normal [N], shape (N, 3)."""
+        deeper = -(positions @ change)
+        turned = np.outer(self._weights * self._depth(positions), change)
+        return -np.outer(self._rates(positions) * deeper, self.plane.normal) - turned
 
     def stiffness(self, positions: FloatArray, *, is_guarded: bool) -> FloatArray:
         """Return its Hessian's entries in the pattern, shape (nnz,)."""

@@ -26,7 +26,7 @@ HeldPath = Callable[[float], FloatArray]
 _FIRST_FRACTION = 0.1  # 18 degrees of a half turn.
 _SMALLEST_FRACTION = 0.002
 # A clamp that gives way has come to rest when its turn changes by less [rad].
-_YIELD_TOLERANCE = 1e-9
+_YIELD_TOLERANCE = 1e-8
 _MAX_YIELDS = 60
 
 

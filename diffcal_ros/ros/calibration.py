@@ -5,8 +5,10 @@
 from pathlib import Path
 from typing import Any
 
+from diffcal_ros.diagnosis.acceptance import accept, revert
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background
+from diffcal_ros.live.diagnosis_task import DiagnosisEnd, DiagnosisStep, run_diagnosis
 from diffcal_ros.live.fit_task import FitEnd, FitStep
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.save import ReportWritten, save_numbers, save_report
@@ -37,6 +39,7 @@ class CalibrationNode(LifecycleNode):
         self._outputs: CalibrationOutputs | None = None
         self._problem: str | None = None
         self._report = 'none'
+        self._diagnosis = 'none'
         self._settings = Parameters(self, SETTINGS, check=self._check, act=self._changed)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._found = self.create_guard_condition(self._drain)
@@ -47,6 +50,9 @@ class CalibrationNode(LifecycleNode):
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(Trigger, '~/capture', self._on_capture)
         self.create_service(Trigger, '~/save', self._on_save)
+        self.create_service(Trigger, '~/diagnose', self._on_diagnose)
+        self.create_service(Trigger, '~/accept_effect', self._on_accept)
+        self.create_service(Trigger, '~/revert_effect', self._on_revert)
         self._autostart_timer = self.create_timer(0.0, self._autostart, clock=self._steady)
 
     def close(self) -> bool:
@@ -152,6 +158,10 @@ class CalibrationNode(LifecycleNode):
             if isinstance(event, ReportWritten):
                 self._report = event.problem or f'written to {event.path}'
                 self.get_logger().info(f'report: {self._report}')
+            elif isinstance(event, DiagnosisStep):
+                self._diagnosis = event.words
+            elif isinstance(event, DiagnosisEnd):
+                self._end_diagnosis(event)
             elif self._session is not None:
                 self._session.handle(event, self._steady.now().nanoseconds)
                 self._tell(event)
@@ -174,6 +184,7 @@ class CalibrationNode(LifecycleNode):
         if self._problem is not None:
             fit = Health(Level.ERROR, self._problem, fit.values)
         fit.values['report'] = self._report
+        fit.values['diagnosis'] = self._diagnosis
         parts = {'fit': fit}
         if self._inputs is not None:
             parts['input'] = self._inputs.health()
@@ -206,6 +217,55 @@ class CalibrationNode(LifecycleNode):
         self._background.submit(lambda post, stop: save_report(end, folder, post, stop))
         files = ', '.join(str(path) for path in written)
         return f'wrote {files}; the report follows in {folder}'
+
+    def _on_diagnose(self, request: Any, response: Any) -> Any:
+        return _answer(response, self._diagnose)
+
+    def _on_accept(self, request: Any, response: Any) -> Any:
+        return _answer(response, self._accept)
+
+    def _on_revert(self, request: Any, response: Any) -> Any:
+        return _answer(response, self._revert)
+
+    def _diagnosis_folder(self) -> Path:
+        return Path(self._settings['out']).expanduser() / 'diagnosis'
+
+    def _diagnose(self) -> str:
+        session = self._required()
+        if session.last_end is None:
+            raise InputError('no fit has come to its end yet: there is nothing to diagnose')
+        seen, folder = session.last_end.request, self._diagnosis_folder()
+        self._diagnosis = 'begun'
+        self._background.submit(
+            lambda post, stop: run_diagnosis(
+                seen.scene, seen.snapshots, seen.settings.fit, folder, post, stop
+            )
+        )
+        return f'diagnosing in the background; the verdict comes on ~/verdict and in {folder}'
+
+    def _end_diagnosis(self, end: DiagnosisEnd) -> None:
+        if end.diagnosis is None:
+            self._diagnosis = f'broke off: {end.problem}'
+            self.get_logger().error(f'diagnosis: {end.problem}')
+            return
+        self._diagnosis = f'{end.diagnosis.verdict.value}, in {end.folder}'
+        self.get_logger().info(f'diagnosis: {self._diagnosis}')
+        if self._outputs is not None:
+            self._outputs.tell_verdict(end.diagnosis, end.stamp_ns)
+
+    def _accept(self) -> str:
+        self._required()
+        path, added = accept(self._diagnosis_folder())
+        self._change_scene()
+        return f'added {", ".join(added)} to {path}; the next fit uses it'
+
+    def _revert(self) -> str:
+        scene = self._required().scene.path
+        if scene is None:
+            raise InputError('the scene was not read from a file: it has no model file')
+        path, effect = revert(scene)
+        self._change_scene()
+        return f'took {effect} out of {path}; the next fit is without it'
 
 
 def _answer(response: Any, act: Any) -> Any:

@@ -6,10 +6,12 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from diffcal_ros.calibration.result import FittedParameter
+from diffcal_ros.diagnosis.verdict import Diagnosis
 from diffcal_ros.live.fit_task import FitEnd, FitStep, Picture
 from diffcal_ros.ros.conversion import camera_info_message, image_message, stamp_message
 from diffcal_ros.ros.estimate_messages import covariance_message, estimates_message, topic_of
 from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES, VALUES
+from diffcal_ros.ros.verdict_messages import verdict_message
 from diffcal_ros.scene.model import Scene
 from geometry_msgs.msg import Point
 from rclpy.lifecycle import LifecycleNode
@@ -33,6 +35,7 @@ class CalibrationOutputs:
         self._mesh = self._publisher(Marker, '~/mesh', LATCHED)
         self._estimates = self._publisher(DiagnosticArray, '~/estimates', LATCHED)
         self._covariance = self._publisher(Float64MultiArray, '~/covariance', LATCHED)
+        self._verdict = self._publisher(DiagnosticArray, '~/verdict', LATCHED)
         self._numbers: dict[str, Any] = {}
 
     def tell_step(self, scene: Scene, step: FitStep) -> None:
@@ -56,10 +59,14 @@ class CalibrationOutputs:
         self._covariance.publish(covariance_message(result))
         self._tell_picture(end.picture)
 
+    def tell_verdict(self, diagnosis: Diagnosis, time_ns: int) -> None:
+        """Publish a verdict."""
+        self._verdict.publish(verdict_message(diagnosis, time_ns))
+
     def destroy(self) -> None:
         """End all publishers."""
         fixed = [self._rendered, self._rendered_info, self._residual, self._mesh]
-        fixed += [self._estimates, self._covariance]
+        fixed += [self._estimates, self._covariance, self._verdict]
         for publisher in [*fixed, *self._numbers.values()]:
             self._node.destroy_lifecycle_publisher(publisher)
 

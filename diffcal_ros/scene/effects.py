@@ -86,8 +86,8 @@ _ALL = (
         'depth_affine',
         'sensor',
         (
-            Component('scale', '1', -0.1, 0.1, 0.01, '%', 100.0),
-            Component('bias', 'm', -0.05, 0.05, 0.003, 'mm', 1e3),
+            Component('scale', '1', -0.1, 0.1, 0.03, '%', 100.0),
+            Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3),
         ),
         'the depth camera reads too far or too near',
         'a rigid target at two known distances',
@@ -96,7 +96,7 @@ _ALL = (
     Effect(
         'depth_bias_by_region',
         'sensor',
-        (Component('bias', 'm', -0.05, 0.05, 0.003, 'mm', 1e3),),
+        (Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3),),
         'the depth camera reads one of the materials too far or too near',
         'both materials flat on one plane',
         ('camera_offset', 'clamp_offset'),
@@ -105,7 +105,7 @@ _ALL = (
         'gravity_tilt',
         'load',
         tuple(
-            Component(a, 'rad', -np.pi / 4, np.pi / 4, 3.0 * _DEGREE, 'deg', 1.0 / _DEGREE)
+            Component(a, 'rad', -np.pi / 4, np.pi / 4, 8.0 * _DEGREE, 'deg', 1.0 / _DEGREE)
             for a in ('a', 'b')
         ),
         'the rig is not level',
@@ -115,7 +115,7 @@ _ALL = (
     Effect(
         'added_mass',
         'load',
-        (Component('mass', 'kg', 0.0, 0.5, 0.005, 'g', 1e3),),
+        (Component('mass', 'kg', 0.0, 0.5, 0.010, 'g', 1e3),),
         'something hangs on the body',
         'weigh the body, or record it upside down',
         ('stiffness_contrast',),
@@ -124,7 +124,13 @@ _ALL = (
     Effect(
         'contact_plane',
         'load',
-        (Component('height', 'm', -2.0, 2.0, 0.010, 'mm', 1e3),),
+        (
+            Component('height', 'm', -2.0, 2.0, 0.010, 'mm', 1e3),
+            *(
+                Component(a, 'rad', -np.pi / 4, np.pi / 4, 5.0 * _DEGREE, 'deg', 1.0 / _DEGREE)
+                for a in ('a', 'b')
+            ),
+        ),
         'the body lies on something',
         'a pose in which it cannot touch',
         ('added_mass',),
@@ -140,7 +146,7 @@ _ALL = (
     Effect(
         'compliant_clamp',
         'boundary',
-        (Component('compliance', 'rad/(N m)', 0.0, 20.0, 0.5, 'rad/(N m)', 1.0),),
+        (Component('compliance', 'rad/(N m)', 0.0, 100.0, 5.0, 'rad/(N m)', 1.0),),
         'the clamp gives way under the load',
         'a second load, or a pose that loads the clamp otherwise',
         ('clamp_offset', 'stiffness_contrast'),
@@ -148,7 +154,7 @@ _ALL = (
     Effect(
         'rest_curvature',
         'shape',
-        tuple(Component(a, '1/m', -10.0, 10.0, 0.7, '1/m', 1.0) for a in ('a', 'b')),
+        tuple(Component(a, '1/m', -20.0, 20.0, 2.0, '1/m', 1.0) for a in ('a', 'b')),
         'the body is bent when nothing pulls on it',
         'a pose with the body rolled by 180 degrees',
         ('clamp_offset', 'gravity_tilt'),
@@ -157,8 +163,8 @@ _ALL = (
         'stiffness_contrast',
         'material',
         (
-            Component('split', '1', -3.0, 3.0, 0.7, 'log E', 1.0),
-            Component('along', '1', -3.0, 3.0, 0.7, 'log E', 1.0),
+            Component('split', '1', -4.0, 4.0, 1.0, 'log E', 1.0),
+            Component('along', '1', -4.0, 4.0, 1.0, 'log E', 1.0),
         ),
         'one part of the body is stiffer than another',
         'a twist besides the bend',
@@ -167,7 +173,7 @@ _ALL = (
     Effect(
         'strain_stiffening',
         'material',
-        (Component('ratio', '1', 0.0, 20.0, 0.5, 'C2/C1', 1.0),),
+        (Component('ratio', '1', 0.0, 300.0, 30.0, 'C2/C1', 1.0),),
         'the material stiffens when it is strained',
         'a second load that strains it less',
         ('stiffness_contrast',),

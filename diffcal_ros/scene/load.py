@@ -13,6 +13,12 @@ from diffcal_ros.scene.fit_names import DEFAULT_FIT, fit_problems
 from diffcal_ros.scene.held_parts import read_held
 from diffcal_ros.scene.mesh_files import MeshFile, read_mesh, UNITS_PER_METRE
 from diffcal_ros.scene.model import ObservationSetup, Region, Scene
+from diffcal_ros.scene.model_file import (
+    effects_in_force,
+    fit_names_in_force,
+    model_path,
+    read_versions,
+)
 from diffcal_ros.scene.observations import read_observations
 from diffcal_ros.scene.problems import Problems
 from diffcal_ros.scene.regions import read_regions
@@ -53,7 +59,27 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     scene = _read_scene(root, file.parent)
     root.refuse_unknown()
     root.problems.raise_if_any()
-    return replace(scene, name=name, path=file, document=document.content)
+    return _with_model(replace(scene, name=name, path=file, document=document.content))
+
+
+def _with_model(scene: Scene) -> Scene:
+    """Add the effects that were accepted for this scene; those that it states itself go before."""
+    assert scene.path is not None
+    versions = read_versions(scene.path)
+    added = {
+        name: amplitudes
+        for name, amplitudes in effects_in_force(versions).items()
+        if name not in scene.effects
+    }
+    if not added:
+        return scene
+    more = [name for name in fit_names_in_force(versions) if name not in scene.fit]
+    return replace(
+        scene,
+        effects={**scene.effects, **added},
+        fit=(*scene.fit, *more),
+        notes=(*scene.notes, f'{model_path(scene.path).name} adds {", ".join(added)}'),
+    )
 
 
 def _read_scene(root: Section, folder: Path) -> Scene:

@@ -55,6 +55,7 @@ DIRECTIONS = {
     'curvature': ConditionsChange(rest_curvature=np.array([0.8, 0.6])),
     'stiffening': ConditionsChange(strain_stiffening=1.0),
     'plane': ConditionsChange(plane_height=1.0),
+    'plane normal': ConditionsChange(plane_normal=np.array([0.3, -0.28, 0.96])),
 }
 STEPS = {'compliance': 0.01, 'curvature': 0.01, 'stiffening': 0.01, 'plane': 1e-4}
 
@@ -69,6 +70,9 @@ def stepped(conditions: Conditions, change: ConditionsChange, step: float) -> Co
         moved['rest_curvature'] = conditions.rest_curvature + step * change.rest_curvature
     if change.strain_stiffening:
         moved['strain_stiffening'] = conditions.strain_stiffening + step * change.strain_stiffening
+    if change.plane_normal is not None:
+        plane = conditions.plane
+        moved['plane'] = replace(plane, normal=plane.normal + step * change.plane_normal)
     if change.plane_height:
         plane = conditions.plane
         moved['plane'] = replace(plane, height=plane.height + step * change.plane_height)

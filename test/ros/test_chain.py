@@ -58,6 +58,22 @@ def test_the_sample_bag_ends_in_the_same_modulus_as_offline(make_bench, start_no
     fitted = load_scene(out / 'fitted_scene.yaml').regions[0].youngs_modulus.start
     assert fitted == pytest.approx(saved_modulus, rel=1e-6)
 
+    verdicts = bench.collect(DiagnosticArray, 'calibration/verdict', LATCHED)
+    answer = bench.call(Trigger, 'calibration/diagnose')
+    assert answer.success, answer.message
+    bench.until(lambda: verdicts, 'the verdict', 120.0)
+    told = {p.key: p.value for p in verdicts[-1].status[0].values}
+    written = json.loads((out / 'diagnosis' / 'verdict.json').read_text())
+    # The sample's mesh is coarse on purpose; a false alarm it must not be.
+    assert told['verdict'] == written['verdict']
+    assert told['verdict'] in ('agree', 'cannot_tell')
+    assert (out / 'diagnosis' / 'diagnosis.html').is_file()
+    # There is nothing to add, and nothing to take out.
+    for service, reason in (('accept_effect', 'found no effect'), ('revert_effect', 'no effect')):
+        answer = bench.call(Trigger, f'calibration/{service}')
+        assert not answer.success
+        assert reason in answer.message
+
     for node in (calibration, marker, source):
         assert node.interrupt() == 0, node.output
         assert 'Traceback' not in node.output

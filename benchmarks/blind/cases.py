@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The list of cases of a set; every case draws its own numbers from its own name."""
+
+from dataclasses import dataclass, replace
+import hashlib
+from itertools import combinations
+
+import numpy as np
+
+from benchmarks.blind.amplitudes import LIBRARY, OUTSIDE, SIZES
+from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
+
+SETS = ('development', 'sealed')
+CLEAN_COUNT = 300
+_PAIR_COUNT = 20
+_OUTSIDE_COUNT = 20
+# Single effects: one pose, four poses, and four poses of another shape.
+_ARMS = (('one', 1, 0), ('four', 4, 0), ('shape', 4, 1))
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a case is to be drawn as.
+
+    Attributes:
+        id: name, unique in its set, with a kind and no label in it.
+        kind: clean, single, pair, outside or denied.
+        family: of its shape.
+        poses: 1 or 4.
+        effects: identifier and index of the size of each.
+        without: effect that the workflow's library must lack.
+        set_name: development or sealed.
+    """
+
+    id: str
+    kind: str
+    family: str
+    poses: int
+    effects: tuple[tuple[str, int], ...]
+    set_name: str
+    without: str | None = None
+    salt: str = ''
+
+    def random(self, purpose: str) -> np.random.Generator:
+        """Return a source of its own for one purpose."""
+        return _seeded(f'{self.salt}/{self.set_name}/{self.key}/{purpose}')
+
+    @property
+    def key(self) -> str:
+        """What the case is, in words: the seed of its draws."""
+        parts = [f'{name}-{SIZES[size]}' for name, size in self.effects]
+        return '_'.join([self.kind, self.family, str(self.poses), *parts, self.id])
+
+
+def list_cases(set_name: str, salt: str = '') -> list[Case]:
+    """List all cases of a set: 300 clean, 99 single, 20 pairs, 20 outside, 11 denied."""
+    if set_name not in SETS:
+        raise ValueError(f'set is {set_name!r}: {" or ".join(SETS)}')
+    families = DEVELOPMENT_FAMILIES if set_name == 'development' else SEALED_FAMILIES
+    faulty = _faulty(set_name, families)
+    # Names that tell nothing: an order that the set and the salt decide.
+    order = _seeded(f'{salt}/{set_name}/order').permutation(len(faulty))
+    named = [replace(faulty[i], id=f'case_{number:03d}') for number, i in enumerate(order)]
+    return [replace(case, salt=salt) for case in (*_clean(set_name, families), *named)]
+
+
+def _seeded(text: str) -> np.random.Generator:
+    return np.random.default_rng(list(hashlib.sha256(text.encode()).digest()))
+
+
+def _fitting(effect: str, family: str) -> str:
+    """Replace a wide body by a slender one where it would lie on a plane with its root."""
+    slender = {'plate': 'beam', 'fin': 'waist'}
+    return slender.get(family, family) if effect == 'contact_plane' else family
+
+
+def _clean(set_name: str, families: tuple[str, ...]) -> list[Case]:
+    return [
+        Case(
+            id=f'clean_{number:03d}',
+            kind='clean',
+            family=families[number % len(families)],
+            # Two of three with four poses, however long a part of the list is run.
+            poses=1 if (number // len(families)) % 3 == 0 else 4,
+            effects=(),
+            set_name=set_name,
+        )
+        for number in range(CLEAN_COUNT)
+    ]
+
+
+def _faulty(set_name: str, families: tuple[str, ...]) -> list[Case]:
+    count = len(families)
+    cases = []
+    for number, name in enumerate(LIBRARY):
+        for size in range(len(SIZES)):
+            for _, poses, other in _ARMS:
+                family = _fitting(name, families[(number + size + other) % count])
+                cases.append(Case('', 'single', family, poses, ((name, size),), set_name))
+    pairs = list(combinations(LIBRARY, 2))
+    order = np.random.default_rng([7, SETS.index(set_name)]).permutation(len(pairs))
+    for number in range(_PAIR_COUNT):
+        one, two = pairs[order[number]]
+        effects = ((one, 1 + number % 2), (two, 1 + number % 2))
+        family = _fitting(two, _fitting(one, families[number % count]))
+        cases.append(Case('', 'pair', family, 4, effects, set_name))
+    outside = list(OUTSIDE)
+    for number in range(_OUTSIDE_COUNT):
+        name, size = outside[number % len(outside)], 1 + (number // len(outside)) % 2
+        cases.append(Case('', 'outside', families[number % count], 4, ((name, size),), set_name))
+    for number, name in enumerate(LIBRARY):
+        family = _fitting(name, families[number % count])
+        cases.append(Case('', 'denied', family, 4, ((name, 2),), set_name, without=name))
+    return cases

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What is wrong with a set-up: numbers that are 0 where nothing is.
+
+Frames: `camera` optical; `world` of the room, y up; `object` that of the mesh, x from the clamp
+to the tip. "Body's centre" is the middle of the nominal mesh's bounding box as placed.
+"""
+
+from dataclasses import dataclass
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Faults:
+    """Amplitudes of all effects.
+
+    Attributes:
+        camera_shift: the true camera stands this far from the stored one, camera frame [mm].
+        camera_turn: and is turned so about the body's centre, camera frame [deg].
+        depth_scale: measured = (1 + scale) z + bias [%].
+        depth_bias: likewise [mm].
+        region_bias: added to z where the half at the tip is seen [mm].
+        gravity_tilt: rotation vector of gravity about the world's x and z [deg].
+        added_mass: [g].
+        added_mass_at: share of the free length.
+        contact_height: a frictionless half-space that the body may touch lies below
+            normal . x = height in the world [m]; None: there is none.
+        contact_normal: its normal in the world.
+        clamp_shift: the held section is shifted from its stated place, object frame [mm].
+        clamp_turn: and turned about its centre, object frame [deg].
+        clamp_compliance: turn of the held section by its moment, about its centre [rad/(N m)].
+        rest_curvature: turn per length of the body without stress, about the object's y and z
+            [1/m].
+        contrast: log E of the tip less that of the clamp's end; the mean stays.
+        contrast_mode: `split` at half the free length, or `linear` along it.
+        yeoh_ratio: C2 / C1 [-].
+        wind: further horizontal body force on the half at the tip, along the world's z, as a
+            share of its weight [-].
+        swelling: free growth of every length in the half at the tip [%].
+        bulge: share by which the true section is wider in the middle than the stated one.
+        soft_skin: log E of the outer layer of elements on the upper side.
+        radial_distortion: first radial coefficient of a lens that was taken for ideal.
+    """
+
+    camera_shift: Vector = (0.0, 0.0, 0.0)
+    camera_turn: Vector = (0.0, 0.0, 0.0)
+    depth_scale: float = 0.0
+    depth_bias: float = 0.0
+    region_bias: float = 0.0
+    gravity_tilt: tuple[float, float] = (0.0, 0.0)
+    added_mass: float = 0.0
+    added_mass_at: float = 0.0
+    contact_height: float | None = None
+    contact_normal: Vector = (0.0, 1.0, 0.0)
+    clamp_shift: Vector = (0.0, 0.0, 0.0)
+    clamp_turn: Vector = (0.0, 0.0, 0.0)
+    clamp_compliance: float = 0.0
+    rest_curvature: tuple[float, float] = (0.0, 0.0)
+    contrast: float = 0.0
+    contrast_mode: str = 'split'
+    yeoh_ratio: float = 0.0
+    wind: float = 0.0
+    swelling: float = 0.0
+    bulge: float = 0.0
+    soft_skin: float = 0.0
+    radial_distortion: float = 0.0

@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Write the cases of a set.
+
+    python -m benchmarks.blind.generator --set development --out DIR [--only 'clean_0*'] [--jobs 2]
+
+DIR/cases/<id> is what the workflow sees, DIR/labels/<id>.json what it must not. Cases that are
+there already are left as they are.
+"""
+
+import argparse
+from concurrent.futures import as_completed, ProcessPoolExecutor
+from dataclasses import replace
+from fnmatch import fnmatch
+import json
+import os
+from pathlib import Path
+import shutil
+import sys
+import time
+
+import numpy as np
+
+from benchmarks.blind.amplitudes import combined, Effect, LIBRARY, OUTSIDE
+from benchmarks.blind.bag import write_bag
+from benchmarks.blind.cases import Case, list_cases, SETS
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.labels import label_of, write_json
+from benchmarks.blind.observe import record, true_rendering
+from benchmarks.blind.rotations import applied
+from benchmarks.blind.scene_file import extra_text, scene_text
+from benchmarks.blind.sensor import smooth_field
+from benchmarks.blind.setups import draw_setup, Observation, Setup
+from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.simulation import make_specimen, settle, Specimen
+from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
+
+_CLEARANCE = 0.008  # Of a body that does not touch the plane [m].
+
+
+def write_case(case: Case, out: Path) -> float:
+    """Write one case and its label; return the seconds it took."""
+    begun = time.perf_counter()
+    target, label = out / 'cases' / case.id, out / 'labels' / f'{case.id}.json'
+    if target.exists() and label.exists():
+        return 0.0
+    setup, effects, faults = draw_case(case)
+    specimen = make_specimen(setup, faults)
+    fresh = target.with_name(f'.{case.id}.{os.getpid()}')
+    shutil.rmtree(fresh, ignore_errors=True)
+    fresh.mkdir(parents=True)
+    try:
+        _write_seen(case, setup, specimen, faults, fresh)
+        label.parent.mkdir(parents=True, exist_ok=True)
+        write_json(label, label_of(case, setup, effects, faults))
+        shutil.rmtree(target, ignore_errors=True)
+        fresh.rename(target)
+    finally:
+        shutil.rmtree(fresh, ignore_errors=True)
+    return time.perf_counter() - begun
+
+
+def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
+    """Draw a case's set-up, effects and faults."""
+    setup = draw_setup(
+        case.family,
+        is_sealed=case.set_name == 'sealed',
+        poses=case.poses,
+        random=case.random('setup'),
+    )
+    drawers = {**LIBRARY, **OUTSIDE}
+    random = case.random('effects')
+    effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
+    faults = combined(effects)
+    if faults.yeoh_ratio:
+        # Stiffening shows where the strain is large.
+        setup = _softer(setup, 0.6)
+    if faults.contact_height is not None:
+        setup, faults = _lay_on_plane(setup, faults, random)
+    return setup, effects, faults
+
+
+def _softer(setup: Setup, factor: float) -> Setup:
+    return replace(
+        setup,
+        youngs_modulus=setup.youngs_modulus * factor,
+        start_modulus=setup.start_modulus * factor,
+    )
+
+
+def _lay_on_plane(
+    setup: Setup, faults: Faults, random: np.random.Generator
+) -> tuple[Setup, Faults]:
+    """Put the plane under the body so that it lifts it in some poses and is free in others."""
+    assert faults.contact_height is not None
+    lift = 1e-3 * faults.contact_height
+    normal = np.array(faults.contact_normal)
+    lows, is_at_tip = _lowest_points(setup, faults, normal)
+    while not is_at_tip:
+        setup = _softer(setup, 0.75)
+        lows, is_at_tip = _lowest_points(setup, faults, normal)
+    height = lows[0] + lift
+    # The second and the last pose are free, the third is lifted by a part.
+    lifts = [lift, -_CLEARANCE, lift * random.uniform(0.4, 0.8), -_CLEARANCE]
+    moved = []
+    for observation, low, wanted in zip(setup.observations, lows, lifts, strict=False):
+        matrix = observation.world_from_object.copy()
+        matrix[1, 3] += (height - wanted - low) / normal[1]
+        moved.append(Observation(observation.name, matrix))
+    return replace(setup, observations=tuple(moved)), replace(faults, contact_height=height)
+
+
+def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[list[float], bool]:
+    """Return how low the free body hangs in each pose [m], and whether with its tip at first."""
+    free = replace(faults, contact_height=None)
+    specimen = make_specimen(setup, free)
+    lows, shares = [], []
+    for observation in setup.observations:
+        rest = settle(specimen, setup, observation, free)
+        heights = applied(observation.world_from_object, rest) @ normal
+        lows.append(float(heights.min()))
+        shares.append(specimen.shares[heights.argmin()])
+    # With room for the lift: what is at the root must stay above the plane.
+    root = applied(setup.observations[0].world_from_object, specimen.mesh.nodes) @ normal
+    lift = 1e-3 * (faults.contact_height or 0.0)
+    clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
+    return lows, bool(shares[0] > 0.5) and clear
+
+
+def _write_seen(
+    case: Case, setup: Setup, specimen: Specimen, faults: Faults, folder: Path
+) -> None:
+    """Write what the workflow sees."""
+    write_vtk(mesh_tetrahedra(setup.shape), folder / 'mesh.vtk')
+    (folder / 'scene.yaml').write_text(scene_text(setup))
+    (folder / 'extra.yaml').write_text(extra_text(setup, case.without))
+    camera = setup.camera
+    shape = (camera.height, camera.width)
+    pattern = smooth_field(shape, setup.sensor.bias_length, case.random('pattern'))
+    for observation in setup.observations:
+        positions = settle(specimen, setup, observation, faults)
+        rendering = true_rendering(specimen, setup, observation, faults, positions)
+        frames = record(rendering, setup, pattern, case.random(f'noise {observation.name}'))
+        write_bag(folder / f'bag_{observation.name}', camera, frames)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the program; return its exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--set', choices=SETS, required=True, dest='set_name')
+    parser.add_argument('--out', type=Path, required=True)
+    parser.add_argument('--only', default='*', help='pattern of case names')
+    parser.add_argument('--kind', default='*', help='clean, single, pair, outside or denied')
+    parser.add_argument('--salt', default='', help='secret of a sealed set')
+    parser.add_argument('--jobs', type=int, default=1)
+    given = parser.parse_args(arguments)
+    cases = [
+        case
+        for case in list_cases(given.set_name, given.salt)
+        if fnmatch(case.id, given.only) and fnmatch(case.kind, given.kind)
+    ]
+    if not cases:
+        print(f'no case matches {given.only!r} and {given.kind!r}', file=sys.stderr)
+        return 2
+    return _write_all(cases, given.out, given.jobs)
+
+
+def _write_all(cases: list[Case], out: Path, jobs: int) -> int:
+    failures: dict[str, str] = {}
+    begun = time.perf_counter()
+    with ProcessPoolExecutor(jobs) as pool:
+        tasks = {pool.submit(write_case, case, out): case for case in cases}
+        for done, task in enumerate(as_completed(tasks), start=1):
+            case = tasks[task]
+            error = task.exception()
+            if error is not None:
+                failures[case.id] = f'{type(error).__name__}: {error}'
+                print(f'{case.id} FAILED: {failures[case.id]}', file=sys.stderr, flush=True)
+                continue
+            spent = time.perf_counter() - begun
+            print(
+                f'{done}/{len(cases)} {case.id} {task.result():.1f} s, {spent:.0f} s in all',
+                flush=True,
+            )
+    if failures:
+        print(json.dumps(failures, indent=2), file=sys.stderr)
+    return 1 if failures else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What is true of a case."""
+
+from dataclasses import asdict
+import json
+from pathlib import Path
+from typing import Any
+
+from benchmarks.blind.amplitudes import Effect, OUTSIDE_CLASS
+from benchmarks.blind.cases import Case
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.setups import Setup
+
+
+def label_of(
+    case: Case, setup: Setup, effects: tuple[Effect, ...], faults: Faults
+) -> dict[str, Any]:
+    """Return a case's label."""
+    return {
+        'id': case.id,
+        'set': case.set_name,
+        'kind': case.kind,
+        'poses': [observation.name for observation in setup.observations],
+        'family': case.family,
+        'sizes': [size for _, size in case.effects],
+        'effects': [_effect(effect, faults) for effect in effects],
+        'without': case.without,
+        'outside_class': next(
+            (OUTSIDE_CLASS[e.identifier] for e in effects if e.identifier in OUTSIDE_CLASS), None
+        ),
+        'parameters': {
+            'youngs_modulus': setup.youngs_modulus,
+            'poissons_ratio': setup.poissons_ratio,
+            'density': setup.density,
+        },
+        'start_modulus': setup.start_modulus,
+        'sensor': setup.sensor.kind,
+        'faults': asdict(faults),
+    }
+
+
+def _effect(effect: Effect, faults: Faults) -> dict[str, Any]:
+    label = effect.label()
+    if effect.identifier == 'contact_plane':
+        normal = dict(
+            zip(('normal_x', 'normal_y', 'normal_z'), faults.contact_normal, strict=True)
+        )
+        label['amplitude'] = {**label['amplitude'], 'height': faults.contact_height, **normal}
+    return label
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON in one stroke."""
+    fresh = path.with_name(f'.{path.name}.part')
+    fresh.write_text(json.dumps(content, indent=2, sort_keys=True) + '\n')
+    fresh.rename(path)

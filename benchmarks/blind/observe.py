@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a faulty camera sees of a body at rest."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.renderer import render, Rendering
+from benchmarks.blind.rotations import applied, rigid, rotation
+from benchmarks.blind.sensor import expose, scan, smooth_field
+from benchmarks.blind.setups import Observation, Setup
+from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.simulation import Specimen
+from benchmarks.blind.surface import body_triangles, box_triangles, FIXTURE, joined, moved, TIP
+
+FRAMES = 8
+
+
+def true_rendering(
+    specimen: Specimen,
+    setup: Setup,
+    observation: Observation,
+    faults: Faults,
+    positions: FloatArray,
+) -> Rendering:
+    """Render body and fixture without noise, sensor faults included."""
+    surface = joined(
+        body_triangles(specimen.mesh, positions, specimen.shares),
+        box_triangles(*setup.fixture, FIXTURE),
+    )
+    world_from_object = observation.world_from_object
+    camera_from_world = true_camera(specimen, setup, faults)
+    camera = replace(setup.camera, radial=faults.radial_distortion)
+    rendering = render(moved(surface, camera_from_world @ world_from_object), camera)
+    is_tip = rendering.labels == TIP
+    depth = rendering.depth * (1.0 + 0.01 * faults.depth_scale) + 1e-3 * faults.depth_bias
+    return replace(rendering, depth=depth + 1e-3 * faults.region_bias * is_tip)
+
+
+def true_camera(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
+    """Return depth_from_world of the camera as it stands, shape (4, 4)."""
+    stored = setup.depth_from_world
+    # One camera for all poses: it is off by the same motion in each.
+    nodes = applied(setup.observations[0].world_from_object, specimen.mesh.nodes)
+    center = stored[:3, :3] @ (0.5 * (nodes.min(axis=0) + nodes.max(axis=0))) + stored[:3, 3]
+    turn = rotation(np.deg2rad(faults.camera_turn))
+    shift = 1e-3 * np.array(faults.camera_shift)
+    # What is fixed to the camera goes to turn (x - center) + center + shift: the inverse of
+    # that takes the points that the stored camera would see to those that the true one sees.
+    moved_back = rigid(turn.T, center - turn.T @ (center + shift))
+    return moved_back @ stored
+
+
+def record(
+    rendering: Rendering,
+    setup: Setup,
+    pattern: FloatArray,
+    random: np.random.Generator,
+) -> list[NDArray[np.float32]]:
+    """Take noisy frames [m], each of shape (H, W).
+
+    Args:
+        rendering: exact view.
+        setup: its sensor and camera.
+        pattern: smooth error of the sensor that all poses share [m], shape (H, W).
+        random: source of the noise.
+    """
+    camera, sensor = setup.camera, setup.sensor
+    shape = (camera.height, camera.width)
+    # Temperature and surface change a part of it from pose to pose.
+    own = smooth_field(shape, sensor.bias_length, random)
+    bias = (pattern + own) * sensor.bias / np.sqrt(2.0)
+    view = scan(rendering, camera, sensor.wall)
+    rows = slice(rendering.row, rendering.row + view.depth.shape[0])
+    columns = slice(rendering.column, rendering.column + view.depth.shape[1])
+    frames = []
+    for _ in range(FRAMES):
+        image = np.full(shape, np.nan, dtype=np.float32)
+        image[rows, columns] = expose(view, sensor, bias[rows, columns], random)
+        frames.append(image)
+    return frames

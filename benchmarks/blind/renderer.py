@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A depth buffer with several samples a pixel.
+
+Pixel centres are at integers; depth is z along the optical axis.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.surface import IntArray, Triangles
+
+SAMPLES = 3  # Along each side of a pixel; odd, so that one lies in its centre.
+_MARGIN = 6  # Pixels around the body, for what the sensor smears.
+_ON_EDGE = 1e-9
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera.
+
+    Attributes:
+        width: [px].
+        height: [px].
+        fx: [px].
+        fy: [px].
+        cx: [px].
+        cy: [px].
+        radial: first radial distortion coefficient; 0 for a rectified image.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    radial: float = 0.0
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Return column and row of points (..., 3) [px], shape (..., 2)."""
+        x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
+        if self.radial:
+            stretch = 1.0 + self.radial * (x**2 + y**2)
+            x, y = x * stretch, y * stretch
+        return np.stack([self.fx * x + self.cx, self.fy * y + self.cy], axis=-1)
+
+
+@dataclass(frozen=True)
+class Rendering:
+    """Samples of the part of an image that shows the surface.
+
+    Attributes:
+        column: first column of the window [px].
+        row: first row [px].
+        depth: z [m], shape (h, w, 9); infinite where nothing is.
+        labels: of the surface, -1 where nothing is, shape (h, w, 9).
+    """
+
+    column: int
+    row: int
+    depth: FloatArray
+    labels: IntArray
+
+
+def render(surface: Triangles, camera: Camera) -> Rendering:
+    """Render a surface in the camera frame."""
+    image = camera.project(surface.corners)
+    low = np.floor(image.min(axis=(0, 1))).astype(int) - _MARGIN
+    high = np.ceil(image.max(axis=(0, 1))).astype(int) + _MARGIN
+    low = np.maximum(low, 0)
+    high = np.minimum(high, [camera.width - 1, camera.height - 1])
+    width, height = (high - low + 1).tolist()
+    if width <= 0 or height <= 0:
+        raise ValueError('the surface lies outside the image: move the camera')
+    # Sample k of a pixel sits at (k + 1/2) / SAMPLES - 1/2 from its centre.
+    samples = (image - low + 0.5) * SAMPLES - 0.5
+    shape = (height * SAMPLES, width * SAMPLES)
+    depth, labels = _fill(samples, surface, shape)
+    blocks = (height, SAMPLES, width, SAMPLES)
+    return Rendering(
+        column=int(low[0]),
+        row=int(low[1]),
+        depth=depth.reshape(blocks).swapaxes(1, 2).reshape(height, width, -1),
+        labels=labels.reshape(blocks).swapaxes(1, 2).reshape(height, width, -1),
+    )
+
+
+def _fill(
+    corners: FloatArray, surface: Triangles, shape: tuple[int, int]
+) -> tuple[FloatArray, IntArray]:
+    """Fill a depth buffer; corners are in units of samples, shape (T, 3, 2)."""
+    owners, columns, rows = _candidates(corners, shape)
+    a, b, c = (corners[owners, corner] for corner in range(3))
+    point = np.stack([columns, rows], axis=1)
+    double_area = _cross(b - a, c - a)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        weights = (
+            np.stack(
+                [_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)],
+                axis=1,
+            )
+            / double_area[:, None]
+        )
+    # A NaN of a triangle seen edge on compares false and falls out.
+    inside = (weights >= -_ON_EDGE).all(axis=1)
+    owners, weights = owners[inside], weights[inside]
+    # In the image, 1/z is linear over a plane and z is not.
+    inverse = (weights / surface.corners[owners, :, 2]).sum(axis=1)
+    z = 1.0 / inverse
+    flat = rows[inside] * shape[1] + columns[inside]
+    order = np.lexsort((z, flat))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = flat[order][1:] != flat[order][:-1]
+    nearest = order[first]
+    depth = np.full(shape[0] * shape[1], np.inf)
+    labels = np.full(shape[0] * shape[1], -1)
+    depth[flat[nearest]] = z[nearest]
+    labels[flat[nearest]] = surface.labels[owners[nearest]]
+    return depth, labels
+
+
+def _candidates(
+    corners: FloatArray, shape: tuple[int, int]
+) -> tuple[IntArray, IntArray, IntArray]:
+    """List the samples in each triangle's bounding box: triangle, column, row."""
+    limit = np.array([shape[1] - 1, shape[0] - 1])
+    low = np.maximum(np.ceil(corners.min(axis=1) - _ON_EDGE), 0).astype(np.int64)
+    high = np.minimum(np.floor(corners.max(axis=1) + _ON_EDGE), limit).astype(np.int64)
+    size = np.maximum(high - low + 1, 0)
+    count = size[:, 0] * size[:, 1]
+    owners = np.repeat(np.arange(len(corners)), count)
+    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    across = size[owners, 0]
+    return owners, low[owners, 0] + place % across, low[owners, 1] + place // across
+
+
+def _cross(one: FloatArray, two: FloatArray) -> FloatArray:
+    return one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The scene file of a case, and what a scene file cannot say."""
+
+from typing import Any
+
+import yaml
+
+from benchmarks.blind.setups import Setup
+from benchmarks.blind.shapes import FloatArray
+
+_HELD_MARGIN = 0.006  # The fixture's jaws may hide this much of the body beside it [m].
+
+
+def scene_text(setup: Setup) -> str:
+    """Write the scene; start values are off, nothing in it is a fault's."""
+    sensor = setup.sensor
+    document: dict[str, Any] = {
+        'format': 1,
+        'mesh': {'file': 'mesh.vtk', 'unit': 'mm', 'element': 'quadratic'},
+        'held': {'clamp': {'box': {'x': [float('-inf'), round(setup.shape.clamp, 9)]}}},
+        'regions': {
+            'body': {
+                'youngs_modulus': {'start': setup.start_modulus, 'min': 5.0e3, 'max': 2.0e7},
+                'poissons_ratio': setup.poissons_ratio,
+                'density': setup.density,
+            }
+        },
+        'law': {'name': 'stable_neo_hookean', 'lame_convention': 'consistent'},
+        'gravity': [0.0, -9.81, 0.0],
+        'camera': 'from_camera_info',
+        'stored_depth_from_world': _placement(setup.depth_from_world),
+        'masks': {'held': True, 'held_margin': _HELD_MARGIN},
+        'sensor': {
+            'noise': sensor.noise,
+            'quantization': sensor.step,
+            'quantization_mode': 'round',
+        },
+        'fit': ['youngs_modulus'],
+        'observations': [
+            {
+                'name': observation.name,
+                'bag': f'bag_{observation.name}',
+                'placement': _placement(observation.world_from_object),
+            }
+            for observation in setup.observations
+        ],
+    }
+    return _dump(document)
+
+
+def extra_text(setup: Setup, without: str | None) -> str:
+    """Write what the scene's format has no words for.
+
+    Args:
+        setup: the rig.
+        without: effect that the workflow's library must lack in this case.
+    """
+    low, high = setup.fixture
+    shape = setup.shape
+    return _dump(
+        {
+            'fixture': {
+                'note': 'rigid block around the clamp, object frame [m]; it moves with the rig '
+                'and not with the body',
+                'box': {
+                    axis: [round(float(a), 9), round(float(b), 9)]
+                    for axis, a, b in zip('xyz', low, high, strict=True)
+                },
+            },
+            'arc': {
+                'note': 'arc position 0 is at the clamp, 1 at the tip; along the centre line, '
+                'whose curvature about z is rest_arch [1/m]',
+                'start': round(shape.clamp, 9),
+                'length': round(shape.length - shape.clamp, 9),
+                'rest_arch': round(shape.arch, 9),
+            },
+            'regions': 'cell data `region` of mesh.vtk: 0 at the clamp, 1 from half the free '
+            'length on',
+            'sensor_kind': setup.sensor.kind,
+            'library_without': without,
+        }
+    )
+
+
+def _placement(matrix: FloatArray) -> dict[str, Any]:
+    rows = [[round(float(value), 12) + 0.0 for value in row] for row in matrix[:3]]
+    return {
+        'translation': [row[3] for row in rows],
+        'rotation_matrix': [row[:3] for row in rows],
+    }
+
+
+def _dump(document: dict[str, Any]) -> str:
+    text: str = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=99)
+    return text

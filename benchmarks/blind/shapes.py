@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Bodies as blocks of a lattice that a smooth map bends into shape.
+
+Object frame: x runs from the clamp to the tip, the clamp holds 0 <= x <= `clamp`. The map leaves
+the held section as it is. Both meshes, the generator's and the one that is handed out, are cut
+from the same lattice with different counts.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A body.
+
+    Attributes:
+        family: name of the kind of shape.
+        breaks: coordinates of the lattice's block faces along x, y and z [m].
+        solid: which blocks are filled, shape (blocks x, blocks y, blocks z).
+        clamp: end of the held section [m].
+        taper: share by which width and height are smaller at the tip, shape (2,).
+        waist: share by which the section is narrower in the middle.
+        arch: curvature of the centre line about z [1/m].
+    """
+
+    family: str
+    breaks: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+    solid: NDArray[np.bool_]
+    clamp: float
+    taper: tuple[float, float] = (0.0, 0.0)
+    waist: float = 0.0
+    arch: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """Length along the centre line, held section included [m]."""
+        return self.breaks[0][-1]
+
+    @property
+    def section(self) -> tuple[float, float]:
+        """Width along y and height along z of the held section [m]."""
+        width = next(tuple(self.breaks[1])[i : i + 2] for i in np.flatnonzero(self.solid[0, :, 0]))
+        return width[1] - width[0], self.breaks[2][-1] - self.breaks[2][0]
+
+    def arc_share(self, lattice: FloatArray) -> FloatArray:
+        """Return the share of the free length at which lattice points lie, 0 in the clamp."""
+        free = self.length - self.clamp
+        return np.clip((lattice[..., 0] - self.clamp) / free, 0.0, 1.0)
+
+    def place(self, lattice: FloatArray) -> FloatArray:
+        """Map lattice points to the body at rest, object frame [m], shape (..., 3)."""
+        share = self.arc_share(lattice)
+        narrow = 1.0 - self.waist * np.sin(np.pi * share) ** 2
+        points = lattice.copy()
+        points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
+        points[..., 2] *= (1.0 - self.taper[1] * share) * narrow
+        return bend(points, self.clamp, np.array([0.0, 0.0, self.arch]))
+
+
+def bend(points: FloatArray, start: float, curvature: FloatArray) -> FloatArray:
+    """Bend what lies beyond x = start to a circular arc.
+
+    Args:
+        points: object frame [m], shape (..., 3).
+        start: where the arc begins [m]; the centre line is y = z = 0.
+        curvature: turn per length as a rotation vector [1/m], shape (3,), x component 0.
+    """
+    size = float(np.linalg.norm(curvature))
+    if size == 0.0:
+        return points
+    axis = curvature / size
+    along = np.maximum(points[..., 0] - start, 0.0)
+    angle = size * along
+    # The section plane's directions: x turns towards `side`, the axis stays.
+    ahead = np.array([1.0, 0.0, 0.0])
+    side = np.cross(axis, ahead)
+    offset = points[..., 1:] @ np.stack([side[1:], axis[1:]], axis=1)
+    center = (np.sin(angle) / size)[..., None] * ahead
+    center = center + ((1.0 - np.cos(angle)) / size)[..., None] * side
+    turned = np.cos(angle)[..., None] * side - np.sin(angle)[..., None] * ahead
+    bent = center + offset[..., :1] * turned + offset[..., 1:] * axis
+    bent[..., 0] += points[..., 0] - along
+    return bent
+
+
+def _bar(
+    family: str, length: float, clamp: float, width: float, height: float, **bending: object
+) -> Shape:
+    breaks = (
+        (0.0, clamp, clamp + length),
+        (-0.5 * width, 0.5 * width),
+        (-0.5 * height, 0.5 * height),
+    )
+    return Shape(family, breaks, np.ones((2, 1, 1), dtype=bool), clamp, **bending)  # type: ignore[arg-type]
+
+
+def _branched(
+    family: str,
+    length: float,
+    clamp: float,
+    width: float,
+    height: float,
+    arms: tuple[float, float],
+) -> Shape:
+    """Make a bar with a crossbar at its tip: an L with one arm, a T with two."""
+    low, high = arms
+    y = [-0.5 * width, 0.5 * width]
+    main = 0
+    if low:
+        y.insert(0, -0.5 * width - low)
+        main = 1
+    if high:
+        y.append(0.5 * width + high)
+    x = (0.0, clamp, clamp + length - width, clamp + length)
+    solid = np.zeros((3, len(y) - 1, 1), dtype=bool)
+    solid[:, main] = True
+    solid[2] = True
+    return Shape(family, (x, tuple(y), (-0.5 * height, 0.5 * height)), solid, clamp)
+
+
+def draw_shape(family: str, random: np.random.Generator) -> Shape:
+    """Draw a shape of a family.
+
+    Args:
+        family: one of `FAMILIES`.
+        random: source of the sizes.
+    """
+    length = random.uniform(0.085, 0.120)
+    clamp = random.uniform(0.020, 0.028)
+    width, height = random.uniform(0.014, 0.022, size=2)
+    size = (length, clamp, width, height)
+    if family == 'beam':
+        return _bar(family, *size)
+    if family == 'taper':
+        taper = (random.uniform(0.25, 0.45), random.uniform(0.15, 0.40))
+        return _bar(family, *size, taper=taper)
+    if family == 'plate':
+        return _bar(
+            family, length, clamp, random.uniform(0.040, 0.055), random.uniform(0.007, 0.010)
+        )
+    if family == 'hook':
+        return _branched(family, *size, (0.0, random.uniform(0.022, 0.034)))
+    if family == 'arch':
+        return _bar(
+            family, *size, arch=float(random.choice([-1.0, 1.0]) * random.uniform(2.5, 5.0))
+        )
+    if family == 'waist':
+        return _bar(family, *size, waist=random.uniform(0.15, 0.30))
+    if family == 'fin':
+        wide = (random.uniform(0.036, 0.050), random.uniform(0.008, 0.012))
+        taper = (random.uniform(0.35, 0.55), random.uniform(0.05, 0.20))
+        return _bar(family, length, clamp, *wide, taper=taper)
+    if family == 'tee':
+        return _branched(
+            family, *size, (random.uniform(0.014, 0.020), random.uniform(0.014, 0.02))
+        )
+    raise ValueError(f'shape family is {family!r}: {", ".join(FAMILIES)}')
+
+
+FAMILIES = ('beam', 'taper', 'plate', 'hook', 'arch', 'waist', 'fin', 'tee')
+DEVELOPMENT_FAMILIES = FAMILIES[:4]
+SEALED_FAMILIES = FAMILIES[4:]

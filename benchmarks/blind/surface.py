@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The outside of a body and of its fixture as small triangles."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.blind.hexahedra import HexMesh, shape_functions
+from benchmarks.blind.shapes import FloatArray
+
+IntArray = NDArray[np.int64]
+
+# What a pixel may see.
+ROOT, TIP, FIXTURE = 0, 1, 2
+_CUTS = 3  # Of an element's face along each side; its curve is then followed to a micrometre.
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """A surface to be rendered.
+
+    Attributes:
+        corners: [m], shape (T, 3, 3).
+        labels: ROOT, TIP or FIXTURE, shape (T,).
+    """
+
+    corners: FloatArray
+    labels: IntArray
+
+
+def grid_triangles(cuts: int) -> IntArray:
+    """Return triangles over a square grid of (cuts + 1)^2 points, shape (2 cuts^2, 3)."""
+    triangles = []
+    for row, column in product(range(cuts), repeat=2):
+        a = row * (cuts + 1) + column
+        b, c, d = a + 1, a + cuts + 1, a + cuts + 2
+        triangles += [(a, b, c), (b, d, c)]
+    return np.array(triangles)
+
+
+def body_triangles(mesh: HexMesh, positions: FloatArray, shares: FloatArray) -> Triangles:
+    """Triangulate a body's surface.
+
+    Args:
+        mesh: the body.
+        positions: of its nodes, any frame [m], shape (N, 3).
+        shares: of the free length at which its nodes rest, shape (N,).
+    """
+    ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
+    square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
+    triangles = grid_triangles(_CUTS)
+    corners, labels = [], []
+    for axis, side in product(range(3), (-1, 1)):
+        chosen = (mesh.faces[:, 1] == axis) & (mesh.faces[:, 2] == side)
+        local = np.insert(square, axis, float(side), axis=1)
+        values = shape_functions(local)
+        nodes = mesh.cells[mesh.faces[chosen, 0]]
+        points = values @ positions[nodes]
+        along = values @ shares[nodes][..., None]
+        corners.append(points[:, triangles].reshape(-1, 3, 3))
+        is_tip = along[:, triangles, 0].mean(axis=-1) > 0.5
+        labels.append(np.where(is_tip, TIP, ROOT).reshape(-1))
+    return Triangles(np.concatenate(corners), np.concatenate(labels).astype(np.int64))
+
+
+def box_triangles(low: FloatArray, high: FloatArray, label: int, cuts: int = 8) -> Triangles:
+    """Triangulate a box from its lowest to its highest corner."""
+    ticks = np.linspace(0.0, 1.0, cuts + 1)
+    square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
+    faces = []
+    for axis, side in product(range(3), (0.0, 1.0)):
+        local = np.insert(square, axis, side, axis=1)
+        faces.append((low + local * (high - low))[grid_triangles(cuts)])
+    corners = np.concatenate(faces)
+    return Triangles(corners, np.full(len(corners), label))
+
+
+def joined(*parts: Triangles) -> Triangles:
+    """Put surfaces together."""
+    return Triangles(
+        np.concatenate([part.corners for part in parts]),
+        np.concatenate([part.labels for part in parts]),
+    )
+
+
+def moved(surface: Triangles, matrix: FloatArray) -> Triangles:
+    """Apply a rigid transform, shape (4, 4)."""
+    return Triangles(surface.corners @ matrix[:3, :3].T + matrix[:3, 3], surface.labels)

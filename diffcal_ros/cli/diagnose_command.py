@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""`diffcal diagnose`: say whether simulation and measurement disagree, and what is missing."""
+
+import argparse
+from pathlib import Path
+import sys
+from typing import Any
+
+_PAGE = 'diagnosis.html'
+_UNKNOWN = 3
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'diagnose',
+        help='find out what the model lacks',
+        description='Compare recordings with the model of SCENE, name the effect that the model '
+        'lacks, and write DIR/verdict.json and DIR/diagnosis.html.',
+        epilog='Exit codes: 0 a verdict was reached; 2 bad input; 3 the data cannot tell.',
+    )
+    parser.add_argument(
+        'bags',
+        metavar='BAG',
+        nargs='*',
+        type=Path,
+        help='rosbag2 directory or .mcap file; one for each observation of the scene, in its '
+        'order (default: the bags that the scene names)',
+    )
+    parser.add_argument('--scene', metavar='SCENE', type=Path, required=True, help='scene file')
+    parser.add_argument('--out', metavar='DIR', type=Path, required=True, help='folder of results')
+    parser.add_argument(
+        '--pose',
+        choices=('estimated', 'stored'),
+        default='estimated',
+        help="the camera's pose: estimated from the marker (default), or as the scene stores it",
+    )
+    parser.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
+    parser.add_argument(
+        '--allow-truncated', action='store_true', help='read what is left of a cut-off file'
+    )
+    parser.add_argument(
+        '--fit',
+        metavar='NAME',
+        nargs='+',
+        action='extend',
+        help="parameters of the model as it is (default: the scene's); an effect that is fitted "
+        'is no candidate',
+    )
+    parser.add_argument(
+        '--margin',
+        metavar='MM',
+        type=float,
+        default=0.5,
+        help='a gap above the floors that does not matter (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--without',
+        metavar='EFFECT',
+        nargs='+',
+        default=[],
+        help='effects that are ruled out beforehand',
+    )
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Diagnose, write the results and print them; return the exit code."""
+    from diffcal_ros.diagnosis.verdict import Verdict
+    from diffcal_ros.offline.calibrate_recordings import open_inputs
+    from diffcal_ros.offline.diagnose_recordings import run_diagnosis
+    from diffcal_ros.report.diagnosis_page import write_diagnosis_page
+    from diffcal_ros.report.verdict_text import verdict_lines
+    from diffcal_ros.scene.load import load_scene
+
+    scene = load_scene(args.scene)
+    settings = _settings(args, scene)
+    _say('reading the recordings')
+    inputs = open_inputs(
+        scene,
+        args.bags,
+        pose_source=args.pose,
+        depth_topic=args.depth_topic,
+        allow_truncated=args.allow_truncated,
+    )
+    for note in (*scene.notes, *inputs.notes):
+        _say(f'note: {note}')
+    course = run_diagnosis(inputs, settings, args.out, tell=_say)
+    print('\n'.join(verdict_lines(course.diagnosis)), flush=True)
+    write_diagnosis_page(args.out / _PAGE, scene.name, course)
+    print(f'\npage      {args.out / _PAGE}')
+    if course.diagnosis.effects:
+        print(f'to add it to the model: diffcal accept {args.out}')
+    return _UNKNOWN if course.diagnosis.verdict is Verdict.CANNOT_TELL else 0
+
+
+def _settings(args: argparse.Namespace, scene: Any) -> Any:
+    from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
+    from diffcal_ros.errors import InputError
+    from diffcal_ros.scene.effects import EFFECTS
+    from diffcal_ros.scene.fit_names import fit_problems
+
+    unknown = [name for name in args.without if name not in EFFECTS]
+    if unknown:
+        raise InputError(f'--without has {unknown[0]!r}: the library has {", ".join(EFFECTS)}')
+    if not 0.0 <= args.margin <= 100.0:
+        raise InputError(f'--margin is {args.margin:g} mm: give a number from 0 to 100')
+    fit = None
+    if args.fit is not None:
+        fit = tuple(name for item in args.fit for name in item.split(',') if name)
+        regions = [region.name for region in scene.regions]
+        problems = fit_problems(fit, regions, scene.observations)
+        if problems:
+            raise InputError('; '.join(f'--fit {problem}' for problem in problems))
+    return DiagnosisSettings(margin=1e-3 * args.margin, without=tuple(args.without), fit=fit)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)

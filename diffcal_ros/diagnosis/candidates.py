@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The ways in which each effect of the library may be present."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from diffcal_ros.scene.effects import Effect, EFFECTS, FIT_NAME_OF
+from diffcal_ros.scene.model import Scene
+
+MASS_PLACES = (0.25, 0.5, 0.75, 1.0)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect with some of its amplitudes.
+
+    Attributes:
+        identifier: of the effect.
+        components: names of the amplitudes that are free.
+        at: place along the body, for an effect that has one.
+    """
+
+    identifier: str
+    components: tuple[str, ...]
+    at: float | None = None
+
+    @property
+    def effect(self) -> Effect:
+        """The effect."""
+        return EFFECTS[self.identifier]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its amplitudes among the parameters of a fit."""
+        head = FIT_NAME_OF.get(self.identifier, self.identifier)
+        return tuple(f'{head}.{name}' for name in self.components)
+
+    @property
+    def fit_name(self) -> str:
+        """What a scene's `fit` calls it."""
+        return FIT_NAME_OF.get(self.identifier, self.identifier)
+
+
+_SHIFT, _TURN = ('x', 'y', 'z'), ('rx', 'ry', 'rz')
+_VARIANTS: dict[str, tuple[tuple[str, ...], ...]] = {
+    'camera_offset': (_SHIFT, _SHIFT + _TURN),
+    'depth_affine': (('bias',), ('scale',), ('scale', 'bias')),
+    'depth_bias_by_region': (('bias',),),
+    'gravity_tilt': (('a', 'b'),),
+    'contact_plane': (('height', 'a', 'b'),),
+    'clamp_offset': (_SHIFT, _TURN, _SHIFT + _TURN),
+    'compliant_clamp': (('compliance',),),
+    'rest_curvature': (('a', 'b'),),
+    'stiffness_contrast': (('split',), ('along',)),
+    'strain_stiffening': (('ratio',),),
+}
+
+
+def candidates(
+    scene: Scene, without: Collection[str] = (), fit: Collection[str] | None = None
+) -> list[Candidate]:
+    """List what a scene's model may lack.
+
+    Args:
+        scene: effects that it states already are no candidates.
+        without: identifiers to leave out.
+        fit: names of the nominal parameters; effects among them are no candidates. Default: the
+            scene's.
+    """
+    fitted = {name.partition('.')[0] for name in (scene.fit if fit is None else fit)}
+    left_out = {*without, *scene.effects}
+    left_out |= {name for name in EFFECTS if FIT_NAME_OF.get(name, name) in fitted}
+    found = [
+        Candidate(identifier, components)
+        for identifier, variants in _VARIANTS.items()
+        for components in variants
+        if identifier not in left_out
+    ]
+    if 'added_mass' not in left_out:
+        found += [Candidate('added_mass', ('mass',), place) for place in MASS_PLACES]
+    return found

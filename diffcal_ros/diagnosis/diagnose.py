@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The procedure: fit, look for a disagreement, screen, refit, select, name or abstain."""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+import time
+
+from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
+from diffcal_ros.diagnosis.evidence import Evidence, make_evidence
+from diffcal_ros.diagnosis.naming import conclude
+from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
+from diffcal_ros.diagnosis.screening import Screen, screen
+from diffcal_ros.diagnosis.selection import select, Selection
+from diffcal_ros.diagnosis.verdict import Diagnosis
+from diffcal_ros.scene.model import Scene
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """Choices of a diagnosis.
+
+    Attributes:
+        margin: a gap above the floors that is smaller does not matter [m].
+        without: identifiers that are left out of the library.
+        fit: names of the nominal parameters; None: as the scene says.
+    """
+
+    margin: float = 0.0005
+    without: tuple[str, ...] = ()
+    fit: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Course:
+    """Everything that a diagnosis went through, for its page.
+
+    Attributes:
+        evidence: of the nominal model.
+        nominal: its fit.
+        screen: scores of all candidates.
+        disagreement: whether there is one.
+        selection: refitted models; None where there was nothing to name.
+        diagnosis: the verdict.
+    """
+
+    evidence: Evidence
+    nominal: Refit
+    screen: Screen
+    disagreement: Disagreement
+    selection: Selection | None
+    diagnosis: Diagnosis
+
+
+def diagnose(
+    scene: Scene,
+    observations: Sequence[Observation],
+    settings: DiagnosisSettings | None = None,
+    *,
+    tell: Progress = lambda _: None,
+) -> Course:
+    """Find out whether a model lacks something, and what.
+
+    Args:
+        scene: the model as it is.
+        observations: of one or several poses.
+        settings: choices.
+        tell: told what is being done.
+
+    Raises:
+        InputError: when the nominal model cannot be fitted.
+    """
+    settings = settings or DiagnosisSettings()
+    begun = time.perf_counter()
+    tell('fitting the model as it is')
+    evidence, nominal = fit_nominal(scene, observations, settings.fit)
+    listed = candidates(evidence.model.scene, settings.without, settings.fit)
+    tell(f'screening {len(listed)} candidates')
+    scores = screen(evidence, nominal.coordinates, listed)
+    disagreement = measure_disagreement(nominal, scores, settings.margin)
+    selection = None
+    if disagreement.is_worth_naming:
+        selection = select(evidence, nominal, scores, tell)
+    diagnosis = conclude(
+        evidence, nominal, scores, disagreement, selection, time.perf_counter() - begun
+    )
+    return Course(evidence, nominal, scores, disagreement, selection, diagnosis)
+
+
+def fit_nominal(
+    scene: Scene, observations: Sequence[Observation], fit: Collection[str] | None
+) -> tuple[Evidence, Refit]:
+    """Fit the model as it is: robustly first, then patch by patch."""
+    names = None if fit is None else tuple(fit)
+    calibration = Calibration(
+        scene, observations, CalibrationSettings(fit=names, with_mesh_error=False)
+    )
+    calibration.run()
+    evidence = make_evidence(calibration.model, calibration.coordinates)
+    # What noise to fit patches by is a guess where it was not measured: the robust fit stands.
+    most = MAX_ITERATIONS if evidence.is_measured else 1
+    return evidence, refit(evidence, calibration.coordinates, max_iterations=most)

@@ -1,0 +1,208 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that is measured about one set of parameters, patch by patch and view by view."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.calibrate import longest_steps
+from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.levenberg_marquardt import minimise
+from diffcal_ros.calibration.objective import RobustObjective, Scales
+from diffcal_ros.calibration.robust_residual import make_comparers, Reach, ViewComparer
+from diffcal_ros.diagnosis.noise_model import noise_of
+from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
+from diffcal_ros.fem.static_body import Change, StaticBody
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+PatchName = tuple[int, str, int]  # View, kind and cell.
+Changes = Callable[[int, StaticBody], Sequence[Change]]
+
+# Refinement removes three quarters of a smooth error: what is left of it, and what one step of
+# refinement tells too little about.
+_MESH_GAIN, _MESH_DOUBT = 4.0 / 3.0, 0.5
+# Times the usual residual of a view.
+_STRANGE = 8.0
+_MOST, _MOST_SIGMAS = 0.8, 1.28
+_ROBUST_STEPS = 15
+_FAR_REACH = Reach(depth=0.060, edge_depth=0.090, edge_pixels=60)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Patches of one kind in one view, with what the mesh may add to them.
+
+    Attributes:
+        view: number of the observation.
+        kind: `depth` or `edge`.
+        patches: residuals and Jacobian; the mesh's expected error is taken off.
+        mesh: what the mesh's error adds to the values, one standard deviation [m], shape (n,).
+        is_report: which patches are kept for the report, shape (n,).
+    """
+
+    view: int
+    kind: str
+    patches: Patches
+    mesh: FloatArray
+    is_report: BoolArray
+
+
+class Evidence:
+    """Evaluates patches of one model; see `blocks`."""
+
+    def __init__(
+        self,
+        model: ForwardModel,
+        comparers: list[ViewComparer],
+        mesh_moves: list[FloatArray],
+        cell: int,
+        left_out: frozenset[PatchName] = frozenset(),
+    ) -> None:
+        """Prepare a model.
+
+        Args:
+            model: with its parameters.
+            comparers: of its observations.
+            mesh_moves: how a finer mesh would move each view's points [m], shape (N, 3) each.
+            cell: side of the image cells [px].
+            left_out: patches that show something else than the body.
+        """
+        self.left_out = left_out
+        self.model = model
+        self.comparers = comparers
+        self.mesh_moves = mesh_moves
+        self.cell = cell
+        self._objective = RobustObjective(model, comparers=comparers)
+        self._objective.scales = Scales(reach=_FAR_REACH)
+        self._noises = [noise_of(o, model.scene.sensor) for o in model.observations]
+
+    @property
+    def is_measured(self) -> bool:
+        """Tell whether the sensor floor comes from repeated frames."""
+        return all(noise.is_measured for noise in self._noises)
+
+    def of(self, model: ForwardModel) -> 'Evidence':
+        """Return the evidence of another model of the same bodies and observations."""
+        return Evidence(model, self.comparers, self.mesh_moves, self.cell, self.left_out)
+
+    def without(self, patches: frozenset[PatchName]) -> 'Evidence':
+        """Return the same evidence with some patches left out."""
+        return Evidence(self.model, self.comparers, self.mesh_moves, self.cell, patches)
+
+    def robust_fit(self, start: FloatArray) -> FloatArray:
+        """Fit as a calibration does, which structured errors and obstacles mislead least.
+
+        Args:
+            start: coordinates, shape (c,).
+
+        Raises:
+            EquilibriumError: when the start cannot be simulated.
+            OutOfViewError: when a camera does not see the body at the start.
+        """
+        parameters = self.model.parameters
+        found = minimise(
+            RobustObjective(self.model, comparers=self.comparers),
+            start,
+            parameters.bounds(),
+            longest_steps(parameters),
+            max_iterations=_ROBUST_STEPS,
+        )
+        return found.coordinates
+
+    def blocks(self, coordinates: FloatArray, extra: Changes | None = None) -> list[Block]:
+        """Compare and average.
+
+        Args:
+            coordinates: of the model's parameters, shape (c,).
+            extra: further changes of the body whose columns follow those of the parameters.
+
+        Raises:
+            EquilibriumError: when a posture has no equilibrium.
+            OutOfViewError: when a camera does not see the body.
+        """
+        model = self.model
+        compared = self._objective.comparisons(coordinates)
+        tangents = model.tangents(coordinates)
+        if extra is not None:
+            more = model.tangents_of(extra, coordinates)
+            tangents = [np.concatenate(pair) for pair in zip(tangents, more, strict=True)]
+        blocks = []
+        for number, view in enumerate(model.views(coordinates)):
+            wide = np.concatenate([tangents[number], self.mesh_moves[number][None]])
+            (depth, by_depth, _), (edge, by_edge, _) = self._objective.blocks(
+                number, compared[number], view, wide, coordinates
+            )
+            noise = self._noises[number]
+            sizes = compared[number].edge_scale
+            inside = depth_patches(depth, by_depth, noise, self.cell)
+            doubt = self.comparers[number].edge_doubt(view, edge.places)
+            outline = edge_patches(edge, by_edge, sizes, doubt, noise, self.cell)
+            blocks.append(self._block(number, 'depth', inside))
+            blocks.append(self._block(number, 'edge', outline))
+        return blocks
+
+    def _block(self, view: int, kind: str, patches: Patches) -> Block:
+        wide = self._kept(view, kind, patches)
+        mesh = wide.jacobian[:, -1]
+        patches = Patches(
+            values=wide.values - _MESH_GAIN * mesh,
+            jacobian=wide.jacobian[:, :-1],
+            covariance=wide.covariance,
+            centers=wide.centers,
+            cells=wide.cells,
+            weights=wide.weights,
+        )
+        rows, columns = np.divmod(wide.cells, 100_000)
+        # Every second cell of every second row: none touches another.
+        is_report = (rows % 2 == 0) & (columns % 2 == 0)
+        return Block(view, kind, patches, _MESH_DOUBT * mesh, is_report)
+
+    def _kept(self, view: int, kind: str, patches: Patches) -> Patches:
+        if not self.left_out:
+            return patches
+        kept = np.array([(view, kind, int(c)) not in self.left_out for c in patches.cells], bool)
+        return Patches(
+            values=patches.values[kept],
+            jacobian=patches.jacobian[kept],
+            covariance=patches.covariance[np.ix_(kept, kept)],
+            centers=patches.centers[kept],
+            cells=patches.cells[kept],
+            weights=patches.weights[kept],
+        )
+
+
+def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
+    """Return patches so far off the rest of their view that they show something else.
+
+    Where a clamp or a cable covers the body, its edge is found in place of the body's. A model
+    that lacks an effect is off in many patches, and none of them is strange then.
+    """
+    found: set[PatchName] = set()
+    for view in dict.fromkeys(block.view for block in blocks):
+        own = [block for block in blocks if block.view == view]
+        sizes = [_sizes(block) for block in own]
+        # A quantile that a fault of a fifth of the body already moves.
+        usual = max(1.0, float(np.quantile(np.concatenate(sizes), _MOST)) / _MOST_SIGMAS)
+        for block, size in zip(own, sizes, strict=True):
+            cells = block.patches.cells[size > _STRANGE * usual]
+            found.update((view, block.kind, int(cell)) for cell in cells)
+    return frozenset(found)
+
+
+def _sizes(block: Block) -> FloatArray:
+    """Return residuals in units of their noise, shape (n,)."""
+    noise = np.diag(block.patches.covariance) + block.mesh**2
+    return np.asarray(np.abs(block.patches.values) / np.sqrt(noise))
+
+
+def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:
+    """Prepare the evidence around a nominal fit."""
+    comparers = make_comparers(model)
+    moves = model.mesh_moves(coordinates)
+    views = model.views(coordinates)
+    pixels = [int(np.isfinite(view.trace.depth).sum()) for view in views]
+    evidence = Evidence(model, comparers, moves, cell_size(int(np.median(pixels))))
+    return evidence.without(strange_patches(evidence.blocks(coordinates)))

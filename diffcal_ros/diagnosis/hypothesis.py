@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A model with one or more effects added, refitted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.effect_model import upwards
+from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
+from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.diagnosis.candidates import Candidate
+from diffcal_ros.diagnosis.evidence import Evidence
+from diffcal_ros.diagnosis.refit import Refit, refit
+from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.rigid_transform import apply, inverse
+from diffcal_ros.scene.effects import amplitude_name
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# A plane is first tried at the lowest point seen, and so much above it [m].
+_PLANE_RISES = (0.0, 0.003)
+# Of a start that tangents propose, where the whole cannot be simulated.
+_SHARES = (1.0, 0.3, 0.0)
+_LOWEST_SHARE = 0.01
+_NEAR = 0.03
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """A fitted amplitude, in the unit that people use.
+
+    Attributes:
+        name: of the component.
+        value: amplitude.
+        std_error: its standard error.
+        unit: of both.
+        at_bound: whether it stopped at a bound.
+    """
+
+    name: str
+    value: float
+    std_error: float
+    unit: str
+    at_bound: bool
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Some effects, and the model with them refitted.
+
+    Attributes:
+        added: the effects.
+        scene: with the settings of the effects.
+        evidence: of the model.
+        fit: where it ended.
+    """
+
+    added: tuple[Candidate, ...]
+    scene: Scene
+    evidence: Evidence
+    fit: Refit
+
+    @property
+    def identifiers(self) -> tuple[str, ...]:
+        """Identifiers of the effects, in alphabetical order."""
+        return tuple(sorted(candidate.identifier for candidate in self.added))
+
+    @property
+    def is_at_bound(self) -> bool:
+        """Tell whether an amplitude stopped at a bound, where it is as good as absent."""
+        return any(a.at_bound for c in self.added for a in self.amplitudes(c))
+
+    def amplitudes(self, candidate: Candidate) -> list[Amplitude]:
+        """Return the fitted amplitudes of one of the effects."""
+        fit = self.fit
+        lower, upper = fit.parameters.bounds()
+        names = fit.parameters.names
+        found = []
+        for component in candidate.components:
+            place = names.index(amplitude_name(candidate.identifier, component))
+            part = candidate.effect.component(component)
+            value = float(fit.coordinates[place])
+            found.append(
+                Amplitude(
+                    name=component,
+                    value=value * part.shown_factor,
+                    std_error=float(np.sqrt(fit.covariance[place, place])) * part.shown_factor,
+                    unit=part.shown_unit,
+                    at_bound=not lower[place] < value < upper[place],
+                )
+            )
+        return found
+
+
+def try_effects(
+    nominal: Evidence,
+    base: Refit,
+    added: Sequence[Candidate],
+    starts: dict[str, float],
+    *,
+    max_iterations: int = 12,
+) -> Hypothesis | None:
+    """Add effects to the nominal model and refit everything.
+
+    Args:
+        nominal: evidence of the nominal model.
+        base: its fit.
+        added: effects to add.
+        starts: where amplitudes start, SI units by name among the parameters; others at zero.
+        max_iterations: evaluations of the model at most.
+
+    Returns:
+        The refitted model, or None where it cannot be simulated.
+    """
+    scene = _with_settings(nominal.model.scene, added)
+    parameters = _with_amplitudes(scene, base.parameters, added)
+    evidence = nominal.of(nominal.model.with_parameters(scene, parameters))
+    best: Refit | None = None
+    for more in _more_starts(nominal, base, added):
+        found = _refit_from(evidence, base, {**starts, **more}, max_iterations)
+        if found is None:
+            continue
+        if best is None or found.log_evidence > best.log_evidence:
+            best = found
+    return None if best is None else Hypothesis(tuple(added), scene, evidence, best)
+
+
+def _refit_from(
+    evidence: Evidence, base: Refit, starts: dict[str, float], max_iterations: int
+) -> Refit | None:
+    """Refit from a start; tangents may have promised more than the body can bear."""
+    for share in _SHARES:
+        fewer = {n: v if n.endswith('.height') else share * v for n, v in starts.items()}
+        begin = _start(evidence.model.parameters, base, fewer)
+        try:
+            if not evidence.is_measured:
+                # What noise to fit patches by is a guess: the robust fit stands as it is.
+                return refit(evidence, evidence.robust_fit(begin), max_iterations=1)
+            return refit(evidence, begin, max_iterations=max_iterations)
+        except (EquilibriumError, OutOfViewError):
+            continue
+    return None
+
+
+def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:
+    effects = dict(scene.effects)
+    for candidate in added:
+        if candidate.at is not None:
+            effects[candidate.identifier] = {'at': candidate.at}
+    return replace(scene, effects=effects)
+
+
+def _with_amplitudes(
+    scene: Scene, nominal: ParameterSet, added: Sequence[Candidate]
+) -> ParameterSet:
+    names: list[str] = []
+    for candidate in added:
+        is_whole = candidate.fit_name in ('rigid_offset', 'gravity_tilt')
+        names.extend([candidate.fit_name] if is_whole else candidate.names)
+    more = make_parameters(scene, tuple(names), with_edge_bias=False).parameters
+    wanted = {name for candidate in added for name in candidate.names}
+    usual = {
+        name: candidate.effect.component(component).scale
+        for candidate in added
+        for name, component in zip(candidate.names, candidate.components, strict=True)
+    }
+    chosen = tuple(
+        replace(p, quantity=replace(p.quantity, prior_mean=0.0, prior_std=usual[p.name]))
+        if p.quantity.prior_std is not None
+        else p
+        for p in more
+        if p.name in wanted
+    )
+    return ParameterSet((*nominal.parameters, *chosen), nominal.pose_covariances)
+
+
+def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> FloatArray:
+    begin = parameters.start()
+    begin[: len(base.coordinates)] = base.coordinates
+    for place, parameter in enumerate(parameters):
+        if place >= len(base.coordinates) and parameter.name in starts:
+            begin[place] = starts[parameter.name]
+    return np.clip(begin, *parameters.bounds())
+
+
+def _more_starts(
+    nominal: Evidence, base: Refit, added: Sequence[Candidate]
+) -> list[dict[str, float]]:
+    """Return starts that tangents cannot give: where an obstacle may lie."""
+    if not any(candidate.identifier == 'contact_plane' for candidate in added):
+        return [{}]
+    lowest = min(_lowest_points(nominal, base))
+    return [{'contact_plane.height': lowest + rise} for rise in _PLANE_RISES]
+
+
+def _lowest_points(nominal: Evidence, base: Refit) -> list[float]:
+    """Return how low the observed body reaches in each view, in the world [m]."""
+    model, found = nominal.model, []
+    views = model.views(base.coordinates)
+    for observation, view in zip(model.observations, views, strict=True):
+        rows, columns = np.nonzero(np.isfinite(view.trace.depth))
+        rendered = view.trace.depth[rows, columns]
+        rows, columns = rows + view.trace.rows.start, columns + view.trace.columns.start
+        depth = observation.depth[rows, columns].astype(np.float64)
+        near = np.abs(depth - rendered) < _NEAR
+        camera = observation.camera
+        across, down = (columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy
+        points = np.stack([across * depth, down * depth, depth], axis=1)[near]
+        if len(points):
+            up = upwards(model.scene.observations[observation.setup_index].gravity)
+            heights = apply(inverse(observation.depth_from_world), points) @ up
+            found.append(float(np.quantile(heights, _LOWEST_SHARE)))
+    return found

@@ -1,0 +1,307 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From refitted models to a verdict: a name, a set of twins, or an effect that is unknown."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from diffcal_ros.diagnosis.disagreement import Disagreement
+from diffcal_ros.diagnosis.evidence import Evidence
+from diffcal_ros.diagnosis.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.refit import Refit
+from diffcal_ros.diagnosis.screening import largest_cosines, Screen
+from diffcal_ros.diagnosis.selection import Selection
+from diffcal_ros.diagnosis.verdict import Diagnosis, GapFigures, NamedEffect, Verdict
+from diffcal_ros.diagnosis.whereabouts import where_largest
+from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.scene.effects import EFFECTS
+import numpy as np
+
+# Log evidence is that of a noise model which is a guess: it counts for so much.
+_TEMPERATURE = 2.0
+# Effects this close in log evidence explain the data as well.
+_AS_WELL = 5.0
+# An effect is named by itself from this confidence on.
+_NAMED = 0.6
+# A model that leaves more chi-square per patch, and a gap of so many floors, is not it.
+_POOR = 2.0
+_FAR_ABOVE = 1.7
+# Without a measured floor: one that closes less of the gap is not it.
+_LEAST_CLOSURE = 0.7
+# A mesh that may be off by more hides what would matter [m].
+_COARSE = 0.0004
+_HARDLY_MORE = 0.0005  # [m]
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """The favoured model among all.
+
+    Attributes:
+        hypothesis: it.
+        confidence: 0 to 1.
+        alike: identifiers that explain the data as well, its own first.
+        runner_up: identifier of the next best, or None.
+    """
+
+    hypothesis: Hypothesis
+    confidence: float
+    alike: tuple[str, ...]
+    runner_up: str | None
+
+
+def conclude(
+    evidence: Evidence,
+    nominal: Refit,
+    scores: Screen,
+    disagreement: Disagreement,
+    selection: Selection | None,
+    seconds: float,
+) -> Diagnosis:
+    """Put the verdict together."""
+    choice = None if selection is None else _choose(selection, evidence.is_measured)
+    added = choice.hypothesis.fit if choice is not None else nominal
+    closure = _closure(nominal, added) if choice is not None else float('nan')
+    unknown = None
+    if choice is not None and _is_unexplained(choice.hypothesis, closure, evidence.is_measured):
+        unknown = _class_of(scores)
+    effects: tuple[NamedEffect, ...] = ()
+    if choice is not None and unknown is None and choice.confidence >= _NAMED:
+        effects = named_effects(choice.hypothesis, choice.confidence)
+    is_alone = choice is None or len(choice.alike) == 1
+    return Diagnosis(
+        verdict=disagreement.verdict,
+        evidence='confirmed' if evidence.is_measured else 'suspected',
+        p_value=disagreement.p_value,
+        effects=effects,
+        ambiguity_set=() if choice is None or unknown is not None else choice.alike,
+        runner_up=None if choice is None else choice.runner_up,
+        unknown_class=unknown,
+        separating_recording=None if choice is None or is_alone else _separating(choice.alike),
+        where=where_largest(evidence.model, nominal),
+        gap_mm=gap_figures(nominal, added),
+        closure=closure,
+        parameters={
+            'before': parameter_table(nominal),
+            'after': parameter_table(added, only=nominal),
+        },
+        times_detectable=_times_detectable(scores),
+        largest_cosine=largest_cosines(scores.scores),
+        seconds=seconds,
+        notes=_notes(disagreement, choice, unknown, len(evidence.left_out)),
+        details={
+            'patches': nominal.patch_count,
+            'chi_square_per_patch': nominal.chi_square / max(nominal.patch_count, 1),
+            'scores': [
+                {
+                    'identifier': score.candidate.identifier,
+                    'components': list(score.candidate.components),
+                    'at': score.candidate.at,
+                    'log_evidence': score.log_evidence,
+                    'gain': score.gain,
+                }
+                for score in scores.scores
+            ],
+            'candidates': [] if selection is None else _candidate_table(selection, choice),
+            'refits': [] if selection is None else _refit_table(selection),
+        },
+    )
+
+
+def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffect, ...]:
+    """Describe the effects of a model."""
+    found = []
+    for candidate in hypothesis.added:
+        amplitudes = hypothesis.amplitudes(candidate)
+        found.append(
+            NamedEffect(
+                identifier=candidate.identifier,
+                group=candidate.effect.group,
+                amplitude={a.name: a.value for a in amplitudes},
+                std_error={a.name: a.std_error for a in amplitudes},
+                unit={a.name: a.unit for a in amplitudes},
+                setting={} if candidate.at is None else {'at': candidate.at},
+                confidence=confidence,
+                sentence=candidate.effect.sentence,
+            )
+        )
+    return tuple(found)
+
+
+def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
+    """Measure the gap on the patches that no fit has seen."""
+    before = patch_gap(nominal.blocks, Part.REPORT)
+    after = patch_gap(added.blocks, Part.REPORT)
+    return GapFigures(
+        nominal=1e3 * before.rms,
+        added=1e3 * after.rms,
+        floor_sensor=1e3 * before.floor,
+        floor_numerics=1e3 * before.mesh,
+        median_nominal=1e3 * before.median,
+        median_added=1e3 * after.median,
+    )
+
+
+def parameter_table(fit: Refit, only: Refit | None = None) -> dict[str, dict[str, float | str]]:
+    """Return value, standard error and unit of the parameters that were asked for."""
+    wanted = None if only is None else set(only.parameters.names)
+    table: dict[str, dict[str, float | str]] = {}
+    for place, parameter in enumerate(fit.parameters):
+        if parameter.is_nuisance or (wanted is not None and parameter.name not in wanted):
+            continue
+        value = parameter.value(fit.coordinates[place])
+        rate = value if parameter.is_logarithmic else 1.0
+        table[parameter.name] = {
+            'value': value,
+            'std_error': rate * float(np.sqrt(fit.covariance[place, place])),
+            'unit': parameter.unit,
+        }
+    return table
+
+
+def _times_detectable(scores: Screen) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for score in scores.scores:
+        found.setdefault(score.candidate.identifier, score.times_detectable)
+    return found
+
+
+def _candidate_table(selection: Selection, choice: '_Choice | None') -> list[dict[str, Any]]:
+    """Return every effect that has been refitted, with its amplitudes, the favoured first."""
+    found: dict[str, NamedEffect] = {}
+    favoured = [] if choice is None else [choice.hypothesis]
+    for hypothesis in (*favoured, *selection.singles):
+        confidence = choice.confidence if choice and hypothesis is choice.hypothesis else 0.0
+        for effect in named_effects(hypothesis, confidence):
+            found.setdefault(effect.identifier, effect)
+    return [asdict(effect) for effect in found.values()]
+
+
+def _choose(selection: Selection, is_measured: bool) -> _Choice | None:
+    best = selection.best
+    if best is None:
+        return None
+    rivals = selection.singles if len(best.added) == 1 else selection.pairs
+    levels: dict[tuple[str, ...], float] = {}
+    for hypothesis in rivals:
+        level = hypothesis.fit.log_evidence / selection.noise_scale
+        if hypothesis.is_at_bound and hypothesis is not best:
+            continue
+        key = hypothesis.identifiers
+        levels[key] = max(levels.get(key, -np.inf), level)
+    top = levels[best.identifiers]
+    ranked = sorted(levels, key=lambda key: -levels[key])
+    weights = {key: np.exp((levels[key] - top) / _TEMPERATURE) for key in levels}
+    confidence = float(weights[best.identifiers] / sum(weights.values()))
+    others = [key for key in ranked if key != best.identifiers]
+    near = {key for key in others if top - levels[key] < _AS_WELL}
+    if not is_measured:
+        # The log evidence rests on a floor that is a guess: what is left must tell.
+        near |= _as_near(best, rivals)
+        confidence = min(confidence, 1.0 / (1 + len(near)))
+    alike = [best.identifiers, *(key for key in others if key in near)]
+    return _Choice(
+        hypothesis=best,
+        confidence=confidence,
+        alike=tuple(dict.fromkeys(name for key in alike for name in key)),
+        runner_up=_joined(others[0]) if others else None,
+    )
+
+
+def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, ...]]:
+    """Return the effects that leave hardly more on held-out patches than the best."""
+    least = patch_gap(best.fit.blocks, Part.REPORT).rms + _HARDLY_MORE
+    return {
+        rival.identifiers
+        for rival in rivals
+        if rival.identifiers != best.identifiers
+        and patch_gap(rival.fit.blocks, Part.REPORT).rms < least
+    }
+
+
+def _joined(identifiers: Sequence[str]) -> str:
+    return ' and '.join(identifiers)
+
+
+def _closure(nominal: Refit, added: Refit) -> float:
+    """Return (nominal - added) / (nominal - floor) on the report patches."""
+    before, after = patch_gap(nominal.blocks, Part.REPORT), patch_gap(added.blocks, Part.REPORT)
+    floor = float(np.hypot(before.floor, before.mesh))
+    if before.rms <= floor:
+        return float('nan')
+    return (before.rms - max(after.rms, floor)) / (before.rms - floor)
+
+
+def _is_unexplained(hypothesis: Hypothesis, closure: float, is_measured: bool) -> bool:
+    """Tell whether so much is left that the model cannot be it.
+
+    Where the sensor floor was measured, what is left must be near it. Where it is a guess, only a
+    gap that stays open counts.
+    """
+    if not is_measured:
+        return closure < _LEAST_CLOSURE
+    fit = hypothesis.fit
+    per_patch = fit.chi_square / max(fit.patch_count - len(fit.coordinates), 1)
+    left = patch_gap(fit.blocks, Part.REPORT)
+    return per_patch > _POOR and left.rms > _FAR_ABOVE * float(np.hypot(left.floor, left.mesh))
+
+
+def _class_of(scores: Screen) -> str:
+    """Return the group whose effects come nearest: a class, not a cause."""
+    best: dict[str, float] = {}
+    for score in scores.scores:
+        group = score.candidate.effect.group
+        best[group] = max(best.get(group, -np.inf), score.log_evidence)
+    return max(best, key=lambda group: best[group])
+
+
+def _separating(alike: Sequence[str]) -> str:
+    """Say what to record: what the second of the twins asks for tells it from the first."""
+    return '; or '.join(dict.fromkeys(EFFECTS[name].settles for name in alike[:3]))
+
+
+def _notes(
+    disagreement: Disagreement, choice: _Choice | None, unknown: str | None, left_out: int
+) -> tuple[str, ...]:
+    notes = []
+    if left_out:
+        notes.append(f'{left_out} patches show something else than the body and were left out')
+    if disagreement.verdict is Verdict.BELOW_MARGIN:
+        notes.append('something is there, but it is too small to matter')
+    if disagreement.verdict is Verdict.CANNOT_TELL and disagreement.gap.mesh > _COARSE:
+        notes.append(
+            f'the mesh may be off by {1e3 * disagreement.gap.mesh:.2f} mm, more than the sensor: '
+            'refine the mesh first'
+        )
+    elif disagreement.verdict is Verdict.CANNOT_TELL:
+        notes.append('the data are too few or too noisy: record more poses, or come closer')
+    if unknown is not None:
+        notes.append(
+            'no effect of the library explains the gap; it is most like one of the class '
+            f'{unknown}'
+        )
+    if choice is not None and unknown is None:
+        left = patch_gap(choice.hypothesis.fit.blocks, Part.REPORT)
+        if left.rms > _FAR_ABOVE * float(np.hypot(left.floor, left.mesh)):
+            notes.append(
+                f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing'
+            )
+    if choice is not None and choice.hypothesis.is_at_bound:
+        notes.append('an amplitude stopped at its bound')
+    return tuple(notes)
+
+
+def _refit_table(selection: Selection) -> list[dict[str, object]]:
+    return [
+        {
+            'effects': list(h.identifiers),
+            'components': [list(c.components) for c in h.added],
+            'at': [c.at for c in h.added],
+            'log_evidence': h.fit.log_evidence,
+            'chi_square': h.fit.chi_square,
+            'at_bound': h.is_at_bound,
+            'evaluations': h.fit.evaluations,
+        }
+        for h in (*selection.singles, *selection.pairs)
+    ]

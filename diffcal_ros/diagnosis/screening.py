@@ -1,0 +1,283 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Score every candidate by tangents at the nominal fit: one factorisation, no refit.
+
+Residuals and tangents are whitened and the nuisances (modulus, density, pose, edges, mesh) are
+projected out. What is left says how much each candidate could explain to first order. This
+screens, it does not judge: an amplitude that is not small has another signature.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
+from diffcal_ros.diagnosis.candidates import Candidate, MASS_PLACES
+from diffcal_ros.diagnosis.evidence import Block, Changes, Evidence
+from diffcal_ros.diagnosis.refit import full_prior
+from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten
+from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.fem.static_body import Change, StaticBody
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+FloatArray = NDArray[np.float64]
+
+_MASS_SPREAD = 0.05
+_DETECTABLE_SIGMAS = 4.0
+_TANGENT_ERROR = 0.15
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a candidate could explain.
+
+    Attributes:
+        candidate: which.
+        gain: fall of chi-square to first order.
+        plain_gain: the same without allowance for the error of tangents.
+        log_evidence: half of that less the price of its freedom.
+        amplitudes: expected, SI units, in the order of the candidate's components.
+        detectable: smallest amplitudes that would be seen, SI units.
+        direction: what it would explain, whitened, nuisances projected out, shape (n,).
+        columns: what its amplitudes do, likewise, shape (n, k).
+    """
+
+    candidate: Candidate
+    gain: float
+    plain_gain: float
+    log_evidence: float
+    amplitudes: FloatArray
+    detectable: FloatArray
+    direction: FloatArray
+    columns: FloatArray
+
+    @property
+    def times_detectable(self) -> float:
+        """Expected amplitude over the smallest detectable one; NaN where that is not known."""
+        return float(np.max(np.abs(self.amplitudes) / self.detectable))
+
+
+@dataclass(frozen=True)
+class Screen:
+    """All scores at one set of coordinates.
+
+    Attributes:
+        scores: best first.
+        chi_square: of the model as it is.
+        noise_scale: chi-square per patch that no effect and no smooth mode explains, at least 1.
+        patch_count: patches looked at.
+    """
+
+    scores: tuple[Score, ...]
+    chi_square: float
+    noise_scale: float
+    patch_count: int
+
+
+def library_parameters(
+    scene: Scene, nominal: ParameterSet, listed: Sequence[Candidate]
+) -> ParameterSet:
+    """Return the nominal parameters followed by every amplitude that has a tangent at zero."""
+    smooth = dict.fromkeys(
+        name
+        for candidate in listed
+        if candidate.identifier not in ('contact_plane', 'added_mass')
+        for name in candidate.names
+    )
+    extra: list[str] = []
+    for name in smooth:
+        head = name.partition('.')[0]
+        extra.append(head if head in ('rigid_offset', 'gravity_tilt') else name)
+    if not extra:
+        return nominal
+    more = make_parameters(scene, tuple(dict.fromkeys(extra)), with_edge_bias=False)
+    return ParameterSet((*nominal.parameters, *more.parameters), nominal.pose_covariances)
+
+
+def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candidate]) -> Screen:
+    """Score candidates around a fit.
+
+    Args:
+        evidence: of the nominal model.
+        coordinates: of its fit, shape (k,).
+        listed: candidates.
+    """
+    nominal = evidence.model.parameters
+    scene = evidence.model.scene
+    wide = library_parameters(scene, nominal, listed)
+    start = wide.start()
+    start[: len(nominal)] = coordinates
+    model = evidence.model.with_parameters(scene, wide)
+    blocks = evidence.of(model).blocks(start, _mass_changes(evidence))
+    names = (*wide.names[len(nominal) :], *(f'mass {place}' for place in MASS_PLACES))
+    plain = _seen_through(blocks, nominal, names, 0.0)
+    # Far from where they were taken, tangents hold to a share of the whole.
+    slack = _TANGENT_ERROR * residual_size(blocks, Part.FIT)
+    held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, slack)
+    scores = [
+        replace(_score(candidate, held), plain_gain=_score(candidate, plain).gain)
+        for candidate in listed
+    ]
+    scores.sort(key=lambda score: -score.log_evidence)
+    return Screen(
+        scores=tuple(scores),
+        chi_square=float(plain.residual @ plain.residual),
+        noise_scale=_noise_scale(plain, len(nominal)),
+        patch_count=len(plain.residual),
+    )
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """Residual and columns with the nuisances projected out.
+
+    Attributes:
+        names: of the columns.
+        residual: shape (n,).
+        columns: shape (n, k).
+        views: number of the view of each patch, shape (n,).
+    """
+
+    names: tuple[str, ...]
+    residual: FloatArray
+    columns: FloatArray
+    views: NDArray[np.int64]
+
+    def of(self, candidate: Candidate) -> FloatArray:
+        """Return the columns of a candidate's amplitudes, shape (n, c)."""
+        if candidate.identifier == 'added_mass':
+            return self.columns[:, [self.names.index(f'mass {candidate.at}')]]
+        return self.columns[:, [self.names.index(name) for name in candidate.names]]
+
+
+def _seen_through(
+    blocks: list[Block], nominal: ParameterSet, names: tuple[str, ...], slack: float
+) -> _Sight:
+    seen = whiten(blocks, Part.FIT, slack)
+    _, precision = full_prior(nominal)
+    project = _Projection(seen.jacobian[:, : len(nominal)], precision)
+    columns = project(seen.jacobian[:, len(nominal) :])
+    return _Sight(names, project(seen.values), columns, seen.views)
+
+
+def _mass_changes(evidence: Evidence) -> Changes:
+    effects = evidence.model.effects
+
+    def changes(index: int, body: StaticBody) -> list[Change]:
+        share = effects.axes(index).share(body.discretisation.rest_nodes)
+        found = []
+        for place in MASS_PLACES:
+            weights = np.exp(-0.5 * ((share - place) / _MASS_SPREAD) ** 2)
+            weights[share == 0.0] = 0.0
+            found.append(Change(conditions=ConditionsChange(added_masses=weights / weights.sum())))
+        return found
+
+    return changes
+
+
+class _Projection:
+    """Takes out what nuisances can explain within their priors."""
+
+    def __init__(self, nuisances: FloatArray, precision: FloatArray) -> None:
+        information = nuisances.T @ nuisances + precision
+        self._nuisances = nuisances
+        self._inverse = np.linalg.inv(information)
+        # Symmetric square root of I - N (N'N + P)^-1 N', so that inner products come out right.
+        values, vectors = np.linalg.eigh(nuisances @ self._inverse @ nuisances.T)
+        shrink = 1.0 - np.sqrt(np.clip(1.0 - values, 0.0, 1.0))
+        active = shrink > 1e-12
+        self._vectors, self._shrink = vectors[:, active], shrink[active]
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        inside = self._vectors.T @ columns
+        scaled = self._shrink[:, None] * inside if columns.ndim == 2 else self._shrink * inside
+        return columns - self._vectors @ scaled
+
+
+def _score(candidate: Candidate, sight: _Sight) -> Score:
+    if candidate.identifier == 'contact_plane':
+        return _contact_score(candidate, sight)
+    own = sight.of(candidate)
+    parts = [candidate.effect.component(name) for name in candidate.components]
+    scales = np.array([part.scale for part in parts])
+    information = own.T @ own + np.diag(1.0 / scales**2)
+    slope = own.T @ sight.residual
+    amplitudes = np.linalg.solve(information, slope)
+    if len(parts) == 1:
+        amplitudes = np.clip(amplitudes, parts[0].lower, parts[0].upper)
+    gain = float(2.0 * amplitudes @ slope - amplitudes @ information @ amplitudes)
+    volumes = float(np.linalg.slogdet(information * np.outer(scales, scales))[1])
+    sensitivity = np.sqrt(np.maximum(np.diag(own.T @ own), 1e-300))
+    return Score(
+        candidate=candidate,
+        gain=gain,
+        plain_gain=gain,
+        log_evidence=0.5 * (gain - volumes),
+        amplitudes=amplitudes,
+        detectable=_DETECTABLE_SIGMAS / sensitivity,
+        direction=own @ amplitudes,
+        columns=own,
+    )
+
+
+def _contact_score(candidate: Candidate, sight: _Sight) -> Score:
+    """Stand in for a plane by upward forces, which have a tangent before it touches."""
+    places = [sight.names.index(f'mass {place}') for place in MASS_PLACES]
+    # A pose that does not touch feels nothing: each has forces of its own.
+    own = np.hstack(
+        [
+            -sight.columns[:, places] * (sight.views == view)[:, None]
+            for view in np.unique(sight.views)
+        ]
+    )
+    unit = own / np.maximum(np.linalg.norm(own, axis=0), 1e-300)
+    amplitudes, _ = nnls(unit, sight.residual)
+    explained = unit @ amplitudes
+    gain = float(2.0 * explained @ sight.residual - explained @ explained)
+    free = int((amplitudes > 0.0).sum())
+    return Score(
+        candidate=candidate,
+        gain=gain,
+        plain_gain=gain,
+        log_evidence=0.5 * gain - free * float(np.log(1.0 + np.sqrt(max(gain, 0.0)))),
+        amplitudes=np.zeros(len(candidate.components)),
+        detectable=np.full(len(candidate.components), np.nan),
+        direction=explained,
+        columns=own,
+    )
+
+
+def _noise_scale(sight: _Sight, nuisances: int) -> float:
+    """Estimate how much larger the noise is than said, from what nothing explains."""
+    basis, values, _ = np.linalg.svd(sight.columns, full_matrices=False)
+    basis = basis[:, values > 1e-9 * values.max()]
+    left = sight.residual - basis @ (basis.T @ sight.residual)
+    freedom = len(left) - basis.shape[1] - nuisances
+    return max(1.0, float(left @ left) / freedom) if freedom > 0 else 1.0
+
+
+def largest_cosines(scores: Sequence[Score]) -> dict[str, float]:
+    """Return, by effect, the share of what it explains that another effect could explain too.
+
+    The cosine is that between the direction of an effect's best variant and the space of all
+    amplitudes of the other effect's.
+    """
+    best: dict[str, Score] = {}
+    for score in scores:
+        best.setdefault(score.candidate.identifier, score)
+    found = {}
+    for name, score in best.items():
+        size = float(np.linalg.norm(score.direction))
+        if size == 0.0:
+            continue
+        others = [_reach(other.columns, score.direction) for n, other in best.items() if n != name]
+        found[name] = max(others, default=0.0) / size
+    return found
+
+
+def _reach(columns: FloatArray, direction: FloatArray) -> float:
+    basis, values, _ = np.linalg.svd(columns, full_matrices=False)
+    basis = basis[:, values > 1e-9 * max(float(values.max(initial=0.0)), 1e-300)]
+    return float(np.linalg.norm(basis.T @ direction))

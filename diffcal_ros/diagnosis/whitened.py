@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Patches of all views in units of their own noise, uncorrelated."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from diffcal_ros.diagnosis.evidence import Block
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, cholesky, solve_triangular
+
+FloatArray = NDArray[np.float64]
+
+
+# In standard deviations: beyond this a patch counts less; a residual is clear of the floor.
+_FAR = 5.0
+_CLEAR = 2.0
+
+
+class Part(Enum):
+    """Which patches are looked at."""
+
+    FIT = 'fit'
+    REPORT = 'report'
+    ALL = 'all'
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """Patches in units of their noise.
+
+    Attributes:
+        values: shape (n,).
+        jacobian: shape (n, k).
+        views: number of the view of each, shape (n,).
+    """
+
+    values: FloatArray
+    jacobian: FloatArray
+    views: NDArray[np.int64]
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squares."""
+        return float(self.values @ self.values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+def whiten(blocks: Sequence[Block], part: Part, slack: float = 0.0) -> Whitened:
+    """Put the patches of one part together; those of different views are independent.
+
+    Args:
+        blocks: of all views.
+        part: which patches.
+        slack: further error of each patch [m]: what a model that is still far off, or tangents
+            far from where they were taken, cannot be held to.
+    """
+    values, jacobians, views = [], [], []
+    for number in dict.fromkeys(block.view for block in blocks):
+        own = [block for block in blocks if block.view == number]
+        chosen = [chosen_patches(block, part) for block in own]
+        covariance = block_diag(
+            *(
+                block.patches.covariance[np.ix_(which, which)]
+                for block, which in zip(own, chosen, strict=True)
+            )
+        )
+        if not covariance.size:
+            continue
+        mesh = np.concatenate([b.mesh[w] for b, w in zip(own, chosen, strict=True)])
+        plain = np.concatenate([b.patches.values[w] for b, w in zip(own, chosen, strict=True)])
+        slopes = np.concatenate([b.patches.jacobian[w] for b, w in zip(own, chosen, strict=True)])
+        # The mesh's error is one number a view: it moves depth and outline together.
+        covariance = covariance + np.outer(mesh, mesh) + slack**2 * np.eye(len(plain))
+        factor = cholesky(_tolerant(covariance, plain), lower=True)
+        both = solve_triangular(factor, np.hstack([plain[:, None], slopes]), lower=True)
+        values.append(both[:, 0])
+        jacobians.append(both[:, 1:])
+        views.append(np.full(len(plain), number))
+    return Whitened(np.concatenate(values), np.concatenate(jacobians), np.concatenate(views))
+
+
+def _tolerant(covariance: FloatArray, values: FloatArray) -> FloatArray:
+    """Let patches that are far off count in proportion to that, not to its square."""
+    own = np.diag(covariance)
+    beyond = np.abs(values) / (_FAR * np.sqrt(own))
+    return covariance + np.diag(own * np.maximum(beyond - 1.0, 0.0))
+
+
+def residual_size(blocks: Sequence[Block], part: Part) -> float:
+    """Return a robust root mean square of the residuals [m]; 0 within the noise."""
+    gap = patch_gap(blocks, part)
+    size = 1.4826 * gap.median
+    return size if size > _CLEAR * float(np.hypot(gap.floor, gap.mesh)) else 0.0
+
+
+def chosen_patches(block: Block, part: Part) -> NDArray[np.int64]:
+    """Return the places of a block's patches of one part."""
+    if part is Part.ALL:
+        return np.arange(len(block.is_report))
+    return np.flatnonzero(block.is_report == (part is Part.REPORT))
+
+
+@dataclass(frozen=True)
+class PatchGap:
+    """How far the model is off on some patches.
+
+    Attributes:
+        rms: of the residuals [m].
+        median: of their sizes [m].
+        floor: root mean square of what the sensor's noise alone would give [m].
+        mesh: of what the mesh may add [m].
+        count: patches.
+    """
+
+    rms: float
+    median: float
+    floor: float
+    mesh: float
+    count: int
+
+
+def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
+    """Measure the gap on the patches of one part."""
+    chosen = [chosen_patches(block, part) for block in blocks]
+    values = np.concatenate([b.patches.values[w] for b, w in zip(blocks, chosen, strict=True)])
+    noise = np.concatenate(
+        [np.diag(b.patches.covariance)[w] for b, w in zip(blocks, chosen, strict=True)]
+    )
+    mesh = np.concatenate([b.mesh[w] for b, w in zip(blocks, chosen, strict=True)])
+    if len(values) == 0:
+        nothing = float('nan')
+        return PatchGap(nothing, nothing, nothing, nothing, 0)
+    return PatchGap(
+        rms=float(np.sqrt(np.mean(values**2))),
+        median=float(np.median(np.abs(values))),
+        floor=float(np.sqrt(np.mean(noise))),
+        mesh=float(np.sqrt(np.mean(mesh**2))),
+        count=len(values),
+    )

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Diagnose from recordings and write the verdict."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from diffcal_ros import __version__
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.diagnosis.acceptance import VERDICT_FILE
+from diffcal_ros.diagnosis.diagnose import Course, diagnose, DiagnosisSettings
+from diffcal_ros.diagnosis.verdict import save_verdict
+from diffcal_ros.offline.calibrate_recordings import describe_inputs, OfflineInputs
+
+
+def run_diagnosis(
+    inputs: OfflineInputs,
+    settings: DiagnosisSettings,
+    out: Path,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Course:
+    """Diagnose, and write `out`/verdict.json.
+
+    Args:
+        inputs: see `open_inputs`.
+        settings: choices.
+        out: folder of results.
+        tell: told what is being done.
+
+    Raises:
+        InputError: when something given is wrong, or `out` cannot be written.
+    """
+    course = diagnose(inputs.scene, inputs.observations, settings, tell=tell)
+    described = describe_inputs(inputs, CalibrationSettings(fit=settings.fit))
+    details = {
+        **course.diagnosis.details,
+        'version': __version__,
+        'scene': '' if inputs.scene.path is None else str(inputs.scene.path.resolve()),
+        'recordings': described['recordings'],
+        'margin_mm': 1e3 * settings.margin,
+        'without': list(settings.without),
+    }
+    course = replace(course, diagnosis=replace(course.diagnosis, details=details))
+    save_verdict(course.diagnosis, out / VERDICT_FILE)
+    return course

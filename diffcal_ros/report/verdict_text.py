@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A verdict in seven lines."""
+
+from diffcal_ros.diagnosis.verdict import Diagnosis, NamedEffect, Verdict
+from diffcal_ros.report.naming import shown, title
+
+_WORDS = {
+    Verdict.AGREE: 'AGREE',
+    Verdict.DISAGREE: 'DISAGREE',
+    Verdict.BELOW_MARGIN: 'SMALL',
+    Verdict.CANNOT_TELL: 'UNSURE',
+}
+_WIDTH = 10
+
+
+def verdict_lines(diagnosis: Diagnosis) -> list[str]:
+    """Write what a person should read first: one line a question."""
+    lines = [_gap_line(diagnosis)]
+    if diagnosis.effects:
+        names = ' and '.join(effect_words(effect) for effect in diagnosis.effects)
+        first = diagnosis.effects[0]
+        groups = ', '.join(dict.fromkeys(effect.group for effect in diagnosis.effects))
+        lines.append(_line('NAME', f'{names}   confidence {first.confidence:.2f}   [{groups}]'))
+    elif diagnosis.unknown_class is not None:
+        lines.append(
+            _line('NAME', f'unknown effect, most like one of the class {diagnosis.unknown_class}')
+        )
+    elif diagnosis.ambiguity_set:
+        lines.append(_line('NAME', f'one of {", ".join(diagnosis.ambiguity_set)}'))
+    if diagnosis.runner_up is not None:
+        lines.append(_line('NEXT', diagnosis.runner_up))
+    if diagnosis.ambiguity_set:
+        gap = diagnosis.gap_mm
+        words = f'held-out RMS {gap.nominal:.2f} -> {gap.added:.2f} mm'
+        if diagnosis.closure == diagnosis.closure:
+            words += f': {max(diagnosis.closure, 0.0):.0%} of the gap closed'
+        lines.append(_line('ADDED', words))
+        lines += [_line('FITTED', words) for words in _changes(diagnosis)]
+    if diagnosis.separating_recording is not None:
+        lines.append(_line('CHECK', diagnosis.separating_recording))
+    elif diagnosis.effects:
+        lines.append(_line('CHECK', '; or '.join(_settles(diagnosis.effects))))
+    lines += [_line('NOTE', note) for note in diagnosis.notes]
+    return lines
+
+
+def effect_words(effect: NamedEffect) -> str:
+    """Write an effect with its amplitudes: `added_mass 4.2 +- 0.3 g at 0.75`."""
+    parts = []
+    for name, value in effect.amplitude.items():
+        own = shown(value, effect.std_error[name], effect.unit[name]).text()
+        parts.append(own if len(effect.amplitude) == 1 else f'{name} {own}')
+    where = ''.join(f' at {value:g} of the length' for value in effect.setting.values())
+    return f'{effect.identifier} {", ".join(parts)}{where}'
+
+
+def _line(word: str, text: str) -> str:
+    return f'{word:<{_WIDTH}}{text}'
+
+
+def _gap_line(diagnosis: Diagnosis) -> str:
+    gap = diagnosis.gap_mm
+    chance = 'p < 0.001' if diagnosis.p_value < 0.001 else f'p = {diagnosis.p_value:.3f}'
+    return _line(
+        _WORDS[diagnosis.verdict],
+        f'held-out RMS {gap.nominal:.2f} mm; floor {gap.floor_sensor:.2f} mm sensor, '
+        f'{gap.floor_numerics:.2f} mm mesh ({chance}, {diagnosis.evidence}); largest '
+        f'{diagnosis.where}',
+    )
+
+
+def _changes(diagnosis: Diagnosis) -> list[str]:
+    before, after = diagnosis.parameters['before'], diagnosis.parameters['after']
+    lines = []
+    for name, old in before.items():
+        if name not in after or name.partition('.')[0] not in ('youngs_modulus', 'density'):
+            continue
+        new = after[name]
+        unit = str(old['unit'])
+        start = shown(float(old['value']), 0.0, unit)
+        end = shown(float(new['value']), float(new['std_error']), unit)
+        lines.append(f'{title(name)} {start.value:.4g} -> {end.text()}')
+    return lines
+
+
+def _settles(effects: tuple[NamedEffect, ...]) -> list[str]:
+    from diffcal_ros.scene.effects import EFFECTS
+
+    return list(dict.fromkeys(EFFECTS[effect.identifier].settles for effect in effects))

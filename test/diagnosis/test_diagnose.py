@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The whole procedure on small beams: clean data agree, hidden effects are reported."""
+
+import json
+
+from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings
+from diffcal_ros.diagnosis.verdict import save_verdict, Verdict
+from diffcal_ros.diagnosis.whitened import Part, patch_gap, whiten
+from diffcal_ros.report.verdict_text import verdict_lines
+import numpy as np
+import pytest
+from support.scenes import beam_scene, MODULUS
+from support.watched import watched
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_clean_data_from_another_mesh_agree(seed):
+    course = diagnose(beam_scene((8, 2, 2)), [watched(seed=seed)])
+    diagnosis = course.diagnosis
+    assert diagnosis.verdict is Verdict.AGREE
+    assert diagnosis.effects == ()
+    assert diagnosis.evidence == 'confirmed'
+    gap = diagnosis.gap_mm
+    assert gap.nominal < 2.0 * np.hypot(gap.floor_sensor, gap.floor_numerics)
+
+
+@pytest.fixture(scope='module')
+def biased():
+    return diagnose(beam_scene((8, 2, 2)), [watched(seed=1, bias=0.003)])
+
+
+def test_a_bias_of_depth_is_reported_with_what_would_settle_it(biased):
+    diagnosis = biased.diagnosis
+    assert diagnosis.verdict is Verdict.DISAGREE
+    # With one pose a uniform bias may as well be the camera's place.
+    assert 'depth_affine' in diagnosis.ambiguity_set
+    assert diagnosis.unknown_class is None
+    if len(diagnosis.ambiguity_set) > 1:
+        assert diagnosis.separating_recording
+    assert diagnosis.closure > 0.9
+    assert diagnosis.gap_mm.added < 0.25 * diagnosis.gap_mm.nominal
+
+
+def test_the_modulus_heals(biased):
+    parameters = biased.diagnosis.parameters
+    after = parameters['after']['youngs_modulus']
+    assert abs(after['value'] / MODULUS - 1.0) < 0.06
+
+
+def test_the_verdict_file_holds_what_others_read(biased, tmp_path):
+    save_verdict(biased.diagnosis, tmp_path / 'verdict.json')
+    verdict = json.loads((tmp_path / 'verdict.json').read_text())
+    assert verdict['verdict'] == 'disagree'
+    assert {'nominal', 'added', 'floor_sensor', 'floor_numerics'} <= set(verdict['gap_mm'])
+    assert {'before', 'after'} == set(verdict['parameters'])
+    for key in (
+        'evidence',
+        'effects',
+        'ambiguity_set',
+        'runner_up',
+        'unknown_class',
+        'separating_recording',
+        'where',
+        'closure',
+        'seconds',
+    ):
+        assert key in verdict
+
+
+def test_a_person_reads_at_most_seven_kinds_of_lines(biased):
+    lines = verdict_lines(biased.diagnosis)
+    assert lines[0].startswith('DISAGREE')
+    assert len({line.split()[0] for line in lines}) <= 7
+
+
+def test_held_out_patches_are_not_fitted(biased):
+    """Spoiling them changes what is reported, and nothing that a fit looks at."""
+    evidence, fit = biased.evidence, biased.nominal
+    blocks = evidence.blocks(fit.coordinates)
+    kept = sum(int(block.is_report.sum()) for block in blocks)
+    everything = sum(len(block.is_report) for block in blocks)
+    assert 0.15 < kept / everything < 0.4
+    reported, fitted = patch_gap(blocks, Part.REPORT).rms, whiten(blocks, Part.FIT).values
+    for block in blocks:
+        block.patches.values[block.is_report] += 1.0
+    assert patch_gap(blocks, Part.REPORT).rms > 0.9 > reported
+    np.testing.assert_array_equal(whiten(blocks, Part.FIT).values, fitted)
+
+
+def test_a_small_disagreement_is_said_to_be_small():
+    course = diagnose(beam_scene((8, 2, 2)), [watched(seed=2, bias=0.0012)])
+    wide = DiagnosisSettings(margin=0.003)
+    lenient = diagnose(beam_scene((8, 2, 2)), [watched(seed=2, bias=0.0012)], wide)
+    assert course.diagnosis.p_value < 0.003
+    assert lenient.diagnosis.verdict is Verdict.BELOW_MARGIN
+
+
+def test_one_frame_makes_the_evidence_suspected():
+    from dataclasses import replace
+
+    single = replace(watched(seed=4, bias=0.006), frame_count=1, noise=float('nan'))
+    diagnosis = diagnose(beam_scene((6, 2, 2)), [single]).diagnosis
+    assert diagnosis.evidence == 'suspected'
+    assert diagnosis.verdict is Verdict.DISAGREE
+    assert 'depth_affine' in diagnosis.ambiguity_set

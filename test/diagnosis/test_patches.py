@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Patches: means with their Jacobian, and a covariance that says how far they may be off."""
+
+from diffcal_ros.calibration.robust_residual import Residuals
+from diffcal_ros.diagnosis.noise_model import NoiseModel
+from diffcal_ros.diagnosis.patches import depth_patches, edge_patches
+from diffcal_ros.diagnosis.whitened import _tolerant
+import numpy as np
+import pytest
+
+NOISE = NoiseModel(pixel=0.00014)
+
+
+def residuals(random: np.random.Generator, count: int = 4000) -> Residuals:
+    pixels = random.integers(0, 80, size=(count, 2)).astype(np.int32)
+    return Residuals(
+        values=random.normal(scale=1e-4, size=count) + 1e-5 * pixels[:, 0],
+        weights=np.ones(count),
+        pixels=pixels,
+        places=np.arange(count, dtype=np.int32),
+        missing=0.0,
+    )
+
+
+def test_patches_are_means_over_cells(random):
+    given = residuals(random)
+    jacobian = random.normal(size=(4000, 3))
+    patches = depth_patches(given, jacobian, NOISE, 20)
+    assert len(patches.values) == 16
+    assert patches.weights.sum() == pytest.approx(4000, rel=0.01)
+    in_first = (given.pixels < 20).all(axis=1)
+    np.testing.assert_allclose(patches.values[0], given.values[in_first].mean(), atol=2e-6)
+    np.testing.assert_allclose(patches.jacobian[0], jacobian[in_first].mean(axis=0), atol=0.05)
+    np.testing.assert_allclose(patches.centers[0], given.pixels[in_first].mean(axis=0), atol=0.2)
+
+
+def test_flying_pixels_do_not_move_a_patch(random):
+    given = residuals(random)
+    clean = depth_patches(given, np.zeros((4000, 1)), NOISE, 20).values
+    given.values[::25] += 0.05
+    spoilt = depth_patches(given, np.zeros((4000, 1)), NOISE, 20).values
+    np.testing.assert_allclose(spoilt, clean, atol=3e-5)
+
+
+def test_covariance_is_that_of_errors_drawn_from_it(random):
+    """Smooth errors are shared by neighbours, pixel noise averages out."""
+    centers = np.array([[10.0, 10.0], [30.0, 10.0], [300.0, 200.0]])
+    covariance = NOISE.depth_covariance(centers, np.array([400.0, 400.0, 400.0]))
+    assert np.linalg.eigvalsh(covariance).min() > 0.0
+    assert covariance[0, 1] > 0.9 * NOISE.smooth**2
+    assert covariance[0, 2] < 1e-3 * NOISE.smooth**2
+    pixel = covariance[0, 0] - NOISE.smooth**2 - NOISE.rough**2
+    assert pixel == pytest.approx(NOISE.pixel**2 / 400.0)
+
+
+def test_outline_in_doubt_says_less(random):
+    given = residuals(random, 400)
+    sizes, sure = np.full(400, 0.0006), np.zeros(400)
+    plain = edge_patches(given, np.zeros((400, 1)), sizes, sure, NOISE, 20)
+    doubtful = edge_patches(given, np.zeros((400, 1)), sizes, sure + 2.0, NOISE, 20)
+    assert len(doubtful.values) == 0 or (
+        np.diag(doubtful.covariance).min() > 4.0 * np.diag(plain.covariance).max()
+    )
+    mixed = np.where(given.pixels[:, 0] % 2, 2.0, 0.0)
+    half = edge_patches(given, np.zeros((400, 1)), sizes, mixed, NOISE, 20)
+    assert half.weights.sum() == pytest.approx(plain.weights.sum() / 2.0, rel=0.15)
+
+
+def test_a_patch_that_is_far_off_counts_in_proportion():
+    covariance = 1e-8 * np.eye(3)
+    values = np.array([1e-4, 5e-4, 50e-4])
+    inflated = _tolerant(covariance, values)
+    counts = values**2 / np.diag(inflated)
+    np.testing.assert_allclose(counts, [1.0, 25.0, 250.0])

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Scores by projection agree with explicit least squares."""
+
+from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.evidence import make_evidence
+from diffcal_ros.diagnosis.refit import full_prior, refit
+from diffcal_ros.diagnosis.screening import _Projection, largest_cosines, screen
+from diffcal_ros.diagnosis.whitened import Part, whiten
+from diffcal_ros.scene.effects import EFFECTS
+import numpy as np
+import pytest
+from support.scenes import beam_scene
+from support.watched import watched
+
+
+@pytest.fixture(scope='module')
+def screened():
+    scene, seen = beam_scene((6, 2, 2)), watched(seed=3, tilt=0.06)
+    settings = CalibrationSettings(with_mesh_error=False)
+    calibration = Calibration(scene, [seen], settings)
+    calibration.run()
+    evidence = make_evidence(calibration.model, calibration.coordinates)
+    fit = refit(evidence, calibration.coordinates)
+    return evidence, fit, screen(evidence, fit.coordinates, candidates(scene))
+
+
+def test_projection_gives_the_chi_square_with_nuisances_fitted(random):
+    nuisances, target = random.normal(size=(30, 4)), random.normal(size=30)
+    precision = np.diag([0.0, 2.0, 0.5, 10.0]) + 1e-6 * np.eye(4)
+    project = _Projection(nuisances, precision)
+    best = np.linalg.solve(nuisances.T @ nuisances + precision, nuisances.T @ target)
+    left = target - nuisances @ best
+    expected = left @ left + best @ precision @ best
+    assert project(target) @ project(target) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_score_is_the_fall_of_chi_square_with_one_more_effect(screened):
+    """Solve nuisances and tilt together, priors included, and compare with the score's gain."""
+    evidence, fit, result = screened
+    score = next(s for s in result.scores if s.candidate.identifier == 'gravity_tilt')
+    from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
+
+    scene, nominal = evidence.model.scene, evidence.model.parameters
+    more = make_parameters(scene, ('gravity_tilt',), with_edge_bias=False)
+    both = ParameterSet((*nominal.parameters, *more.parameters))
+    start = np.concatenate([fit.coordinates, np.zeros(2)])
+    wide = evidence.of(evidence.model.with_parameters(scene, both))
+    seen = whiten(wide.blocks(start), Part.FIT)
+    _, precision = full_prior(nominal)
+    scale = EFFECTS['gravity_tilt'].component('a').scale
+    prior = np.zeros((len(start), len(start)))
+    prior[: len(nominal), : len(nominal)] = precision
+    prior[len(nominal) :, len(nominal) :] = np.eye(2) / scale**2
+
+    def least(columns: list[int]) -> float:
+        jacobian, own = seen.jacobian[:, columns], prior[np.ix_(columns, columns)]
+        best = np.linalg.solve(jacobian.T @ jacobian + own, jacobian.T @ seen.values)
+        left = seen.values - jacobian @ best
+        return float(left @ left + best @ own @ best)
+
+    few = list(range(len(nominal)))
+    fall = least(few) - least([*few, len(nominal), len(nominal) + 1])
+    assert score.plain_gain == pytest.approx(fall, rel=1e-4)
+
+
+def test_every_effect_has_a_score_and_a_likeness(screened):
+    _, _, result = screened
+    # One region in the scene: a bias of the second half of it can still be asked for.
+    assert {score.candidate.identifier for score in result.scores} == set(EFFECTS)
+    likeness = largest_cosines(result.scores)
+    assert all(0.0 <= value <= 1.0 + 1e-9 for value in likeness.values())
+
+
+def test_what_is_ruled_out_is_no_candidate():
+    scene = beam_scene(fit=('youngs_modulus', 'rigid_offset'))
+    names = {candidate.identifier for candidate in candidates(scene, ['added_mass'])}
+    assert not names & {'camera_offset', 'added_mass'}
+    again = {c.identifier for c in candidates(scene, fit=('youngs_modulus',))}
+    assert 'camera_offset' in again
