@@ -62,7 +62,9 @@ def conclude(
     """Put the verdict together."""
     choice = None if selection is None else _choose(selection, evidence.is_measured)
     added = choice.hypothesis.fit if choice is not None else nominal
-    closure = _closure(nominal, added) if choice is not None else float('nan')
+    closure = float('nan')
+    if choice is not None:
+        closure = _closure(nominal, added, evidence.is_measured)
     unknown = None
     if choice is not None and _is_unexplained(choice.hypothesis, closure, evidence.is_measured):
         unknown = _class_of(scores)
@@ -211,12 +213,12 @@ def _choose(selection: Selection, is_measured: bool) -> _Choice | None:
 
 def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, ...]]:
     """Return the effects that leave hardly more on held-out patches than the best."""
-    least = patch_gap(best.fit.blocks, Part.REPORT).rms + _HARDLY_MORE
+    least = patch_gap(best.fit.blocks, Part.REPORT).median + _HARDLY_MORE
     return {
         rival.identifiers
         for rival in rivals
         if rival.identifiers != best.identifiers
-        and patch_gap(rival.fit.blocks, Part.REPORT).rms < least
+        and patch_gap(rival.fit.blocks, Part.REPORT).median < least
     }
 
 
@@ -224,13 +226,18 @@ def _joined(identifiers: Sequence[str]) -> str:
     return ' and '.join(identifiers)
 
 
-def _closure(nominal: Refit, added: Refit) -> float:
-    """Return (nominal - added) / (nominal - floor) on the report patches."""
+def _closure(nominal: Refit, added: Refit, is_measured: bool) -> float:
+    """Return (nominal - added) / (nominal - floor) on the report patches.
+
+    Of root mean squares where the noise was measured; else of medians, which patches that show a
+    fixture in place of the body do not move.
+    """
     before, after = patch_gap(nominal.blocks, Part.REPORT), patch_gap(added.blocks, Part.REPORT)
     floor = float(np.hypot(before.floor, before.mesh))
-    if before.rms <= floor:
+    old, new = (before.rms, after.rms) if is_measured else (before.median, after.median)
+    if old <= floor:
         return float('nan')
-    return (before.rms - max(after.rms, floor)) / (before.rms - floor)
+    return (old - max(new, floor)) / (old - floor)
 
 
 def _is_unexplained(hypothesis: Hypothesis, closure: float, is_measured: bool) -> bool:
@@ -240,7 +247,7 @@ def _is_unexplained(hypothesis: Hypothesis, closure: float, is_measured: bool) -
     gap that stays open counts.
     """
     if not is_measured:
-        return closure < _LEAST_CLOSURE
+        return not closure >= _LEAST_CLOSURE
     fit = hypothesis.fit
     per_patch = fit.chi_square / max(fit.patch_count - len(fit.coordinates), 1)
     left = patch_gap(fit.blocks, Part.REPORT)

@@ -33,6 +33,7 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.ambiguity_set:
         gap = diagnosis.gap_mm
         words = f'held-out RMS {gap.nominal:.2f} -> {gap.added:.2f} mm'
+        words += f', median {gap.median_nominal:.2f} -> {gap.median_added:.2f}'
         if diagnosis.closure == diagnosis.closure:
             words += f': {max(diagnosis.closure, 0.0):.0%} of the gap closed'
         lines.append(_line('ADDED', words))
