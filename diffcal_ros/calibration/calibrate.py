@@ -35,6 +35,8 @@ Progress = Callable[[IterationRecord], bool]
 # A fit that leaves more than this, or covers less, calls for an explanation.
 _LARGE_GAP = 0.003
 _LOW_COVERAGE = 0.80
+# Of a body that is found, more is seen where it is rendered.
+_FOUND = 0.10
 _STRONG_CORRELATION = 0.95
 _LONGEST_STEPS = {
     Kind.YOUNGS_MODULUS: 0.7,
@@ -286,7 +288,7 @@ def judge(
     """Say how a fit ended."""
     if minimum.stop is Stop.INTERRUPTED:
         return Outcome.INTERRUPTED
-    if minimum.stop is Stop.STUCK or not np.isfinite(gap.median):
+    if minimum.stop is Stop.STUCK or not np.isfinite(gap.median) or gap.coverage < _FOUND:
         return Outcome.DIVERGED
     asked = {p.name for p in fitted if not p.is_nuisance}
     if asked & set(uncertainty.blind):

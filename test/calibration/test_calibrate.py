@@ -225,3 +225,11 @@ def test_a_pose_covariance_widens_the_errors(random) -> None:
     assert loose['youngs_modulus'].std_error > exact['youngs_modulus'].std_error
     assert CAMERA.fx != CAMERA.fy  # the twin is as asymmetric as it says
     assert GRAVITY[1] < 0.0
+
+
+def test_a_body_that_is_not_found_has_diverged():
+    """There is only a wall, far behind where the body is said to be."""
+    seen = observation(np.full(true_depth().shape, 1.5))
+    result = calibrate(beam_scene((6, 2, 2)), [seen])
+    assert not result.gap_end.coverage > 0.0
+    assert result.outcome is Outcome.DIVERGED
