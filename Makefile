@@ -64,6 +64,10 @@ test: lint build ## Lint, build and run every test; fails when anything failed o
 	python -c "import sys, xml.etree.ElementTree as t; n = sum(int(s.get('tests')) for s in t.parse('build/diffcal_ros/pytest.xml').iter('testsuite')); sys.exit(0 if n else 'no test ran')"; \
 	exit $${failed:-0}
 
+.PHONY: test-slow
+test-slow: $(VENV)/.test ## Run the tests that take minutes each.
+	$(BIN)/python -m pytest -m slow
+
 BLIND ?= out/blind
 .PHONY: blind
 blind: $(VENV)/.test ## Diagnose the independent generator's cases and score them (slow).

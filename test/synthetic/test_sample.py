@@ -70,6 +70,7 @@ def test_the_mesh_is_sound_and_as_the_script_makes_it(script):
     assert script.vtk_text(mesh) == (SAMPLE / 'finger.vtk').read_text()
 
 
+@pytest.mark.slow
 def test_the_script_makes_the_same_recording_again(script, tmp_path):
     """Compared as decoded: another zstd may compress otherwise."""
     script.make_sample(tmp_path / 'sample')
