@@ -7,6 +7,13 @@ from pathlib import Path
 import sys
 from typing import Any, TYPE_CHECKING
 
+from diffcal_ros.cli.recording_options import (
+    add_input_options,
+    add_recordings,
+    asked_fit,
+    open_asked,
+)
+
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import Calibration
     from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
@@ -29,32 +36,10 @@ def add_parser(subparsers: Any) -> None:
         'write DIR/result.json, DIR/report.html and DIR/fitted_scene.yaml.',
         epilog='Exit codes: 0 done; 2 bad input; 3 diverged, not converged or not identifiable.',
     )
-    parser.add_argument(
-        'bags',
-        metavar='BAG',
-        nargs='*',
-        type=Path,
-        help='rosbag2 directory or .mcap file; one for each observation of the scene, in its '
-        'order (default: the bags that the scene names)',
-    )
-    parser.add_argument('--scene', metavar='SCENE', type=Path, required=True, help='scene file')
-    parser.add_argument('--out', metavar='DIR', type=Path, required=True, help='folder of results')
-    _add_input_options(parser.add_argument_group('what is read'))
+    add_recordings(parser)
+    add_input_options(parser.add_argument_group('what is read'))
     _add_fit_options(parser.add_argument_group('how it is fitted'))
     parser.set_defaults(run=run)
-
-
-def _add_input_options(group: Any) -> None:
-    group.add_argument(
-        '--pose',
-        choices=('estimated', 'stored'),
-        default='estimated',
-        help="the camera's pose: estimated from the marker (default), or as the scene stores it",
-    )
-    group.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
-    group.add_argument(
-        '--allow-truncated', action='store_true', help='read what is left of a cut-off file'
-    )
 
 
 def _add_fit_options(group: Any) -> None:
@@ -112,23 +97,9 @@ def run(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
     """Check what was asked for before anything slow begins."""
     from diffcal_ros.calibration.settings import CalibrationSettings
-    from diffcal_ros.errors import InputError
-    from diffcal_ros.scene.fit_names import fit_problems
 
-    fit = None
-    if args.fit is not None:
-        fit = tuple(name for item in args.fit for name in item.split(',') if name)
-        regions = [region.name for region in scene.regions]
-        problems = fit_problems(fit, regions, scene.observations)
-        swallowed = [name for name in fit if Path(name).exists()]
-        if problems and swallowed:
-            raise InputError(
-                f'--fit has {swallowed[0]!r}, a path: name the recordings before the options'
-            )
-        if problems:
-            raise InputError('; '.join(f'--fit {problem}' for problem in problems))
     settings = CalibrationSettings(
-        fit=fit,
+        fit=asked_fit(args, scene),
         loss=args.loss,
         optimizer=args.optimizer,
         max_iterations=args.max_iterations,
@@ -156,16 +127,10 @@ def _fit(
     progress: 'Progress',
 ) -> tuple['Calibration', 'CalibrationResult']:
     from diffcal_ros.errors import InputError
-    from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
+    from diffcal_ros.offline.calibrate_recordings import run_calibration
 
     progress.say('reading the recordings')
-    inputs = open_inputs(
-        scene,
-        args.bags,
-        pose_source=args.pose,
-        depth_topic=args.depth_topic,
-        allow_truncated=args.allow_truncated,
-    )
+    inputs = open_asked(args, scene)
     for note in (*scene.notes, *inputs.notes):
         progress.say(f'note: {note}')
     progress.say('preparing the model (the first run on a machine compiles kernels for a minute)')

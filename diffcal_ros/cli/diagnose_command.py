@@ -3,9 +3,15 @@
 """`diffcal diagnose`: say whether simulation and measurement disagree, and what is missing."""
 
 import argparse
-from pathlib import Path
 import sys
 from typing import Any
+
+from diffcal_ros.cli.recording_options import (
+    add_input_options,
+    add_recordings,
+    asked_fit,
+    open_asked,
+)
 
 _PAGE = 'diagnosis.html'
 _UNKNOWN = 3
@@ -20,26 +26,8 @@ def add_parser(subparsers: Any) -> None:
         'lacks, and write DIR/verdict.json and DIR/diagnosis.html.',
         epilog='Exit codes: 0 a verdict was reached; 2 bad input; 3 the data cannot tell.',
     )
-    parser.add_argument(
-        'bags',
-        metavar='BAG',
-        nargs='*',
-        type=Path,
-        help='rosbag2 directory or .mcap file; one for each observation of the scene, in its '
-        'order (default: the bags that the scene names)',
-    )
-    parser.add_argument('--scene', metavar='SCENE', type=Path, required=True, help='scene file')
-    parser.add_argument('--out', metavar='DIR', type=Path, required=True, help='folder of results')
-    parser.add_argument(
-        '--pose',
-        choices=('estimated', 'stored'),
-        default='estimated',
-        help="the camera's pose: estimated from the marker (default), or as the scene stores it",
-    )
-    parser.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
-    parser.add_argument(
-        '--allow-truncated', action='store_true', help='read what is left of a cut-off file'
-    )
+    add_recordings(parser)
+    add_input_options(parser)
     parser.add_argument(
         '--fit',
         metavar='NAME',
@@ -68,7 +56,6 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Diagnose, write the results and print them; return the exit code."""
     from diffcal_ros.diagnosis.verdict import Verdict
-    from diffcal_ros.offline.calibrate_recordings import open_inputs
     from diffcal_ros.offline.diagnose_recordings import run_diagnosis
     from diffcal_ros.report.diagnosis_page import write_diagnosis_page
     from diffcal_ros.report.verdict_text import verdict_lines
@@ -77,13 +64,7 @@ def run(args: argparse.Namespace) -> int:
     scene = load_scene(args.scene)
     settings = _settings(args, scene)
     _say('reading the recordings')
-    inputs = open_inputs(
-        scene,
-        args.bags,
-        pose_source=args.pose,
-        depth_topic=args.depth_topic,
-        allow_truncated=args.allow_truncated,
-    )
+    inputs = open_asked(args, scene)
     for note in (*scene.notes, *inputs.notes):
         _say(f'note: {note}')
     course = run_diagnosis(inputs, settings, args.out, tell=_say)
@@ -99,20 +80,13 @@ def _settings(args: argparse.Namespace, scene: Any) -> Any:
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
     from diffcal_ros.errors import InputError
     from diffcal_ros.scene.effects import EFFECTS
-    from diffcal_ros.scene.fit_names import fit_problems
 
     unknown = [name for name in args.without if name not in EFFECTS]
     if unknown:
         raise InputError(f'--without has {unknown[0]!r}: the library has {", ".join(EFFECTS)}')
     if not 0.0 <= args.margin <= 100.0:
         raise InputError(f'--margin is {args.margin:g} mm: give a number from 0 to 100')
-    fit = None
-    if args.fit is not None:
-        fit = tuple(name for item in args.fit for name in item.split(',') if name)
-        regions = [region.name for region in scene.regions]
-        problems = fit_problems(fit, regions, scene.observations)
-        if problems:
-            raise InputError('; '.join(f'--fit {problem}' for problem in problems))
+    fit = asked_fit(args, scene)
     return DiagnosisSettings(margin=1e-3 * args.margin, without=tuple(args.without), fit=fit)
 
 

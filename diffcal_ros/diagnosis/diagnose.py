@@ -3,7 +3,7 @@
 """The procedure: fit, look for a disagreement, screen, refit, select, name or abstain."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration
@@ -56,6 +56,13 @@ class Course:
     disagreement: Disagreement
     selection: Selection | None
     diagnosis: Diagnosis
+
+    def described(self, **details: object) -> 'Course':
+        """Return the course with the scene, and what else is given, in its verdict's details."""
+        path = self.evidence.model.scene.path
+        scene = '' if path is None else str(path.resolve())
+        known = {**self.diagnosis.details, 'scene': scene, **details}
+        return replace(self, diagnosis=replace(self.diagnosis, details=known))
 
 
 def diagnose(

@@ -58,7 +58,7 @@ def measure_disagreement(nominal: Refit, screen: Screen, margin: float) -> Disag
     gap = patch_gap(nominal.blocks, Part.ALL)
     excess = float(np.sqrt(max(gap.rms**2 - gap.floor**2 - gap.mesh**2, 0.0)))
     p_value = _p_value(nominal, screen)
-    floor = float(np.hypot(gap.floor, gap.mesh))
+    floor = gap.whole_floor
     if gap.count < _LEAST_PATCHES or floor > margin:
         # Too little, or too noisy, to see what would matter.
         is_clear = p_value < ALPHA and excess > max(margin, _FAR_ABOVE * floor)

@@ -15,7 +15,7 @@ from diffcal_ros.diagnosis.selection import Selection
 from diffcal_ros.diagnosis.verdict import Diagnosis, GapFigures, NamedEffect, Verdict
 from diffcal_ros.diagnosis.whereabouts import where_largest
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.scene.effects import what_settles
 import numpy as np
 
 # Log evidence is that of a noise model which is a guess: it counts for so much.
@@ -71,7 +71,9 @@ def conclude(
     effects: tuple[NamedEffect, ...] = ()
     if choice is not None and unknown is None and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)
-    is_alone = choice is None or len(choice.alike) == 1
+    separating = None
+    if choice is not None and len(choice.alike) > 1:
+        separating = what_settles(choice.alike[:3])
     return Diagnosis(
         verdict=disagreement.verdict,
         evidence='confirmed' if evidence.is_measured else 'suspected',
@@ -80,7 +82,7 @@ def conclude(
         ambiguity_set=() if choice is None or unknown is not None else choice.alike,
         runner_up=None if choice is None else choice.runner_up,
         unknown_class=unknown,
-        separating_recording=None if choice is None or is_alone else _separating(choice.alike),
+        separating_recording=separating,
         where=where_largest(evidence.model, nominal),
         gap_mm=gap_figures(nominal, added),
         closure=closure,
@@ -233,7 +235,7 @@ def _closure(nominal: Refit, added: Refit, is_measured: bool) -> float:
     fixture in place of the body do not move.
     """
     before, after = patch_gap(nominal.blocks, Part.REPORT), patch_gap(added.blocks, Part.REPORT)
-    floor = float(np.hypot(before.floor, before.mesh))
+    floor = before.whole_floor
     old, new = (before.rms, after.rms) if is_measured else (before.median, after.median)
     if old <= floor:
         return float('nan')
@@ -249,9 +251,8 @@ def _is_unexplained(hypothesis: Hypothesis, closure: float, is_measured: bool) -
     if not is_measured:
         return not closure >= _LEAST_CLOSURE
     fit = hypothesis.fit
-    per_patch = fit.chi_square / max(fit.patch_count - len(fit.coordinates), 1)
     left = patch_gap(fit.blocks, Part.REPORT)
-    return per_patch > _POOR and left.rms > _FAR_ABOVE * float(np.hypot(left.floor, left.mesh))
+    return fit.chi_square_per_patch > _POOR and left.rms > _FAR_ABOVE * left.whole_floor
 
 
 def _class_of(scores: Screen) -> str:
@@ -261,11 +262,6 @@ def _class_of(scores: Screen) -> str:
         group = score.candidate.effect.group
         best[group] = max(best.get(group, -np.inf), score.log_evidence)
     return max(best, key=lambda group: best[group])
-
-
-def _separating(alike: Sequence[str]) -> str:
-    """Say what to record: what the second of the twins asks for tells it from the first."""
-    return '; or '.join(dict.fromkeys(EFFECTS[name].settles for name in alike[:3]))
 
 
 def _notes(
@@ -290,7 +286,7 @@ def _notes(
         )
     if choice is not None and unknown is None:
         left = patch_gap(choice.hypothesis.fit.blocks, Part.REPORT)
-        if left.rms > _FAR_ABOVE * float(np.hypot(left.floor, left.mesh)):
+        if left.rms > _FAR_ABOVE * left.whole_floor:
             notes.append(
                 f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing'
             )

@@ -55,6 +55,11 @@ class Refit:
     evaluations: int
     is_converged: bool
 
+    @property
+    def chi_square_per_patch(self) -> float:
+        """Chi-square per degree of freedom: 1 where noise alone is left."""
+        return self.chi_square / max(self.patch_count - len(self.coordinates), 1)
+
 
 def refit(
     evidence: Evidence,

@@ -12,7 +12,6 @@ from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Score, Screen, screen
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
 from diffcal_ros.scene.effects import EFFECTS
-import numpy as np
 
 # Effects that are refitted, by the order of their scores; twins of those come on top.
 _FIRST = 4
@@ -88,11 +87,11 @@ def select(
     singles = _finished(nominal, base, singles, tell, _front_runners(scores))
     pairs: list[Hypothesis] = []
     # Two effects fit a floor that is only a guess all too well.
-    if singles and nominal.is_measured and _is_poor(singles[0].fit):
+    if singles and nominal.is_measured and singles[0].fit.chi_square_per_patch > _POOR:
         deadline = begun + _PATIENCE
         pairs = _pairs(nominal, base, singles, scores, tell, deadline)
-    best = min([*singles, *pairs], key=lambda h: _per_patch(h.fit), default=None)
-    scale = 1.0 if best is None else max(1.0, _per_patch(best.fit))
+    best = min([*singles, *pairs], key=lambda h: h.fit.chi_square_per_patch, default=None)
+    scale = 1.0 if best is None else max(1.0, best.fit.chi_square_per_patch)
     return Selection(tuple(singles), tuple(pairs), scale)
 
 
@@ -106,7 +105,7 @@ def _finished(
     """Fit the models that may still win, or lead by their scores, to the end; best first."""
     if not brief:
         return []
-    least = min(_per_patch(h.fit) for h in brief)
+    least = min(h.fit.chi_square_per_patch for h in brief)
     leader = max(h.fit.log_evidence for h in brief)
     finished = []
     for hypothesis in brief:
@@ -132,21 +131,13 @@ def _front_runners(scores: Screen) -> frozenset[str]:
 def _closed(one: Refit, two: Refit) -> float:
     """Return the share of the excess on held-out patches that the second effect closes."""
     before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
-    floor = float(np.hypot(before.floor, before.mesh))
+    floor = before.whole_floor
     excess = before.rms - floor
     return (before.rms - max(after.rms, floor)) / excess if excess > 0.2 * floor else 0.0
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
     return hypothesis.is_at_bound, -hypothesis.fit.log_evidence
-
-
-def _per_patch(fit: Refit) -> float:
-    return fit.chi_square / max(fit.patch_count - len(fit.coordinates), 1)
-
-
-def _is_poor(fit: Refit) -> bool:
-    return _per_patch(fit) > _POOR
 
 
 def _to_refit(scores: Screen) -> list[Score]:

@@ -95,7 +95,7 @@ def residual_size(blocks: Sequence[Block], part: Part) -> float:
     """Return a robust root mean square of the residuals [m]; 0 within the noise."""
     gap = patch_gap(blocks, part)
     size = 1.4826 * gap.median
-    return size if size > _CLEAR * float(np.hypot(gap.floor, gap.mesh)) else 0.0
+    return size if size > _CLEAR * gap.whole_floor else 0.0
 
 
 def chosen_patches(block: Block, part: Part) -> NDArray[np.int64]:
@@ -122,6 +122,11 @@ class PatchGap:
     floor: float
     mesh: float
     count: int
+
+    @property
+    def whole_floor(self) -> float:
+        """What sensor and mesh together would give [m]."""
+        return float(np.hypot(self.floor, self.mesh))
 
 
 def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:

@@ -3,7 +3,7 @@
 """One diagnosis in the background, of what the last fit saw."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 import threading
 
@@ -68,16 +68,12 @@ def run_diagnosis(
 
     try:
         observations = [snapshot.observe(scene) for snapshot in snapshots]
-        course = diagnose(scene, observations, DiagnosisSettings(fit=fit), tell=tell)
-        details = {
-            **course.diagnosis.details,
-            'scene': '' if scene.path is None else str(scene.path.resolve()),
-            'recordings': [
+        course = diagnose(scene, observations, DiagnosisSettings(fit=fit), tell=tell).described(
+            recordings=[
                 {'name': s.name, 'frames': str(len(s.frames)), 'newest_ns': str(s.newest.stamp_ns)}
                 for s in snapshots
-            ],
-        }
-        course = replace(course, diagnosis=replace(course.diagnosis, details=details))
+            ]
+        )
         save_verdict(course.diagnosis, folder / VERDICT_FILE)
         from diffcal_ros.report.diagnosis_page import write_diagnosis_page
 

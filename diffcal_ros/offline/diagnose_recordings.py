@@ -3,7 +3,6 @@
 """Diagnose from recordings and write the verdict."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from diffcal_ros import __version__
@@ -34,14 +33,11 @@ def run_diagnosis(
     """
     course = diagnose(inputs.scene, inputs.observations, settings, tell=tell)
     described = describe_inputs(inputs, CalibrationSettings(fit=settings.fit))
-    details = {
-        **course.diagnosis.details,
-        'version': __version__,
-        'scene': '' if inputs.scene.path is None else str(inputs.scene.path.resolve()),
-        'recordings': described['recordings'],
-        'margin_mm': 1e3 * settings.margin,
-        'without': list(settings.without),
-    }
-    course = replace(course, diagnosis=replace(course.diagnosis, details=details))
+    course = course.described(
+        version=__version__,
+        recordings=described['recordings'],
+        margin_mm=1e3 * settings.margin,
+        without=list(settings.without),
+    )
     save_verdict(course.diagnosis, out / VERDICT_FILE)
     return course

@@ -4,6 +4,7 @@
 
 from diffcal_ros.diagnosis.verdict import Diagnosis, NamedEffect, Verdict
 from diffcal_ros.report.naming import shown, title
+from diffcal_ros.scene.effects import what_settles
 
 _WORDS = {
     Verdict.AGREE: 'AGREE',
@@ -41,7 +42,7 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.separating_recording is not None:
         lines.append(_line('CHECK', diagnosis.separating_recording))
     elif diagnosis.effects:
-        lines.append(_line('CHECK', '; or '.join(_settles(diagnosis.effects))))
+        lines.append(_line('CHECK', what_settles(e.identifier for e in diagnosis.effects)))
     lines += [_line('NOTE', note) for note in diagnosis.notes]
     return lines
 
@@ -83,9 +84,3 @@ def _changes(diagnosis: Diagnosis) -> list[str]:
         end = shown(float(new['value']), float(new['std_error']), unit)
         lines.append(f'{title(name)} {start.value:.4g} -> {end.text()}')
     return lines
-
-
-def _settles(effects: tuple[NamedEffect, ...]) -> list[str]:
-    from diffcal_ros.scene.effects import EFFECTS
-
-    return list(dict.fromkeys(EFFECTS[effect.identifier].settles for effect in effects))

@@ -7,6 +7,7 @@ zero. A mode that goes with a place along the body has that place as a setting, 
 amplitude.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -187,3 +188,8 @@ FIT_NAME_OF = {'camera_offset': 'rigid_offset'}
 def amplitude_name(identifier: str, component: str) -> str:
     """Return the name of an amplitude among the parameters of a fit."""
     return f'{FIT_NAME_OF.get(identifier, identifier)}.{component}'
+
+
+def what_settles(identifiers: Iterable[str]) -> str:
+    """Say what to record or measure to tell effects from their twins."""
+    return '; or '.join(dict.fromkeys(EFFECTS[name].settles for name in identifiers))

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What every command that reads recordings takes: which, how, and what is fitted."""
+
+import argparse
+from pathlib import Path
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from diffcal_ros.offline.calibrate_recordings import OfflineInputs
+    from diffcal_ros.scene.model import Scene
+
+
+def add_recordings(parser: Any) -> None:
+    """Add the recordings, the scene and the folder of results."""
+    parser.add_argument(
+        'bags',
+        metavar='BAG',
+        nargs='*',
+        type=Path,
+        help='rosbag2 directory or .mcap file; one for each observation of the scene, in its '
+        'order (default: the bags that the scene names)',
+    )
+    parser.add_argument('--scene', metavar='SCENE', type=Path, required=True, help='scene file')
+    parser.add_argument('--out', metavar='DIR', type=Path, required=True, help='folder of results')
+
+
+def add_input_options(group: Any) -> None:
+    """Add how recordings are read."""
+    group.add_argument(
+        '--pose',
+        choices=('estimated', 'stored'),
+        default='estimated',
+        help="the camera's pose: estimated from the marker (default), or as the scene stores it",
+    )
+    group.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
+    group.add_argument(
+        '--allow-truncated', action='store_true', help='read what is left of a cut-off file'
+    )
+
+
+def open_asked(args: argparse.Namespace, scene: 'Scene') -> 'OfflineInputs':
+    """Open the recordings that were asked for.
+
+    Raises:
+        InputError: when one of them, or its pose, cannot be used.
+    """
+    from diffcal_ros.offline.calibrate_recordings import open_inputs
+
+    return open_inputs(
+        scene,
+        args.bags,
+        pose_source=args.pose,
+        depth_topic=args.depth_topic,
+        allow_truncated=args.allow_truncated,
+    )
+
+
+def asked_fit(args: argparse.Namespace, scene: 'Scene') -> tuple[str, ...] | None:
+    """Return the names after --fit, checked; None where it was not given.
+
+    Raises:
+        InputError: when they cannot be fitted.
+    """
+    from diffcal_ros.errors import InputError
+    from diffcal_ros.scene.fit_names import fit_problems
+
+    if args.fit is None:
+        return None
+    fit = tuple(name for item in args.fit for name in item.split(',') if name)
+    regions = [region.name for region in scene.regions]
+    problems = fit_problems(fit, regions, scene.observations)
+    swallowed = [name for name in fit if Path(name).exists()]
+    if problems and swallowed:
+        raise InputError(
+            f'--fit has {swallowed[0]!r}, a path: name the recordings before the options'
+        )
+    if problems:
+        raise InputError('; '.join(f'--fit {problem}' for problem in problems))
+    return fit
