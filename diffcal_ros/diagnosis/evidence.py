@@ -112,6 +112,20 @@ class Evidence:
         )
         return found.coordinates
 
+    def residual_images(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Return measured depth less what the sensor would read [m], shape (H, W) each.
+
+        NaN where either is missing.
+        """
+        compared = self._objective.comparisons(coordinates)
+        images = []
+        for number, view in enumerate(self.model.views(coordinates)):
+            camera = self.model.observations[number].camera
+            image = np.full((camera.height, camera.width), np.nan)
+            image[view.trace.rows, view.trace.columns] = compared[number].difference
+            images.append(image)
+        return images
+
     def blocks(self, coordinates: FloatArray, extra: Changes | None = None) -> list[Block]:
         """Compare and average.
 

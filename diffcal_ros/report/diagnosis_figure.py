@@ -4,9 +4,7 @@
 
 from typing import Any
 
-from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.diagnosis.diagnose import Course
-from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen
 from diffcal_ros.report.figure_png import new_figure
 import numpy as np
@@ -25,16 +23,17 @@ _SHOWN_SCORES = 12
 def residual_figure(course: Course) -> Any:
     """Draw each view: measured depth, nominal residual, residual with what was added."""
     model = course.evidence.model
-    nominal = _residuals(model, course.nominal)
+    nominal = course.evidence.residual_images(course.nominal.coordinates)
     best = course.selection.best if course.selection is not None else None
-    added = nominal if best is None else _residuals(best.evidence.model, best.fit)
+    added = nominal
+    if best is not None:
+        added = best.evidence.residual_images(best.fit.coordinates)
     limit = _limit(nominal)
     count = len(model.observations)
     figure = new_figure(_WIDTH, _ROW_HEIGHT * count + 0.6)
     axes = figure.subplots(count, 3, squeeze=False)
     heads = ('measured', 'left by the model as it was', 'left with what was added')
-    for row, observation in zip(axes, model.observations, strict=True):
-        number = model.observations.index(observation)
+    for number, (row, observation) in enumerate(zip(axes, model.observations, strict=True)):
         window = _window(nominal[number])
         seen = np.where(np.isfinite(nominal[number]), observation.depth.astype(np.float64), np.nan)
         depth = row[0].imshow(1e3 * seen[window], cmap='viridis_r', interpolation='nearest')
@@ -71,17 +70,6 @@ def score_figure(screen: Screen) -> Any:
     panel.set_xlabel('fall of chi-square that it could explain; line: what chance does not give')
     panel.spines[['top', 'right']].set_visible(False)
     return figure
-
-
-def _residuals(model: ForwardModel, fit: Refit) -> list[FloatArray]:
-    """Return observed less modelled depth of each view [m], shape (H, W), NaN elsewhere."""
-    sensor = model.sensor(fit.coordinates)
-    found = []
-    for observation, view in zip(model.observations, model.views(fit.coordinates), strict=True):
-        rendered = view.trace.full_depth()
-        modelled = (1.0 + sensor.scale) * rendered + sensor.bias
-        found.append(observation.depth.astype(np.float64) - modelled)
-    return found
 
 
 def _limit(residuals: list[FloatArray]) -> float:

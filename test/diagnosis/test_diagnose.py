@@ -74,6 +74,15 @@ def test_a_person_reads_at_most_seven_kinds_of_lines(biased):
     assert len({line.split()[0] for line in lines}) <= 7
 
 
+def test_residual_images_are_read_as_the_sensor_reads(biased):
+    """The bias stands in the nominal picture, and is gone from that of the model with it."""
+    before = biased.evidence.residual_images(biased.nominal.coordinates)[0]
+    best = biased.selection.best
+    after = best.evidence.residual_images(best.fit.coordinates)[0]
+    assert before.shape == biased.evidence.model.observations[0].depth.shape
+    assert np.nanmedian(np.abs(after)) < 0.25 * np.nanmedian(np.abs(before))
+
+
 def test_held_out_patches_are_not_fitted(biased):
     """Spoiling them changes what is reported, and nothing that a fit looks at."""
     evidence, fit = biased.evidence, biased.nominal
