@@ -102,7 +102,7 @@ def test_per_tetrahedron_gradient_sums_to_the_scalar_one(loss: _SmoothLoss) -> N
     value, gradient = loss.gradient(start)
     view = loss._views(start)[0]
     by_points = view.area.pull_back(loss._by_image(view.difference, value))
-    by_world = by_points @ model._camera_from_world_rotation(0, start)
+    by_world = by_points @ model.cameras.rotation(0, start)
     static = model.body(model.observations[0]).gradient(by_world)
     modulus = model.material(start).youngs_modulus
     assert float(static.youngs_modulus @ modulus) == pytest.approx(gradient[0], rel=1e-9)

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From parameters to what the simulated body takes: material, gravity, and their changes."""
+
+from diffcal_ros.calibration.effect_model import EffectModel
+from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet, TILT_AXES
+from diffcal_ros.fem.static_body import Change
+from diffcal_ros.material import Material
+from diffcal_ros.rigid_motion import tilt_axes
+from diffcal_ros.rigid_transform import rotation_matrix
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_MATERIAL = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY)
+
+
+class BodyInputs:
+    """What the parameters of a fit mean for the body."""
+
+    def __init__(self, scene: Scene, parameters: ParameterSet, effects: EffectModel) -> None:
+        self._scene = scene
+        self._parameters = parameters
+        self._effects = effects
+
+    def material(self, coordinates: FloatArray) -> Material:
+        """Return the material of every tetrahedron."""
+        scene = self._scene
+        columns = {kind: np.empty(scene.mesh.tet_count) for kind in _MATERIAL}
+        for kind, column in columns.items():
+            for region in scene.regions:
+                column[region.tets] = getattr(region, kind.value).start
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.kind in columns:
+                tets = scene.regions[parameter.target].tets
+                columns[parameter.kind][tets] = parameter.value(coordinate)
+        contrast = self._effects.log_modulus(self._effects.amplitudes(coordinates))
+        if contrast is not None:
+            columns[Kind.YOUNGS_MODULUS] *= np.exp(contrast)
+        return Material(
+            youngs_modulus=columns[Kind.YOUNGS_MODULUS],
+            poissons_ratio=columns[Kind.POISSONS_RATIO],
+            density=columns[Kind.DENSITY],
+            convention=scene.convention,
+        )
+
+    def gravity(self, setup_index: int, coordinates: FloatArray) -> FloatArray:
+        """Return gravity in the world frame of one posture [m/s^2], shape (3,)."""
+        stated = self._scene.observations[setup_index].gravity
+        known = self._scene.effects.get('gravity_tilt', {})
+        angles = np.array([known.get(axis, 0.0) for axis in TILT_AXES])
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.kind is Kind.GRAVITY_TILT:
+                angles[parameter.target] = coordinate
+        return rotation_matrix(angles @ np.stack(tilt_axes(stated))) @ stated
+
+    def change(
+        self, place: int, setup_index: int, rest_nodes: FloatArray, coordinates: FloatArray
+    ) -> Change | None:
+        """Return how a parameter acts on the body in one posture, or None where it does not.
+
+        Args:
+            place: of the parameter.
+            setup_index: of the posture.
+            rest_nodes: nodes at rest in the world frame [m], shape (N, 3).
+            coordinates: shape (k,).
+        """
+        parameter: Parameter = self._parameters.parameters[place]
+        if parameter.kind is Kind.EFFECT:
+            return self._effect_change(parameter, setup_index, rest_nodes, coordinates)
+        if parameter.kind is Kind.GRAVITY_TILT:
+            # To first order in the tilt, which is a few degrees.
+            axis = tilt_axes(self._scene.observations[setup_index].gravity)[parameter.target]
+            return Change(gravity=np.cross(axis, self.gravity(setup_index, coordinates)))
+        if parameter.kind not in _MATERIAL:
+            return None
+        column = np.zeros(self._scene.mesh.tet_count)
+        tets = self._scene.regions[parameter.target].tets
+        column[tets] = 1.0
+        if parameter.kind is Kind.YOUNGS_MODULUS:
+            return Change(youngs_modulus=column * self.material(coordinates).youngs_modulus)
+        if parameter.kind is Kind.DENSITY:
+            return Change(density=column * parameter.value(coordinates[place]))
+        return Change(poissons_ratio=column)
+
+    def _effect_change(
+        self,
+        parameter: Parameter,
+        setup_index: int,
+        rest_nodes: FloatArray,
+        coordinates: FloatArray,
+    ) -> Change | None:
+        mode = self._effects.modulus_mode(parameter)
+        if mode is not None:
+            return Change(youngs_modulus=mode * self.material(coordinates).youngs_modulus)
+        amplitudes = self._effects.amplitudes(coordinates)
+        change = self._effects.change(parameter, setup_index, rest_nodes, amplitudes)
+        return None if change is None else Change(conditions=change)
