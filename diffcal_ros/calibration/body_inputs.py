@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.effect_model import EffectModel
 from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet, TILT_AXES
-from diffcal_ros.fem.static_body import Change
+from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import rotation_matrix

@@ -12,7 +12,8 @@ from diffcal_ros.calibration.objective import RobustObjective, Scales
 from diffcal_ros.calibration.robust_residual import make_comparers, Reach, ViewComparer
 from diffcal_ros.diagnosis.noise_model import noise_of
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
-from diffcal_ros.fem.static_body import Change, StaticBody
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.static_body import StaticBody
 import numpy as np
 from numpy.typing import NDArray
 

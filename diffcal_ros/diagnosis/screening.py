@@ -16,7 +16,8 @@ from diffcal_ros.diagnosis.evidence import Block, Changes, Evidence
 from diffcal_ros.diagnosis.refit import full_prior
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten
 from diffcal_ros.fem.applied_conditions import ConditionsChange
-from diffcal_ros.fem.static_body import Change, StaticBody
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray

@@ -3,18 +3,18 @@
 """A clamped body at rest: equilibrium under gravity, its tangents and its adjoint."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from types import ModuleType
 
 from diffcal_ros.fem import stable_neo_hookean
-from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
+from diffcal_ros.fem.applied_conditions import AppliedConditions
 from diffcal_ros.fem.body_axes import body_axes
 from diffcal_ros.fem.clamp import Clamp
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
-from diffcal_ros.material import Material, NeoHookeanNumbers
+from diffcal_ros.fem.force_changes import Change, ForceChanges, gravity_loads, StaticGradient
+from diffcal_ros.material import Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -28,52 +28,6 @@ _SMALLEST_FRACTION = 0.002
 # A clamp that gives way has come to rest when its turn changes by less [rad].
 _YIELD_TOLERANCE = 1e-8
 _MAX_YIELDS = 60
-
-
-@dataclass(frozen=True)
-class Change:
-    """A direction in the space of parameters; parts left out do not change.
-
-    Attributes:
-        youngs_modulus: [Pa] per unit of the parameter, shape (T,).
-        poissons_ratio: shape (T,).
-        density: [kg/m^3], shape (T,).
-        gravity: [m/s^2], shape (3,).
-        conditions: of effects.
-    """
-
-    youngs_modulus: FloatArray | None = None
-    poissons_ratio: FloatArray | None = None
-    density: FloatArray | None = None
-    gravity: FloatArray | None = None
-    conditions: ConditionsChange | None = None
-
-
-@dataclass(frozen=True)
-class StaticGradient:
-    """Derivative of a scalar by every input of the equilibrium.
-
-    Attributes:
-        youngs_modulus: by each tetrahedron's own E [1/Pa], shape (T,).
-        poissons_ratio: shape (T,).
-        density: [m^3/kg], shape (T,).
-        gravity: [s^2/m], shape (3,).
-    """
-
-    youngs_modulus: FloatArray
-    poissons_ratio: FloatArray
-    density: FloatArray
-    gravity: FloatArray
-
-    def along(self, change: Change) -> float:
-        """Return the derivative along a change of the inputs."""
-        pairs = (
-            (self.youngs_modulus, change.youngs_modulus),
-            (self.poissons_ratio, change.poissons_ratio),
-            (self.density, change.density),
-            (self.gravity, change.gravity),
-        )
-        return sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
 
 
 class StaticBody:
@@ -111,6 +65,7 @@ class StaticBody:
         self.solver = EquilibriumSolver(self.elastic, self.held_nodes, solver=solver)
         self.axes = body_axes(self.discretisation.rest_nodes, self.held_nodes)
         self._conditions = AppliedConditions(mesh, self.solver)
+        self._forces = ForceChanges(self.elastic, self._conditions, self.axes)
         self._clamp = Clamp(self.discretisation.rest_nodes[self.held_nodes])
         self._clamp_was_moved = False
         self._held_path: HeldPath | None = None
@@ -223,18 +178,15 @@ class StaticBody:
 
     def gravity_loads(self, density: FloatArray, gravity: FloatArray) -> FloatArray:
         """Return nodal weights [N], shape (N, 3)."""
-        shares = self.discretisation.load_shares * density[:, None]
-        masses = np.bincount(
-            self.discretisation.nodes.ravel(),
-            weights=shares.ravel(),
-            minlength=self.discretisation.node_count,
-        )
-        return masses[:, None] * gravity
+        return gravity_loads(self.discretisation, density, gravity)
 
     def tangents(self, changes: Sequence[Change]) -> FloatArray:
         """Return the displacement per unit of each change [m], shape (k, N, 3)."""
         positions = self.state.positions
-        explicit = np.stack([self._force_change(positions, change) for change in changes])
+        material, gravity = self._current_material(), self._gravity
+        explicit = np.stack(
+            [self._forces.along(positions, change, material, gravity) for change in changes]
+        )
         forces, held = explicit.copy(), np.zeros_like(explicit)
         for number, change in enumerate(changes):
             motion = self._held_change(change)
@@ -258,19 +210,9 @@ class StaticBody:
         Args:
             by_positions: derivative of a scalar by node positions [1/m], shape (N, 3).
         """
-        material = self._current_material()
         positions = self.state.positions
         adjoint = self.solver.linear_solve(positions, by_positions[None])[0]
-        by_numbers = self.elastic.number_gradient(positions, adjoint)
-        nodes, shares = self.discretisation.nodes, self.discretisation.load_shares
-        # Work of a unit acceleration on each tetrahedron's mass, along the adjoint.
-        volume_adjoint = np.einsum('ta,tai->ti', shares, adjoint[nodes])
-        return StaticGradient(
-            youngs_modulus=-_chain(by_numbers, material.numbers_by_youngs_modulus()),
-            poissons_ratio=-_chain(by_numbers, material.numbers_by_poissons_ratio()),
-            density=volume_adjoint @ self._gravity,
-            gravity=material.density @ volume_adjoint,
-        )
+        return self._forces.pull_back(positions, adjoint, self._current_material(), self._gravity)
 
     def _current_material(self) -> Material:
         if self._material is None:
@@ -320,31 +262,6 @@ class StaticBody:
             moved = (self.solver.force_tangent(positions, field) - force)[held]
             changes.append(-np.cross(arms, moved) - np.cross(field[held], reactions))
         return np.stack(changes).sum(axis=1)
-
-    def _force_change(self, positions: FloatArray, change: Change) -> FloatArray:
-        """Return the change of the force on each node [N], shape (N, 3)."""
-        material = self._current_material()
-        force = np.zeros_like(positions)
-        if change.youngs_modulus is not None:
-            numbers = _scaled(material.numbers_by_youngs_modulus(), change.youngs_modulus)
-            force -= self.elastic.force_of_numbers(positions, numbers)
-            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
-        if change.poissons_ratio is not None:
-            numbers = _scaled(material.numbers_by_poissons_ratio(), change.poissons_ratio)
-            force -= self.elastic.force_of_numbers(positions, numbers)
-            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
-        if change.density is not None:
-            force += self.gravity_loads(change.density, self._gravity)
-        if change.gravity is not None:
-            force += self.gravity_loads(material.density, change.gravity)
-            added = self._conditions.now.added_masses
-            if added is not None:
-                force += added[:, None] * change.gravity
-        if change.conditions is not None:
-            force += self._conditions.force_change(
-                positions, change.conditions, self.axes, self._gravity
-            )
-        return force
 
     def _from_last(
         self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
@@ -399,14 +316,3 @@ class StaticBody:
         everywhere[self.held_vertices] = vertex_positions
         parents = self.discretisation.node_parents[self.held_nodes]
         return everywhere[parents].mean(axis=1)
-
-
-def _scaled(numbers: NeoHookeanNumbers, factor: FloatArray) -> NeoHookeanNumbers:
-    return NeoHookeanNumbers(numbers.neo_hookean_mu * factor, numbers.neo_hookean_lambda * factor)
-
-
-def _chain(by_numbers: NeoHookeanNumbers, numbers_by: NeoHookeanNumbers) -> FloatArray:
-    return (
-        by_numbers.neo_hookean_mu * numbers_by.neo_hookean_mu
-        + by_numbers.neo_hookean_lambda * numbers_by.neo_hookean_lambda
-    )

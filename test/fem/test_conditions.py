@@ -8,8 +8,9 @@ from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.body_axes import body_axes
 from diffcal_ros.fem.conditions import Conditions, Plane
 from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.rest_shape import bent
-from diffcal_ros.fem.static_body import Change, StaticBody
+from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
 import numpy as np
 import pytest

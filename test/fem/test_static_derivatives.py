@@ -3,7 +3,7 @@
 """Tangents and adjoint of the equilibrium against differences, and against each other."""
 
 from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.static_body import Change
+from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.material import Material
 import numpy as np
 import pytest

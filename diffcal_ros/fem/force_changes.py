@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How the forces on a body at given positions follow its material, its weight and effects."""
+
+from dataclasses import dataclass
+
+from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
+from diffcal_ros.fem.body_axes import BodyAxes
+from diffcal_ros.fem.elastic_body import ElasticBody
+from diffcal_ros.fem.element import Discretisation
+from diffcal_ros.material import Material, NeoHookeanNumbers
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Change:
+    """A direction in the space of parameters; parts left out do not change.
+
+    Attributes:
+        youngs_modulus: [Pa] per unit of the parameter, shape (T,).
+        poissons_ratio: shape (T,).
+        density: [kg/m^3], shape (T,).
+        gravity: [m/s^2], shape (3,).
+        conditions: of effects.
+    """
+
+    youngs_modulus: FloatArray | None = None
+    poissons_ratio: FloatArray | None = None
+    density: FloatArray | None = None
+    gravity: FloatArray | None = None
+    conditions: ConditionsChange | None = None
+
+
+@dataclass(frozen=True)
+class StaticGradient:
+    """Derivative of a scalar by every input of the equilibrium.
+
+    Attributes:
+        youngs_modulus: by each tetrahedron's own E [1/Pa], shape (T,).
+        poissons_ratio: shape (T,).
+        density: [m^3/kg], shape (T,).
+        gravity: [s^2/m], shape (3,).
+    """
+
+    youngs_modulus: FloatArray
+    poissons_ratio: FloatArray
+    density: FloatArray
+    gravity: FloatArray
+
+    def along(self, change: Change) -> float:
+        """Return the derivative along a change of the inputs."""
+        pairs = (
+            (self.youngs_modulus, change.youngs_modulus),
+            (self.poissons_ratio, change.poissons_ratio),
+            (self.density, change.density),
+            (self.gravity, change.gravity),
+        )
+        return sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
+
+
+def gravity_loads(
+    discretisation: Discretisation, density: FloatArray, gravity: FloatArray
+) -> FloatArray:
+    """Return nodal weights [N], shape (N, 3), of a density per tetrahedron [kg/m^3]."""
+    shares = discretisation.load_shares * density[:, None]
+    masses = np.bincount(
+        discretisation.nodes.ravel(),
+        weights=shares.ravel(),
+        minlength=discretisation.node_count,
+    )
+    return masses[:, None] * gravity
+
+
+class ForceChanges:
+    """Derivatives of loads less internal forces at fixed positions."""
+
+    def __init__(
+        self, elastic: ElasticBody, conditions: AppliedConditions, axes: BodyAxes
+    ) -> None:
+        self._elastic = elastic
+        self._conditions = conditions
+        self._axes = axes
+
+    def along(
+        self, positions: FloatArray, change: Change, material: Material, gravity: FloatArray
+    ) -> FloatArray:
+        """Return the change of the force on each node [N], shape (N, 3)."""
+        force = np.zeros_like(positions)
+        if change.youngs_modulus is not None:
+            numbers = _scaled(material.numbers_by_youngs_modulus(), change.youngs_modulus)
+            force -= self._elastic.force_of_numbers(positions, numbers)
+            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
+        if change.poissons_ratio is not None:
+            numbers = _scaled(material.numbers_by_poissons_ratio(), change.poissons_ratio)
+            force -= self._elastic.force_of_numbers(positions, numbers)
+            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
+        if change.density is not None:
+            force += gravity_loads(self._elastic.discretisation, change.density, gravity)
+        if change.gravity is not None:
+            force += gravity_loads(self._elastic.discretisation, material.density, change.gravity)
+            added = self._conditions.now.added_masses
+            if added is not None:
+                force += added[:, None] * change.gravity
+        if change.conditions is not None:
+            force += self._conditions.force_change(
+                positions, change.conditions, self._axes, gravity
+            )
+        return force
+
+    def pull_back(
+        self,
+        positions: FloatArray,
+        adjoint: FloatArray,
+        material: Material,
+        gravity: FloatArray,
+    ) -> StaticGradient:
+        """Return adjoint . d (loads less forces) by every input; effects stay as they are.
+
+        Args:
+            positions: node positions [m], shape (N, 3).
+            adjoint: weight of each node's force, shape (N, 3).
+            material: one value per tetrahedron.
+            gravity: [m/s^2], shape (3,).
+        """
+        by_numbers = self._elastic.number_gradient(positions, adjoint)
+        discretisation = self._elastic.discretisation
+        nodes, shares = discretisation.nodes, discretisation.load_shares
+        # Work of a unit acceleration on each tetrahedron's mass, along the adjoint.
+        volume_adjoint = np.einsum('ta,tai->ti', shares, adjoint[nodes])
+        return StaticGradient(
+            youngs_modulus=-_chain(by_numbers, material.numbers_by_youngs_modulus()),
+            poissons_ratio=-_chain(by_numbers, material.numbers_by_poissons_ratio()),
+            density=volume_adjoint @ gravity,
+            gravity=material.density @ volume_adjoint,
+        )
+
+
+def _scaled(numbers: NeoHookeanNumbers, factor: FloatArray) -> NeoHookeanNumbers:
+    return NeoHookeanNumbers(numbers.neo_hookean_mu * factor, numbers.neo_hookean_lambda * factor)
+
+
+def _chain(by_numbers: NeoHookeanNumbers, numbers_by: NeoHookeanNumbers) -> FloatArray:
+    return (
+        by_numbers.neo_hookean_mu * numbers_by.neo_hookean_mu
+        + by_numbers.neo_hookean_lambda * numbers_by.neo_hookean_lambda
+    )
