@@ -11,6 +11,23 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class LameShares:
+    """How the two constants of an energy law follow from Lame's numbers.
+
+    The first is `mu` times Lame's mu, the second is Lame's lambda and `added` times mu, such that
+    a small stretch of the law measures E and nu.
+    """
+
+    mu: float
+    added: float
+
+
+PLAIN_SHARES = LameShares(1.0, 0.0)
+# Smith et al. 2018, section 3.4.
+NEO_HOOKEAN_SHARES = LameShares(4.0 / 3.0, 5.0 / 6.0)
+
+
 class LameConvention(str, Enum):
     """How Young's modulus enters the stable neo-Hookean energy.
 
@@ -38,7 +55,7 @@ def lame_lambda(youngs_modulus: FloatArray, poissons_ratio: FloatArray) -> Float
 
 @dataclass(frozen=True)
 class NeoHookeanNumbers:
-    """Constants of the stable neo-Hookean energy, one per tetrahedron.
+    """Constants of the stable neo-Hookean energy, or of another law, one per tetrahedron.
 
     Attributes:
         neo_hookean_mu: [Pa], shape (T,).
@@ -58,12 +75,14 @@ class Material:
         poissons_ratio: shape (T,).
         density: [kg/m^3], shape (T,).
         convention: how E and nu enter the energy.
+        shares: of the energy law that the body has.
     """
 
     youngs_modulus: FloatArray
     poissons_ratio: FloatArray
     density: FloatArray
     convention: LameConvention = LameConvention.CONSISTENT
+    shares: LameShares = NEO_HOOKEAN_SHARES
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.youngs_modulus).all() and (self.youngs_modulus > 0).all()):
@@ -82,9 +101,7 @@ class Material:
         """Return the energy's constants."""
         mu = lame_mu(self.youngs_modulus, self.poissons_ratio)
         lam = lame_lambda(self.youngs_modulus, self.poissons_ratio)
-        if self.convention is LameConvention.PAPER:
-            return NeoHookeanNumbers(mu, lam)
-        return NeoHookeanNumbers(4.0 / 3.0 * mu, lam + 5.0 / 6.0 * mu)
+        return self._shared(mu, lam)
 
     def numbers_by_youngs_modulus(self) -> NeoHookeanNumbers:
         """Return the derivative of the constants by each tetrahedron's own E [-], shape (T,)."""
@@ -99,6 +116,21 @@ class Material:
         modulus, nu = self.youngs_modulus, self.poissons_ratio
         mu = -modulus / (2.0 * (1.0 + nu) ** 2)
         lam = modulus * (1.0 + 2.0 * nu**2) / ((1.0 + nu) * (1.0 - 2.0 * nu)) ** 2
-        if self.convention is LameConvention.PAPER:
-            return NeoHookeanNumbers(mu, lam)
-        return NeoHookeanNumbers(4.0 / 3.0 * mu, lam + 5.0 / 6.0 * mu)
+        return self._shared(mu, lam)
+
+    def require_shares(self, shares: LameShares) -> None:
+        """Refuse a material that was made for another law than a body has.
+
+        Raises:
+            ValueError: when it was.
+        """
+        if self.shares != shares:
+            raise ValueError(
+                f"the material's constants are made for a law with {self.shares}, the body's law "
+                f'has {shares}: give the material the SHARES of its law'
+            )
+
+    def _shared(self, mu: FloatArray, lam: FloatArray) -> NeoHookeanNumbers:
+        plain = self.convention is LameConvention.PAPER
+        shares = PLAIN_SHARES if plain else self.shares
+        return NeoHookeanNumbers(shares.mu * mu, lam + shares.added * mu)

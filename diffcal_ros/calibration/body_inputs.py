@@ -5,6 +5,7 @@
 from diffcal_ros.calibration.effect_model import EffectModel
 from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet, TILT_AXES
 from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.laws import find_law
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import rotation_matrix
@@ -44,6 +45,7 @@ class BodyInputs:
             poissons_ratio=columns[Kind.POISSONS_RATIO],
             density=columns[Kind.DENSITY],
             convention=scene.convention,
+            shares=find_law(scene.law).SHARES,
         )
 
     def gravity(self, setup_index: int, coordinates: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 """A body and the way its clamp goes, in one observation of a scene."""
 
 from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
 from diffcal_ros.material import Material
@@ -30,6 +31,7 @@ class Posture:
             TetMesh(rest, scene.mesh.tets),
             scene.element,
             held_targets(setup, rest).vertices,
+            law=find_law(scene.law),
             solver=solver,
             device=device,
         )

@@ -24,6 +24,7 @@ def describe_fit(scene: Scene, settings: CalibrationSettings) -> dict[str, objec
             'sha256': _sha256(scene.path),
             'mesh_sha256': _sha256(_mesh_path(scene)),
             'element': scene.element.value,
+            'law': scene.law,
             'lame_convention': scene.convention.value,
             'tet_count': scene.mesh.tet_count,
         },

@@ -51,6 +51,11 @@ def _add_fit_options(group: Any) -> None:
         help="parameters to fit, such as youngs_modulus or rigid_offset (default: the scene's)",
     )
     group.add_argument(
+        '--law',
+        metavar='LAW',
+        help="energy law, one of those in config/example_scene.yaml (default: the scene's)",
+    )
+    group.add_argument(
         '--loss',
         choices=('robust', 'paper', 'l1'),
         default='robust',
@@ -80,9 +85,12 @@ def _add_fit_options(group: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Fit, write the results and print them; return the exit code."""
     from diffcal_ros.cli.progress import Progress
+    from diffcal_ros.scene.law_choice import with_law
     from diffcal_ros.scene.load import load_scene
 
     scene = load_scene(args.scene)
+    if args.law is not None:
+        scene = with_law(scene, args.law)
     settings = _settings(args, scene)
     progress = Progress(most_iterations=settings.max_iterations or _USUAL[settings.optimizer])
     try:

@@ -15,9 +15,9 @@ from diffcal_ros.device_array import (
     zero_floats,
     zero_points,
 )
-from diffcal_ros.fem import stable_neo_hookean
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.element_kernels import ElementKernels, make_element_kernels
+from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.fem.sparse_pattern import SparsePattern
 from diffcal_ros.launcher import Launcher
 from diffcal_ros.material import NeoHookeanNumbers

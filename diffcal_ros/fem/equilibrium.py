@@ -111,7 +111,7 @@ class EquilibriumSolver:
 
     def advance(self, positions: FloatArray, displacement: FloatArray) -> FloatArray:
         """Add a displacement [m], shape (N, 3), turning elements instead of stretching them."""
-        return self._step.advance(positions, displacement, 1.0)
+        return self._advance(positions, displacement, 1.0)
 
     def linear_solve(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
         """Solve stiffness times x = b at an equilibrium, exactly.
@@ -250,7 +250,7 @@ class EquilibriumSolver:
         rounding = 1e-12 * abs(energy)
         length = 1.0
         while True:
-            trial = self._step.advance(positions, direction, length)
+            trial = self._advance(positions, direction, length)
             trial_energy = self._potential(trial, loads)
             if trial_energy <= energy - _ARMIJO * length * slope + rounding:
                 return trial, trial_energy
@@ -260,6 +260,11 @@ class EquilibriumSolver:
                     'the line search found no lower energy: the mesh may have degenerate '
                     "tetrahedra, or the body may be too soft (raise the start of Young's modulus)"
                 )
+
+    def _advance(self, positions: FloatArray, direction: FloatArray, length: float) -> FloatArray:
+        if self.body.law.TAKES_TURNING_STEPS:
+            return self._step.advance(positions, direction, length)
+        return positions + length * direction
 
     def _potential(self, positions: FloatArray, loads: FloatArray) -> float:
         """Return elastic energy less the work of the loads [J]."""

@@ -5,7 +5,6 @@
 from collections.abc import Callable, Sequence
 from types import ModuleType
 
-from diffcal_ros.fem import stable_neo_hookean
 from diffcal_ros.fem.applied_conditions import AppliedConditions
 from diffcal_ros.fem.body_axes import body_axes
 from diffcal_ros.fem.clamp import Clamp
@@ -14,6 +13,7 @@ from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
 from diffcal_ros.fem.force_changes import Change, ForceChanges, gravity_loads, StaticGradient
+from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.material import Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -109,6 +109,7 @@ class StaticBody:
         Raises:
             EquilibriumError: when no equilibrium was found.
         """
+        material.require_shares(self.elastic.law.SHARES)
         self._material, self._gravity = material, np.asarray(gravity, dtype=np.float64)
         numbers = material.numbers()
         self.elastic.set_numbers(numbers)

@@ -13,8 +13,6 @@ import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
-NAME = 'strain_stiffening'
-
 
 @wp.struct
 class Point:

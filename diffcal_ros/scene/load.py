@@ -8,6 +8,7 @@ from pathlib import Path
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.laws import law_names, USUAL_LAW
 from diffcal_ros.material import LameConvention
 from diffcal_ros.scene.fit_names import DEFAULT_FIT, fit_problems
 from diffcal_ros.scene.held_parts import read_held
@@ -36,7 +37,6 @@ from diffcal_ros.tet_mesh import mesh_problems, TetMesh
 import numpy as np
 
 FORMAT = 1
-LAWS = ('stable_neo_hookean',)
 
 _NO_MESH = TetMesh(np.zeros((0, 3)), np.zeros((0, 4), np.int32))
 
@@ -92,12 +92,14 @@ def _read_scene(root: Section, folder: Path) -> Scene:
     blameless = () if root.problems.touch('held') else held
     observations = read_observations(root, blameless, folder, mesh)
     depth_camera = read_camera(root, 'camera', may_be_distorted=False)
+    law, convention = _read_law(root)
     return Scene(
         name='',
         mesh=_NO_MESH if mesh is None else mesh,
         element=element,
         regions=regions,
-        convention=_read_law(root),
+        convention=convention,
+        law=law,
         observations=observations,
         fit=_read_fit(root, regions, observations),
         marker=read_marker(root),
@@ -151,16 +153,18 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
     return (None if faults else read), element
 
 
-def _read_law(root: Section) -> LameConvention:
+def _read_law(root: Section) -> tuple[str, LameConvention]:
     usual = LameConvention.CONSISTENT
     section = root.child('law')
     if section is None:
-        return usual
-    section.choice('name', LAWS, default=LAWS[0])
+        return USUAL_LAW, usual
+    law = section.choice('name', law_names(), default=USUAL_LAW)
     names = tuple(convention.value for convention in LameConvention)
     convention = section.choice('lame_convention', names, default=usual.value)
     section.refuse_unknown()
-    return LameConvention(convention)
+    if convention == LameConvention.PAPER.value and law != USUAL_LAW:
+        section.wrong('lame_convention', f'it is known of {USUAL_LAW} only: leave it out')
+    return law, LameConvention(convention)
 
 
 def _read_fit(

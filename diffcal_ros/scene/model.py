@@ -12,6 +12,7 @@ from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.laws import USUAL_LAW
 from diffcal_ros.material import LameConvention
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -193,6 +194,7 @@ class Scene:
         convention: how Young's modulus enters the energy.
         observations: at least one.
         fit: names of the parameters to fit, see `calibration.parameters`.
+        law: name of the energy law, see `fem.laws`.
         marker: None when the pose comes from elsewhere.
         depth_camera: overrides camera_info when given.
         color_camera: likewise.
@@ -213,6 +215,7 @@ class Scene:
     convention: LameConvention
     observations: tuple[ObservationSetup, ...]
     fit: tuple[str, ...]
+    law: str = USUAL_LAW
     marker: Marker | None = None
     depth_camera: PinholeCamera | None = None
     color_camera: PinholeCamera | None = None

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
@@ -77,7 +78,7 @@ def start_material(scene: Scene) -> Material:
     for region in scene.regions:
         for name, column in columns.items():
             column[region.tets] = getattr(region, name).start
-    return Material(**columns, convention=scene.convention)
+    return Material(**columns, convention=scene.convention, shares=find_law(scene.law).SHARES)
 
 
 _CONSTANTS = ('youngs_modulus', 'poissons_ratio', 'density')
@@ -94,6 +95,7 @@ def pose_body(scene: Scene, setup: ObservationSetup, *, solver: str = 'auto') ->
         TetMesh(rest, scene.mesh.tets),
         scene.element,
         held_targets(setup, rest).vertices,
+        law=find_law(scene.law),
         solver=solver,
     )
     path: HeldPath | None = None

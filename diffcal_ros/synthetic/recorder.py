@@ -216,6 +216,7 @@ def _truth(
         },
         'element': scene.element.value,
         'tet_count': scene.mesh.tet_count,
+        'law': scene.law,
         'lame_convention': scene.convention.value,
         'seed': settings.seed,
         'sensor': {name: getattr(lidar, name) for name in lidar.__dataclass_fields__},

@@ -164,7 +164,7 @@ MISTAKES = {
         r"element is 'cubic': allowed: linear, quadratic",
     ),
     'edge length': ({'mesh.edge_length': 0.01}, 'edge_length is for surfaces, leave it out'),
-    'law': ({'law.name': 'hookean'}, r"law\.name is 'hookean': allowed: stable_neo_hookean"),
+    'law': ({'law.name': 'hookean'}, r"law\.name is 'hookean': allowed: stable_neo_hookean, lin"),
     'convention': ({'law.lame_convention': 'x'}, 'lame_convention is .x.: allowed: consistent'),
     'nothing held': ({'held': {}}, 'held is empty: hold at least one part'),
     'held missing': ({'held': ...}, 'held is missing: name the clamped part'),

@@ -7,19 +7,21 @@ That force is no energy's slope and depends on how the body is turned. It is her
 numbers, and shows that nothing else differs.
 """
 
-from diffcal_ros.fem.stable_neo_hookean import (
+from diffcal_ros.fem.laws.stable_neo_hookean import (
     cofactor,
     energy_density,
     point,
     stiffness_block,
     stress_tangent,
 )
+from diffcal_ros.material import PLAIN_SHARES
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
 __all__ = [
-    'NAME',
+    'SHARES',
+    'TAKES_TURNING_STEPS',
     'cofactor',
     'energy_density',
     'point',
@@ -28,7 +30,8 @@ __all__ = [
     'stress_of_numbers',
     'stress_tangent',
 ]
-NAME = 'authors_stable_neo_hookean'
+SHARES = PLAIN_SHARES
+TAKES_TURNING_STEPS = True
 
 
 @wp.func

@@ -10,11 +10,13 @@ constant, so that a body at rest has energy 0 and stays well conditioned near nu
 The energy, and with it every force, is linear in (mu, lambda).
 """
 
+from diffcal_ros.material import NEO_HOOKEAN_SHARES
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
-NAME = 'stable_neo_hookean'
+SHARES = NEO_HOOKEAN_SHARES
+TAKES_TURNING_STEPS = True
 
 
 @wp.struct
