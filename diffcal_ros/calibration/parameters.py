@@ -32,6 +32,8 @@ class Kind(str, Enum):
     YOUNGS_MODULUS = 'youngs_modulus'
     POISSONS_RATIO = 'poissons_ratio'
     DENSITY = 'density'
+    DAMPING = 'damping'
+    RELEASE_TIME = 'release_time'
     GRAVITY_TILT = 'gravity_tilt'
     RIGID_OFFSET = 'rigid_offset'
     CAMERA_POSE = 'camera_pose'
@@ -43,14 +45,17 @@ UNITS = {
     Kind.YOUNGS_MODULUS: 'Pa',
     Kind.POISSONS_RATIO: '1',
     Kind.DENSITY: 'kg/m^3',
+    Kind.DAMPING: 'Pa s',
+    Kind.RELEASE_TIME: 's',
     Kind.GRAVITY_TILT: 'rad',
     Kind.EDGE_BIAS: 'px',
 }
-_LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY)
-_PER_REGION = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY)
+_LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY, Kind.DAMPING)
+_PER_REGION = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY, Kind.DAMPING)
 FIT_NAMES = (
     *(kind.value for kind in _PER_REGION),
     'gravity_tilt',
+    'release_time',
     'rigid_offset',
     *EFFECT_NAMES,
 )
@@ -63,7 +68,7 @@ class Parameter:
     Attributes:
         name: as in results, for example `youngs_modulus.tip`.
         kind: what it acts on.
-        target: number of its region, axis or observation.
+        target: number of its region, axis, observation or posture.
         unit: SI.
         quantity: start, bounds and prior, in that unit.
         axis: second index, for poses.
@@ -214,6 +219,8 @@ def _named(scene: Scene, name: str) -> list[Parameter]:
         )
     if head == 'rigid_offset':
         return _rigid_offset(scene)
+    if head == 'release_time':
+        return _release_times(scene)
     if head == 'gravity_tilt':
         stated = scene.effects.get('gravity_tilt', {})
         return [
@@ -249,8 +256,32 @@ def _named(scene: Scene, name: str) -> list[Parameter]:
 
 
 def _quantity(region: Region, kind: Kind) -> Quantity:
-    quantity: Quantity = getattr(region, kind.value)
+    quantity: Quantity | None = getattr(region, kind.value)
+    if quantity is None:
+        raise SceneError(
+            f'cannot fit {kind.value!r}: region {region.name!r} gives none to start from'
+        )
     return quantity
+
+
+def _release_times(scene: Scene) -> list[Parameter]:
+    moving = [
+        (index, setup.name, setup.motion.release_time)
+        for index, setup in enumerate(scene.observations)
+        if setup.motion is not None
+    ]
+    if not moving:
+        raise SceneError("cannot fit 'release_time': no observation of the scene moves")
+    return [
+        Parameter(
+            'release_time' if len(moving) == 1 else f'release_time.{name}',
+            Kind.RELEASE_TIME,
+            index,
+            UNITS[Kind.RELEASE_TIME],
+            quantity,
+        )
+        for index, name, quantity in moving
+    ]
 
 
 def _rigid_offset(scene: Scene) -> list[Parameter]:

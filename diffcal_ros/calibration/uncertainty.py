@@ -27,6 +27,8 @@ _UNKNOWN = 1.0
 _NATURAL_SCALE = {
     Kind.YOUNGS_MODULUS: 1.0,  # of the logarithm: a factor e
     Kind.DENSITY: 1.0,
+    Kind.DAMPING: 1.0,
+    Kind.RELEASE_TIME: 0.1,
     Kind.POISSONS_RATIO: 0.2,
     Kind.GRAVITY_TILT: 0.5,
     Kind.EDGE_BIAS: 10.0,

@@ -21,8 +21,13 @@ _TITLES = {
     'edge_bias': 'edge bias',
 }
 _TURNS = {'rx': 'turn about x', 'ry': 'turn about y', 'rz': 'turn about z'}
-_SYMBOLS = {'youngs_modulus': 'E', 'poissons_ratio': 'nu', 'density': 'density'}
-_LOGARITHMIC = ('youngs_modulus', 'density')
+_SYMBOLS = {
+    'youngs_modulus': 'E',
+    'poissons_ratio': 'nu',
+    'density': 'density',
+    'damping': 'damping',
+}
+_LOGARITHMIC = ('youngs_modulus', 'density', 'damping')
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.report.scene_legend import size_text
 from diffcal_ros.report.view import View
-from diffcal_ros.scene.model import ObservationSetup, Quantity, Scene
+from diffcal_ros.scene.model import MotionSetup, ObservationSetup, Quantity, Scene
 from diffcal_ros.scene.posing import world_positions
-from diffcal_ros.scene.quantities import QUANTITY_RULES
+from diffcal_ros.scene.quantities import QUANTITY_RULES, QuantityRule, RELEASE_TIME
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,7 +32,11 @@ def scene_rows(scene: Scene) -> list[Row]:
     for number, region in enumerate(scene.regions):
         label = 'region' if len(scene.regions) == 1 else f'region {number + 1}'
         rows.append((label, f'{region.name}: {len(region.tets)} tetrahedra'))
-        rows += [('', _quantity_text(name, getattr(region, name))) for name in QUANTITY_RULES]
+        rows += [
+            ('', _quantity_text(rule, getattr(region, name)))
+            for name, rule in QUANTITY_RULES.items()
+            if getattr(region, name) is not None
+        ]
     rows += [('fit', ', '.join(scene.fit)), ('marker', _marker_text(scene))]
     rows += [
         ('depth camera', _camera_text(scene.depth_camera)),
@@ -57,8 +61,7 @@ def _mass_text(scene: Scene) -> str:
     return f'{1e6 * volumes.sum():.4g} cm^3, {1e3 * mass:.4g} g'
 
 
-def _quantity_text(name: str, quantity: Quantity) -> str:
-    rule = QUANTITY_RULES[name]
+def _quantity_text(rule: QuantityRule, quantity: Quantity) -> str:
     scale, unit = (1e-3, 'kPa') if rule.unit == 'Pa' else (1.0, rule.unit)
     text = (
         f'{rule.title} {scale * quantity.start:.4g} {unit}'.rstrip()
@@ -92,12 +95,26 @@ def _observation_rows(scene: Scene, setup: ObservationSetup) -> list[Row]:
             axis = ', '.join(f'{value:.3g}' for value in part.turn.axis)
             text += f', turned by {np.rad2deg(part.turn.angle):.4g} deg about ({axis})'
         rows.append(('', text))
+    if setup.motion is not None:
+        rows += _motion_rows(setup.motion)
     if setup.bag is not None:
         is_there = '' if setup.bag.exists() else ' (not there yet)'
         rows.append(('', f'recording {setup.bag}{is_there}'))
     if setup.stored_depth_from_world is not None:
         rows.append(('', _pose_text(scene, setup, setup.stored_depth_from_world)))
     return rows
+
+
+def _motion_rows(motion: MotionSetup) -> list[Row]:
+    used = 'all of the recording' if motion.duration is None else f'{motion.duration:g} s'
+    kept = f'one in {motion.hold_out} kept for the check' if motion.hold_out else 'all fitted'
+    step = '' if motion.time_step is None else f' of at most {motion.time_step:g} s'
+    names = ' and '.join(motion.released)
+    return [
+        ('', f'moves: {names} let go; {_quantity_text(RELEASE_TIME, motion.release_time)}'),
+        ('', f'{motion.integrator} steps{step}'),
+        ('', f'{used}, {motion.most_frames} frames at most, {kept}'),
+    ]
 
 
 def _pose_text(scene: Scene, setup: ObservationSetup, depth_from_world: FloatArray) -> str:

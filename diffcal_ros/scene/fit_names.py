@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 
 from diffcal_ros.scene.effects import EFFECTS, FIT_NAME_OF
-from diffcal_ros.scene.model import ObservationSetup
+from diffcal_ros.scene.model import ObservationSetup, Region
 from diffcal_ros.scene.problems import listed, suggestion
 from diffcal_ros.scene.quantities import QUANTITY_RULES
 import numpy as np
@@ -13,6 +13,8 @@ import numpy as np
 MATERIAL_NAMES = tuple(QUANTITY_RULES)
 RIGID_OFFSET = 'rigid_offset'
 GRAVITY_TILT = 'gravity_tilt'
+DAMPING = 'damping'
+RELEASE_TIME = 'release_time'
 # Every other effect of the library has its identifier for a name.
 EFFECT_NAMES = tuple(name for name in EFFECTS if name not in FIT_NAME_OF and name != GRAVITY_TILT)
 DEFAULT_FIT = ('youngs_modulus', RIGID_OFFSET)
@@ -29,7 +31,7 @@ def allowed_fit_names(region_names: Sequence[str]) -> tuple[str, ...]:
             *(f'{identifier}.{c.name}' for c in EFFECTS[identifier].components),
         )
     ]
-    return (*MATERIAL_NAMES, *in_one, RIGID_OFFSET, GRAVITY_TILT, *effects)
+    return (*MATERIAL_NAMES, *in_one, RIGID_OFFSET, GRAVITY_TILT, RELEASE_TIME, *effects)
 
 
 def fit_problems(
@@ -61,10 +63,16 @@ def fit_problems(
 def _load_problems(names: Sequence[str], observations: Sequence[ObservationSetup]) -> list[str]:
     has_gravity = any(np.any(setup.gravity) for setup in observations)
     has_turn = any(part.turn for setup in observations for part in setup.held)
+    has_motion = any(setup.motion is not None for setup in observations)
     problems = []
     for name in names:
         material = name.partition('.')[0]
-        if material in ('density', GRAVITY_TILT) and not has_gravity:
+        if material in (DAMPING, RELEASE_TIME) and not has_motion:
+            problems.append(
+                f'has {name!r} while the body is at rest in every observation: give a `motion`, '
+                'or leave it out'
+            )
+        elif material in ('density', GRAVITY_TILT) and not has_gravity:
             problems.append(
                 f'has {name!r} while gravity is zero in every observation: give gravity, or '
                 'leave it out'
@@ -74,3 +82,13 @@ def _load_problems(names: Sequence[str], observations: Sequence[ObservationSetup
                 f'has {name!r} while nothing loads the body: give gravity or turn a held part'
             )
     return problems
+
+
+def damping_problems(names: Sequence[str], regions: Sequence[Region]) -> list[str]:
+    """Name the regions whose damping is to be fitted and has no start value."""
+    return [
+        f'has {name!r} while region {region.name!r} gives no damping: give it one in Pa s'
+        for name in names
+        for region in regions
+        if name in (DAMPING, f'{DAMPING}.{region.name}') and region.damping is None
+    ]

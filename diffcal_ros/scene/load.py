@@ -10,7 +10,7 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.laws import law_names, USUAL_LAW
 from diffcal_ros.material import LameConvention
-from diffcal_ros.scene.fit_names import DEFAULT_FIT, fit_problems
+from diffcal_ros.scene.fit_names import damping_problems, DEFAULT_FIT, fit_problems
 from diffcal_ros.scene.held_parts import read_held
 from diffcal_ros.scene.mesh_files import MeshFile, read_mesh, UNITS_PER_METRE
 from diffcal_ros.scene.model import ObservationSetup, Region, Scene
@@ -177,8 +177,13 @@ def _read_fit(
         root.wrong('fit', 'give a list of parameter names')
         return DEFAULT_FIT
     names = tuple(value)
-    if root.problems.touch('regions') or not observations:
+    items = root.raw('observations')
+    own = range(len(items)) if isinstance(items, list) else ()
+    motions = ('motion', *(f'observations[{index}].motion' for index in own))
+    if not observations or any(root.problems.touch(key) for key in ('regions', *motions)):
         return names  # Which names and loads there are is not known yet.
     for problem in fit_problems(names, [region.name for region in regions], observations):
+        root.problems.add('fit', problem)
+    for problem in damping_problems(names, regions):
         root.problems.add('fit', problem)
     return names

@@ -51,6 +51,7 @@ class Region:
         youngs_modulus: [Pa].
         poissons_ratio: dimensionless.
         density: [kg/m^3].
+        damping: by which the material resists strain rates [Pa s], or None for none.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Region:
     youngs_modulus: Quantity
     poissons_ratio: Quantity
     density: Quantity
+    damping: Quantity | None = None
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,29 @@ class HeldPart:
     name: str
     vertices: IntArray
     turn: Turn | None = None
+
+
+@dataclass(frozen=True)
+class MotionSetup:
+    """A body that rests until parts of its clamp let go, and what is filmed of its motion.
+
+    Attributes:
+        released: names of the held parts that let go, all at once.
+        release_time: when, after the first frame [s].
+        integrator: name of the time integrator.
+        time_step: longest step [s]; None for the integrator's own.
+        duration: how much of the recording is used, from its first frame [s]; None for all.
+        most_frames: at most so many frames are compared, evenly spaced.
+        hold_out: every so manieth frame is kept from the fit and only compared; 0 for none.
+    """
+
+    released: tuple[str, ...]
+    release_time: Quantity
+    integrator: str = 'implicit'
+    time_step: float | None = None
+    duration: float | None = None
+    most_frames: int = 60
+    hold_out: int = 5
 
 
 @dataclass(frozen=True)
@@ -172,6 +197,7 @@ class ObservationSetup:
         gravity: acceleration in the world frame [m/s^2], shape (3,).
         held: clamped parts.
         stored_depth_from_world: a camera pose given beforehand, shape (4, 4), or None.
+        motion: how the body moves; None: it is at rest in every frame.
     """
 
     name: str
@@ -180,6 +206,13 @@ class ObservationSetup:
     held: tuple[HeldPart, ...]
     bag: Path | None = None
     stored_depth_from_world: FloatArray | None = None
+    motion: MotionSetup | None = None
+
+    @property
+    def staying(self) -> tuple[HeldPart, ...]:
+        """Held parts that never let go."""
+        released = () if self.motion is None else self.motion.released
+        return tuple(part for part in self.held if part.name not in released)
 
 
 @dataclass(frozen=True)

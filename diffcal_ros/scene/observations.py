@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from diffcal_ros.scene.held_parts import check_hold, check_shared_vertices, read_turn
-from diffcal_ros.scene.model import HeldPart, ObservationSetup
+from diffcal_ros.scene.model import HeldPart, MotionSetup, ObservationSetup
+from diffcal_ros.scene.motion import read_motion
 from diffcal_ros.scene.placement import read_placement
 from diffcal_ros.scene.problems import listed, suggestion
 from diffcal_ros.scene.section import Interval, Section
@@ -33,7 +34,7 @@ def read_observations(
         mesh: to tell whether the parts that an observation names hold it.
     """
     if not scene.has('observations'):
-        only = _read_one(scene, scene, tuple(held), folder, name='observation')
+        only = _read_one(scene, scene, tuple(held), folder, mesh, name='observation')
         return () if only is None else (only,)
     items = scene.raw('observations')
     if not isinstance(items, list) or not items:
@@ -50,7 +51,7 @@ def read_observations(
         if any(setup.name == name for setup in setups):
             section.wrong('name', 'another observation has that name, choose a new one')
         own = _read_held(section, held, mesh)
-        setup = _read_one(section, scene, own, folder, name=name)
+        setup = _read_one(section, scene, own, folder, mesh, name=name)
         section.refuse_unknown()
         if setup is not None:
             setups.append(setup)
@@ -58,7 +59,13 @@ def read_observations(
 
 
 def _read_one(
-    section: Section, scene: Section, held: tuple[HeldPart, ...], folder: Path, *, name: str
+    section: Section,
+    scene: Section,
+    held: tuple[HeldPart, ...],
+    folder: Path,
+    mesh: TetMesh | None,
+    *,
+    name: str,
 ) -> ObservationSetup | None:
     """Read one observation; what it does not give stands in the scene."""
     world_from_object = _placement(section, scene, 'placement')
@@ -70,6 +77,7 @@ def _read_one(
     gravity = _gravity(section if section.has('gravity') else scene)
     bag_owner = section if section.has('bag') else scene
     bag = bag_owner.text('bag') if bag_owner.has('bag') else ''
+    motion = _motion(section if section.has('motion') else scene, held, mesh)
     if world_from_object is None:
         return None
     return ObservationSetup(
@@ -79,6 +87,7 @@ def _read_one(
         held=held,
         bag=folder / Path(bag).expanduser() if bag else None,
         stored_depth_from_world=stored,
+        motion=motion,
     )
 
 
@@ -89,6 +98,15 @@ def _placement(section: Section, scene: Section, name: str) -> FloatArray | None
         return None  # The scene's own is read for every observation; mistakes are told once.
     child = owner.child(name)
     return None if child is None else read_placement(child)
+
+
+def _motion(
+    owner: Section, held: tuple[HeldPart, ...], mesh: TetMesh | None
+) -> MotionSetup | None:
+    if owner.problems.touch(owner.at('motion')):
+        return None
+    child = owner.child('motion')
+    return None if child is None else read_motion(child, held, mesh)
 
 
 def _gravity(owner: Section) -> FloatArray:

@@ -18,12 +18,14 @@ class QuantityRule:
         allowed: values that make sense at all.
         usual: bounds where the scene gives none; wide for soft bodies, and narrow enough to
             catch a value in kPa or g/cm^3.
+        may_lack: whether a region may leave it out.
     """
 
     title: str
     unit: str
     allowed: Interval
     usual: Interval
+    may_lack: bool = False
 
 
 QUANTITY_RULES = {
@@ -32,17 +34,19 @@ QUANTITY_RULES = {
         "Poisson's ratio", '', Interval(-1.0, 0.5, is_open=True), Interval(0.0, 0.499)
     ),
     'density': QuantityRule('density', 'kg/m^3', POSITIVE, Interval(50.0, 2e4)),
+    'damping': QuantityRule('damping', 'Pa s', POSITIVE, Interval(1e-3, 1e5), may_lack=True),
 }
+RELEASE_TIME = QuantityRule('the time of release', 's', Interval(0.0, 1e4), Interval(0.0, 3600.0))
 
 
-def read_quantity(region: Section, name: str) -> Quantity | None:
-    """Read one material number of a region; None when a mistake was noted.
+def read_quantity(region: Section, name: str, rule: QuantityRule) -> Quantity | None:
+    """Read one number; None when a mistake was noted.
 
     Args:
         region: section that holds it, as a plain number or as {start, min, max, prior}.
-        name: key in `QUANTITY_RULES`.
+        name: its key.
+        rule: what may be written.
     """
-    rule = QUANTITY_RULES[name]
     needed = f'give {rule.title}{_in_unit(rule)}, {rule.allowed}'
     section = region.child(name) if isinstance(region.raw(name), dict) else None
     if section is not None:

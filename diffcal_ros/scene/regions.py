@@ -61,7 +61,11 @@ def _read_region(regions: Section, name: str) -> _Written | None:
     selection = read_selection(section, 'tets')
     if takes_rest and (section.has('box') or section.has('tets')):
         section.problems.add(section.key, 'has `rest` and a box or tets: keep one of them')
-    read = {key: read_quantity(section, key) for key in QUANTITY_RULES}
+    read = {
+        key: read_quantity(section, key, rule)
+        for key, rule in QUANTITY_RULES.items()
+        if section.has(key) or not rule.may_lack
+    }
     quantities = {key: quantity for key, quantity in read.items() if quantity is not None}
     section.refuse_unknown()
     if not section.is_sound:
@@ -127,6 +131,7 @@ def _cover(
             youngs_modulus=region.quantities['youngs_modulus'],
             poissons_ratio=region.quantities['poissons_ratio'],
             density=region.quantities['density'],
+            damping=region.quantities.get('damping'),
         )
         for number, region in enumerate(written)
     )

@@ -16,7 +16,7 @@ _HEADER = """\
 # Scene of a synthetic recording, written by `diffcal simulate` from {source}.
 # The true values are in truth.json; the start values here are off by a factor {factor:g}.
 """
-_OFF = ('youngs_modulus', 'density')
+_OFF = ('youngs_modulus', 'density', 'damping')
 _POSE = 'stored_depth_from_world'
 _DIGITS = 9  # Nanometres.
 

@@ -7,6 +7,7 @@ from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.fit_names import allowed_fit_names
 import numpy as np
 import pytest
+from support.moving_beams import moving_scene
 from support.scenes import beam_scene
 
 
@@ -54,7 +55,7 @@ def test_a_pose_covariance_becomes_a_joint_prior(random) -> None:
 
 
 def test_the_scene_file_allows_the_same_names() -> None:
-    scene = beam_scene(region_count=2)
+    scene = moving_scene(region_count=2)
     for name in allowed_fit_names([region.name for region in scene.regions]):
         assert len(make_parameters(scene, (name,))) > 0
 

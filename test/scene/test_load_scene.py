@@ -41,7 +41,10 @@ def test_example_scene_loads_and_uses_every_key(tmp_path, beam_mesh, write_tet):
     write_tet(tmp_path / 'beam.tet', beam_mesh)
     shutil.copy(EXAMPLE, tmp_path / 'scene.yaml')
     scene = load_scene(tmp_path / 'scene.yaml')
-    hanging, twisted = scene.observations
+    hanging, twisted, dropped = scene.observations
+    assert dropped.motion.release_time.upper == 0.3
+    assert dropped.held[1].turn is None
+    assert scene.regions[0].damping.start == 10.0
     assert [part.name for part in hanging.held] == ['clamp']
     assert [part.name for part in twisted.held] == ['clamp', 'far_end']
     assert twisted.held[1].turn.angle == pytest.approx(math.pi)

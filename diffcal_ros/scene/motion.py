@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The motion of an observation: which held parts let go, when, and what is used of it."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.scene.held_parts import check_hold
+from diffcal_ros.scene.model import HeldPart, MotionSetup
+from diffcal_ros.scene.problems import listed, suggestion
+from diffcal_ros.scene.quantities import read_quantity, RELEASE_TIME
+from diffcal_ros.scene.section import Interval, Section
+from diffcal_ros.tet_mesh import TetMesh
+
+INTEGRATORS = ('implicit', 'semi_implicit')
+_STEPS = Interval(1e-6, 0.02)
+_DURATIONS = Interval(0.01, 600.0)
+_USUAL_FRAMES, _MOST_FRAMES = 60, 2000
+_USUAL_HOLD_OUT = 5
+
+
+def read_motion(
+    section: Section, held: Sequence[HeldPart], mesh: TetMesh | None
+) -> MotionSetup | None:
+    """Read {released, at, ..}; None when a mistake was noted.
+
+    Args:
+        section: the motion.
+        held: parts that hold in its observation.
+        mesh: to tell whether those that stay hold it.
+    """
+    released = _released(section, held)
+    release_time = read_quantity(section, 'at', RELEASE_TIME)
+    integrator = section.choice('integrator', INTEGRATORS, default=INTEGRATORS[0])
+    time_step = _optional(section, 'time_step', _STEPS)
+    duration = _optional(section, 'duration', _DURATIONS)
+    most_frames = _count(section, 'frames', _USUAL_FRAMES, low=2)
+    hold_out = _count(section, 'hold_out', _USUAL_HOLD_OUT, low=0)
+    section.refuse_unknown()
+    if hold_out == 1:
+        section.wrong('hold_out', 'every frame would be kept from the fit: give 0, or 2 and more')
+    staying = [part for part in held if part.name not in released]
+    if section.is_sound and mesh is not None and held:
+        if staying:
+            check_hold(section, mesh, staying)
+        else:
+            section.wrong('released', 'no part is left to hold the body: keep one that stays')
+    if release_time is None or not section.is_sound:
+        return None
+    return MotionSetup(
+        released=released,
+        release_time=release_time,
+        integrator=integrator,
+        time_step=time_step,
+        duration=duration,
+        most_frames=most_frames,
+        hold_out=hold_out,
+    )
+
+
+def _released(section: Section, held: Sequence[HeldPart]) -> tuple[str, ...]:
+    """Return the names of the parts that let go."""
+    needed = 'give a list of held parts that let go'
+    if not section.required('released', needed):
+        return ()
+    value = section.raw('released')
+    if not isinstance(value, list) or not value or not all(isinstance(v, str) for v in value):
+        section.wrong('released', needed)
+        return ()
+    names = [part.name for part in held]
+    for name in value:
+        if held and name not in names:
+            section.problems.add(
+                section.at('released'),
+                f'has {name!r}, no part held here{suggestion(name, names)} '
+                f'(held: {listed(names)})',
+            )
+    return tuple(dict.fromkeys(value))
+
+
+def _optional(section: Section, name: str, allowed: Interval) -> float | None:
+    if not section.has(name):
+        return None
+    needed = f'give seconds, {allowed}'
+    return section.number(name, allowed=allowed, needed=needed)
+
+
+def _count(section: Section, name: str, usual: int, *, low: int) -> int:
+    return section.integer(name, low=low, high=_MOST_FRAMES) if section.has(name) else usual
