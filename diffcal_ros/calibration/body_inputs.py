@@ -48,6 +48,26 @@ class BodyInputs:
             shares=find_law(scene.law).SHARES,
         )
 
+    def damping(self, coordinates: FloatArray) -> FloatArray:
+        """Return the damping of every tetrahedron by strain rates [Pa s], shape (T,)."""
+        column = np.zeros(self._scene.mesh.tet_count)
+        for region in self._scene.regions:
+            if region.damping is not None:
+                column[region.tets] = region.damping.start
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.kind is Kind.DAMPING:
+                tets = self._scene.regions[parameter.target].tets
+                column[tets] = parameter.value(coordinate)
+        return column
+
+    def release_time(self, setup_index: int, coordinates: FloatArray) -> float:
+        """Return when the support of one posture lets go, after its first frame [s]."""
+        motion = self._scene.observations[setup_index].motion
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.kind is Kind.RELEASE_TIME and parameter.target == setup_index:
+                return float(coordinate)
+        return 0.0 if motion is None else motion.release_time.start
+
     def gravity(self, setup_index: int, coordinates: FloatArray) -> FloatArray:
         """Return gravity in the world frame of one posture [m/s^2], shape (3,)."""
         stated = self._scene.observations[setup_index].gravity

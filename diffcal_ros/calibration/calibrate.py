@@ -12,7 +12,7 @@ from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.image_objective import ImageObjective
 from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
 from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observation import Observation, pose_covariances
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters import Kind, make_parameters, Parameter, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
@@ -86,7 +86,7 @@ class Calibration:
         self.parameters = make_parameters(
             scene,
             self.settings.fit,
-            pose_covariances=[o.pose_covariance for o in observations] if is_robust else (),
+            pose_covariances=pose_covariances(observations) if is_robust else (),
             with_edge_bias=is_robust,
         )
         if not is_robust and (scene.effects or self.parameters.find(Kind.EFFECT)):

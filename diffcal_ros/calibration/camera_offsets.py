@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observation import Observation, pose_owners
 from diffcal_ros.calibration.parameters import Kind, OFFSET_AXES, ParameterSet
 from diffcal_ros.rigid_motion import moved, moved_by
 from diffcal_ros.rigid_transform import apply, rotation_matrix
@@ -37,6 +37,7 @@ class CameraOffsets:
         self._observations = observations
         self._parameters = parameters
         self._pivots = pivots
+        self._owners = pose_owners(observations)
         # One camera that is elsewhere is elsewhere in every view: its offset has one pivot.
         self._common_pivot = np.mean(pivots, axis=0)
 
@@ -74,7 +75,7 @@ class CameraOffsets:
             coordinates: shape (k,).
         """
         parameter = self._parameters.parameters[place]
-        is_pose = parameter.kind is Kind.CAMERA_POSE and parameter.target == number
+        is_pose = parameter.kind is Kind.CAMERA_POSE and parameter.target == self._owners[number]
         if not is_pose and parameter.kind is not Kind.RIGID_OFFSET:
             return None
         (pose, point), (offset, pivot) = self._both(number, coordinates)
@@ -90,7 +91,7 @@ class CameraOffsets:
         measured = self._observations[number].pose_pivot
         return [
             (
-                self._six(coordinates, Kind.CAMERA_POSE, number),
+                self._six(coordinates, Kind.CAMERA_POSE, self._owners[number]),
                 pivot if measured is None else measured,
             ),
             (self.rigid_offset(coordinates), self._common_pivot),

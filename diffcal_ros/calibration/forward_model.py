@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """From parameters to positions in the camera frame, with tangents: where fem and depth meet."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
-from dataclasses import dataclass
 
 from diffcal_ros.calibration.body_inputs import BodyInputs
 from diffcal_ros.calibration.camera_offsets import CameraOffsets
 from diffcal_ros.calibration.effect_model import EffectModel, SensorModel
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observation import Observation, pose_owners
 from diffcal_ros.calibration.parameters import ParameterSet
-from diffcal_ros.calibration.posture import Posture
+from diffcal_ros.calibration.posture import Posture, PostureInputs
+from diffcal_ros.calibration.postures import make_postures, state_numbers
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.force_changes import Change
@@ -25,17 +25,28 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
 class View:
     """The body as one observation's camera is predicted to see it.
 
     Attributes:
         points: node positions in the camera frame [m], shape (N, 3).
-        trace: the traced view.
     """
 
-    points: FloatArray
-    trace: Trace
+    def __init__(self, points: FloatArray, tracer: DepthTracer) -> None:
+        self.points = points
+        self._tracer = tracer
+        self._trace: Trace | None = None
+
+    @property
+    def trace(self) -> Trace:
+        """The traced view; it ends when its tracer traces another one, and is then traced anew.
+
+        Raises:
+            OutOfViewError: when the camera does not see the body.
+        """
+        if self._trace is None or not self._trace.is_current:
+            self._trace = self._tracer.trace(self.points)
+        return self._trace
 
 
 class ForwardModel:
@@ -49,21 +60,22 @@ class ForwardModel:
         *,
         solver: str = 'auto',
         device: str = 'cpu',
+        share_tracers: bool = True,
     ) -> None:
+        """Prepare bodies and cameras.
+
+        Args:
+            scene: the set-up.
+            observations: what is to be predicted.
+            parameters: of the fit.
+            solver: name of the sparse solver.
+            device: Warp device.
+            share_tracers: let one tracer see all frames of a recording, one after the other.
+        """
         self.observations = tuple(observations)
-        used = sorted({observation.setup_index for observation in observations})
-        self.bodies = {
-            index: Posture(scene, scene.observations[index], solver, device) for index in used
-        }
-        self.tracers = [
-            DepthTracer(
-                self.body(observation).discretisation.surface_triangles,
-                self.body(observation).discretisation.node_count,
-                observation.camera,
-                device=device,
-            )
-            for observation in observations
-        ]
+        self.bodies = make_postures(scene, self.observations, solver, device)
+        self._states = state_numbers(self.observations)
+        self.tracers = self._make_tracers(device, share_tracers)
         pivots = [self._pivot(observation) for observation in observations]
         self.cameras = CameraOffsets(scene, self.observations, parameters, pivots)
         # Models that share bodies take turns: only the last one to settle them may ask them.
@@ -71,6 +83,17 @@ class ForwardModel:
         self._take(scene, parameters)
         for index, posture in self.bodies.items():
             posture.body.axes = self.effects.axes(index)
+
+    def _make_tracers(self, device: str, share: bool) -> list[DepthTracer]:
+        owners = pose_owners(self.observations) if share else range(len(self.observations))
+        tracers: dict[int, DepthTracer] = {}
+        for observation, owner in zip(self.observations, owners, strict=True):
+            if owner not in tracers:
+                shape = self.body(observation).discretisation
+                tracers[owner] = DepthTracer(
+                    shape.surface_triangles, shape.node_count, observation.camera, device=device
+                )
+        return [tracers[owner] for owner in owners]
 
     def _take(self, scene: Scene, parameters: ParameterSet) -> None:
         """Take parameters, and know nothing of the last coordinates."""
@@ -101,28 +124,20 @@ class ForwardModel:
 
         Raises:
             EquilibriumError: when a posture has no equilibrium.
-            OutOfViewError: when a camera does not see the body.
+            MotionError: when a body cannot be followed in its motion.
         """
         is_there = self._turn.get('last') is self and self._coordinates is not None
         if is_there and np.array_equal(coordinates, np.asarray(self._coordinates)):
             return self._views
         self._turn['before'] = self._turn.get('last', self)
         self._turn['last'] = self
-        material, amplitudes = self.material(coordinates), self.effects.amplitudes(coordinates)
         for index, posture in self.bodies.items():
-            gravity = self.inputs.gravity(index, coordinates)
-            rest = posture.body.discretisation.rest_nodes
-            posture.settle(
-                material,
-                gravity,
-                self._prediction(index, coordinates),
-                self.effects.conditions(amplitudes, index, rest, gravity),
-            )
+            inputs = self._posture_inputs(index, coordinates)
+            posture.settle(inputs, self._prediction(index, coordinates))
         self._views = []
-        for number, observation in enumerate(self.observations):
-            world = self.body(observation).state.positions
-            points = self.cameras.points(number, world, coordinates)
-            self._views.append(View(points, self.tracers[number].trace(points)))
+        for number in range(len(self.observations)):
+            points = self.cameras.points(number, self._world(number), coordinates)
+            self._views.append(View(points, self.tracers[number]))
         self._coordinates = coordinates.copy()
         return self._views
 
@@ -135,8 +150,7 @@ class ForwardModel:
         }
         self._tangent_coordinates = coordinates.copy()
         return [
-            self._view_tangents(number, observation, coordinates)
-            for number, observation in enumerate(self.observations)
+            self._view_tangents(number, coordinates) for number in range(len(self.observations))
         ]
 
     def tangents_of(
@@ -150,52 +164,50 @@ class ForwardModel:
         """
         self.views(coordinates)
         fields = {
-            index: posture.body.tangents(changes(index, posture.body))
+            index: posture.tangents(changes(index, posture.body))
             for index, posture in self.bodies.items()
         }
-        return [
-            fields[observation.setup_index] @ self.cameras.rotation(number, coordinates).T
-            for number, observation in enumerate(self.observations)
-        ]
+        return self._seen(fields, coordinates)
 
-    def pull_back(self, number: int, by_points: FloatArray, coordinates: FloatArray) -> FloatArray:
-        """Pull a derivative by one view's points back to the coordinates (one adjoint solve).
+    def pull_back(self, by_points: Sequence[FloatArray], coordinates: FloatArray) -> FloatArray:
+        """Pull a derivative by every view's points back to the coordinates.
 
         Args:
-            number: of the view.
-            by_points: derivative of a scalar by its points [1/m], shape (N, 3).
+            by_points: derivative of a scalar by the points of each view [1/m], shape (N, 3).
             coordinates: shape (k,); the model must be there, see `views`.
 
         Returns:
             Derivative by the coordinates, shape (k,).
         """
-        observation = self.observations[number]
-        body = self.body(observation)
-        by_world = by_points @ self.cameras.rotation(number, coordinates)
-        static, world = body.gradient(by_world), body.state.positions
-        rest = body.discretisation.rest_nodes
         gradient = np.zeros(len(coordinates))
-        for place in range(len(coordinates)):
-            change = self.inputs.change(place, observation.setup_index, rest, coordinates)
-            motion = self.cameras.motion(number, place, world, coordinates)
-            if change is not None:
-                gradient[place] = static.along(change)
-            elif motion is not None:
-                gradient[place] = float((motion * by_points).sum())
+        by_world: dict[int, FloatArray] = {}
+        for number, (observation, state) in enumerate(self._numbered()):
+            index = observation.setup_index
+            if index not in by_world:
+                by_world[index] = np.zeros((self._state_count(index), *by_points[number].shape))
+            rotation = self.cameras.rotation(number, coordinates)
+            by_world[index][state] += by_points[number] @ rotation
+            for place in range(len(coordinates)):
+                motion = self.cameras.motion(number, place, self._world(number), coordinates)
+                if motion is not None:
+                    gradient[place] += float((motion * by_points[number]).sum())
+        for index, derivative in by_world.items():
+            pulled = self.bodies[index].gradient(derivative)
+            rest = self.bodies[index].body.discretisation.rest_nodes
+            for place in range(len(coordinates)):
+                change = self.inputs.change(place, index, rest, coordinates)
+                if change is not None:
+                    gradient[place] += pulled.along(change)
         return gradient
 
     def mesh_moves(self, coordinates: FloatArray, *, solver: str = 'auto') -> list[FloatArray]:
         """Return how a better mesh would move each view's points [m], shape (N, 3) each."""
         self.views(coordinates)
-        material = self.material(coordinates)
         moves = {
-            index: posture.mesh_move(material, self.inputs.gravity(index, coordinates), solver)
+            index: posture.mesh_moves(self._posture_inputs(index, coordinates), solver)
             for index, posture in self.bodies.items()
         }
-        return [
-            moves[observation.setup_index] @ self.cameras.rotation(number, coordinates).T
-            for number, observation in enumerate(self.observations)
-        ]
+        return self._seen(moves, coordinates)
 
     def material(self, coordinates: FloatArray) -> Material:
         """Return the material of every tetrahedron."""
@@ -215,13 +227,12 @@ class ForwardModel:
         if self._turn.get('before') is not self:
             return None
         change = coordinates - self._tangent_coordinates
-        return np.einsum('k,kni->ni', change, self._tangents[index])
+        return np.einsum('k,ksni->sni', change, self._tangents[index])
 
     def _body_tangents(self, index: int, posture: Posture, coordinates: FloatArray) -> FloatArray:
         """World displacement per unit of each coordinate [m], zero for camera parameters."""
-        body = posture.body
-        rest = body.discretisation.rest_nodes
-        tangents = np.zeros((len(self.parameters), *rest.shape))
+        rest = posture.body.discretisation.rest_nodes
+        tangents = np.zeros((len(self.parameters), self._state_count(index), *rest.shape))
         places, changes = [], []
         for place in range(len(self.parameters)):
             change = self.inputs.change(place, index, rest, coordinates)
@@ -229,7 +240,7 @@ class ForwardModel:
                 places.append(place)
                 changes.append(change)
         if changes:
-            tangents[places] = body.tangents(changes)
+            tangents[places] = posture.tangents(changes)
         return tangents
 
     def _pivot(self, observation: Observation) -> FloatArray:
@@ -238,14 +249,44 @@ class ForwardModel:
         held = body.discretisation.rest_nodes[body.held_nodes]
         return apply(observation.depth_from_world, held.mean(axis=0))
 
-    def _view_tangents(
-        self, number: int, observation: Observation, coordinates: FloatArray
-    ) -> FloatArray:
+    def _view_tangents(self, number: int, coordinates: FloatArray) -> FloatArray:
         to_camera = self.cameras.rotation(number, coordinates)
-        tangents = self._tangents[observation.setup_index] @ to_camera.T
-        world = self.body(observation).state.positions
+        index, state = self.observations[number].setup_index, self._states[number]
+        tangents = self._tangents[index][:, state] @ to_camera.T
         for place in range(len(self.parameters)):
-            motion = self.cameras.motion(number, place, world, coordinates)
+            motion = self.cameras.motion(number, place, self._world(number), coordinates)
             if motion is not None:
                 tangents[place] = motion
         return tangents
+
+    def _posture_inputs(self, index: int, coordinates: FloatArray) -> PostureInputs:
+        gravity = self.inputs.gravity(index, coordinates)
+        rest = self.bodies[index].body.discretisation.rest_nodes
+        amplitudes = self.effects.amplitudes(coordinates)
+        return PostureInputs(
+            material=self.inputs.material(coordinates),
+            gravity=gravity,
+            conditions=self.effects.conditions(amplitudes, index, rest, gravity),
+            damping=self.inputs.damping(coordinates),
+            release_time=self.inputs.release_time(index, coordinates),
+        )
+
+    def _seen(self, fields: dict[int, FloatArray], coordinates: FloatArray) -> list[FloatArray]:
+        """Turn fields of all states, shape (.., S, N, 3), to those that the cameras see."""
+        return [
+            fields[observation.setup_index][..., state, :, :]
+            @ self.cameras.rotation(number, coordinates).T
+            for number, (observation, state) in enumerate(self._numbered())
+        ]
+
+    def _world(self, number: int) -> FloatArray:
+        """Return the nodes that an observation shows, world frame [m], shape (N, 3)."""
+        return self.bodies[self.observations[number].setup_index].positions(self._states[number])
+
+    def _numbered(self) -> Iterable[tuple[Observation, int]]:
+        """Return each observation with the number of its state."""
+        return zip(self.observations, self._states, strict=True)
+
+    def _state_count(self, index: int) -> int:
+        own = [state for seen, state in self._numbered() if seen.setup_index == index]
+        return max(own) + 1

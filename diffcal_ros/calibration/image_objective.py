@@ -87,12 +87,8 @@ class ImageObjective:
         """Return the loss and its gradient by the coordinates, by adjoints, shape (k,)."""
         views = self._views(coordinates)
         value = self._value(views)
-        gradient = np.zeros(len(coordinates))
-        for number, view in enumerate(views):
-            by_image = self._by_image(view.difference, value)
-            by_points = view.area.pull_back(by_image)
-            gradient += self.model.pull_back(number, by_points, coordinates)
-        return value, gradient
+        by_points = [view.area.pull_back(self._by_image(view.difference, value)) for view in views]
+        return value, self.model.pull_back(by_points, coordinates)
 
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost around some coordinates (forward tangents)."""

@@ -9,6 +9,7 @@ Costs are in units of half a chi-square of *independent* residuals: a residual t
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.correlation import correlation_lengths
+from diffcal_ros.calibration.effect_model import SensorModel
 from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.linearisation import Linearisation
@@ -104,10 +105,10 @@ class RobustObjective:
     def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
         """Compare every view with its observation."""
         views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
-        return [
-            comparer.compare(view, self.scales.reach, sensor)
-            for comparer, view in zip(self.comparers, views, strict=True)
-        ]
+        return [self._compare(number, view, sensor) for number, view in enumerate(views)]
+
+    def _compare(self, number: int, view: View, sensor: SensorModel) -> Comparison:
+        return self.comparers[number].compare(view, self.scales.reach, sensor)
 
     def cost(self, coordinates: FloatArray) -> float:
         """Return half chi-square, priors included."""
@@ -122,15 +123,15 @@ class RobustObjective:
 
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost around some coordinates."""
-        compared = self.comparisons(coordinates)
         tangents = self.model.tangents(coordinates)
+        views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
         count = len(coordinates)
         descent = np.zeros(count)
         curvature, information, scatter = (np.zeros((count, count)) for _ in range(3))
-        views = self.model.views(coordinates)
-        for number, (comparison, view, tangent) in enumerate(
-            zip(compared, views, tangents, strict=True)
-        ):
+        compared = []
+        for number, (view, tangent) in enumerate(zip(views, tangents, strict=True)):
+            comparison = self._compare(number, view, sensor)
+            compared.append(comparison)
             blocks = self.blocks(number, comparison, view, tangent, coordinates)
             for (residuals, jacobian, scale), dimension in zip(blocks, (2, 1), strict=True):
                 weights = robust_weights(residuals, scale, dimension)
@@ -153,17 +154,11 @@ class RobustObjective:
         """Return how far a better mesh would shift the minimum, to first order, shape (k,)."""
         linear = self.linearise(coordinates)
         moves = self.model.mesh_moves(coordinates, solver=solver)
-        views = self.model.views(coordinates)
+        tangents = self.model.tangents(coordinates)
+        views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
         pull = np.zeros(len(coordinates))
-        for number, (comparison, view, tangent, move) in enumerate(
-            zip(
-                self.comparisons(coordinates),
-                views,
-                self.model.tangents(coordinates),
-                moves,
-                strict=True,
-            )
-        ):
+        for number, (view, tangent, move) in enumerate(zip(views, tangents, moves, strict=True)):
+            comparison = self._compare(number, view, sensor)
             # One more column: the mesh error as if it were a parameter of size one.
             wide = np.concatenate([tangent, move[None]])
             blocks = self.blocks(number, comparison, view, wide, coordinates)

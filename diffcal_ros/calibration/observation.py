@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What was seen of the body in one posture by one camera."""
+"""What was seen of the body in one posture, or at one instant of its motion, by one camera."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.camera_pose import CameraPose
@@ -20,8 +20,23 @@ MAX_FUSED_FRAMES = 31
 
 
 @dataclass(frozen=True)
+class Instant:
+    """When a frame of a moving body was taken.
+
+    Attributes:
+        time: after the first frame of its recording [s].
+        recording: number that the frames of one recording share; they share the camera's pose.
+        is_held_out: the frame is kept from the fit, to check it.
+    """
+
+    time: float
+    recording: int
+    is_held_out: bool = False
+
+
+@dataclass(frozen=True)
 class Observation:
-    """Depth of a body at rest, and where the camera was.
+    """Depth of a body, and where the camera was.
 
     Attributes:
         name: for reports.
@@ -35,6 +50,7 @@ class Observation:
             shape (3,); None for the middle of the held part.
         frame_count: frames that `depth` was made from.
         noise: standard deviation of one fused pixel [m], measured from the frames; NaN from one.
+        instant: of a body that moves; None for one at rest.
     """
 
     name: str
@@ -46,6 +62,27 @@ class Observation:
     pose_pivot: FloatArray | None = None
     frame_count: int = 1
     noise: float = float('nan')
+    instant: Instant | None = None
+
+
+def pose_owners(observations: Sequence[Observation]) -> tuple[int, ...]:
+    """Return for each observation the first one that was taken from the same camera pose."""
+    first: dict[int, int] = {}
+    owners = []
+    for number, observation in enumerate(observations):
+        instant = observation.instant
+        owners.append(number if instant is None else first.setdefault(instant.recording, number))
+    return tuple(owners)
+
+
+def pose_covariances(observations: Sequence[Observation]) -> list[FloatArray | None]:
+    """Return each pose's covariance, shape (6, 6), once: None where another one owns the pose."""
+    return [
+        observation.pose_covariance if owner == number else None
+        for number, (observation, owner) in enumerate(
+            zip(observations, pose_owners(observations), strict=True)
+        )
+    ]
 
 
 @dataclass(frozen=True)

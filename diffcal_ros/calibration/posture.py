@@ -1,8 +1,17 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A body and the way its clamp goes, in one observation of a scene."""
+"""The simulated body of one observation of a scene: where its nodes are, and what moves them.
+
+A posture answers for a number of *states*: one for a body at rest, one a frame for a body that
+moves.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
@@ -16,16 +25,54 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-class Posture:
-    """A body and the way its clamp goes.
+@dataclass(frozen=True)
+class PostureInputs:
+    """What the state of a body depends on.
 
     Attributes:
-        setup: the observation of the scene.
+        material: one value per tetrahedron.
+        gravity: acceleration in the world frame [m/s^2], shape (3,).
+        conditions: effects on the body.
+        damping: by strain rates [Pa s], shape (T,).
+        release_time: when the support lets go, after the first frame [s].
+    """
+
+    material: Material
+    gravity: FloatArray
+    conditions: Conditions
+    damping: FloatArray
+    release_time: float
+
+
+class Posture(Protocol):
+    """A body, in states that are all found at once."""
+
+    body: StaticBody
+
+    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+        """Find the states; a prediction [m], shape (S, N, 3), says how far they will be off."""
+
+    def positions(self, state: int) -> FloatArray:
+        """Return the nodes in one state, world frame [m], shape (N, 3)."""
+
+    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+        """Return how all states follow changes of the inputs [m], shape (k, S, N, 3)."""
+
+    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+        """Pull a derivative by positions, shape (S, N, 3), back to the inputs."""
+
+    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+        """Return how a better mesh would move the nodes [m], shape (S, N, 3)."""
+
+
+class RestingPosture:
+    """A body at rest, and the way its clamp goes there.
+
+    Attributes:
         body: simulates it.
     """
 
     def __init__(self, scene: Scene, setup: ObservationSetup, solver: str, device: str) -> None:
-        self.setup = setup
         rest = world_positions(scene.mesh, setup)
         self.body = StaticBody(
             TetMesh(rest, scene.mesh.tets),
@@ -35,26 +82,43 @@ class Posture:
             solver=solver,
             device=device,
         )
-        self._path: HeldPath | None = None
-        if any(part.turn is not None for part in setup.held):
-            self._path = lambda fraction: held_targets(setup, rest, fraction).positions
+        self._path = clamp_path(setup, rest)
 
-    def settle(
-        self,
-        material: Material,
-        gravity: FloatArray,
-        prediction: FloatArray | None,
-        conditions: Conditions,
-    ) -> None:
-        """Find the equilibrium, see `StaticBody.settle`."""
+    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+        """Find the equilibrium."""
         self.body.settle(
-            material,
-            gravity,
+            inputs.material,
+            inputs.gravity,
             held_path=self._path,
-            prediction=prediction,
-            conditions=conditions,
+            prediction=None if prediction is None else prediction[0],
+            conditions=inputs.conditions,
         )
 
-    def mesh_move(self, material: Material, gravity: FloatArray, solver: str) -> FloatArray:
-        """Return how a better mesh would move the nodes [m], shape (N, 3)."""
-        return MeshError(self.body, solver=solver).displacement(material, gravity, self._path)
+    def positions(self, state: int) -> FloatArray:
+        """Return the nodes, world frame [m], shape (N, 3)."""
+        return self.body.state.positions
+
+    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+        """Return how the nodes follow changes of the inputs [m], shape (k, 1, N, 3)."""
+        return self.body.tangents(changes)[:, None]
+
+    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+        """Pull a derivative by positions, shape (1, N, 3), back to the inputs."""
+        return self.body.gradient(by_positions[0])
+
+    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+        """Return how a better mesh would move the nodes [m], shape (1, N, 3)."""
+        error = MeshError(self.body, solver=solver)
+        return error.displacement(inputs.material, inputs.gravity, self._path)[None]
+
+
+def clamp_path(setup: ObservationSetup, rest_world: FloatArray) -> HeldPath | None:
+    """Return how held vertices go from rest to where they are held; None: they stay.
+
+    Args:
+        setup: with the held parts.
+        rest_world: vertices at rest in the world frame [m], shape (V, 3).
+    """
+    if all(part.turn is None for part in setup.held):
+        return None
+    return lambda fraction: held_targets(setup, rest_world, fraction).positions

@@ -244,7 +244,12 @@ class Trace:
         ordered = np.ascontiguousarray(tangents.transpose(1, 0, 2))
         return point_array(ordered, self.buffers.device)
 
+    @property
+    def is_current(self) -> bool:
+        """Tell whether the tracer has traced no other view since."""
+        return bool(self.buffers.generation == self.generation)
+
     def check_current(self) -> None:
         """Refuse to go on after the tracer has traced another view."""
-        if self.buffers.generation != self.generation:
+        if not self.is_current:
             raise RuntimeError('this trace has ended: its tracer has traced another view since')

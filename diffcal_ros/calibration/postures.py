@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which simulated bodies a list of observations needs, and which of their states each shows."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.posture import Posture, RestingPosture
+from diffcal_ros.scene.model import Scene
+
+
+def make_postures(
+    scene: Scene, observations: Sequence[Observation], solver: str, device: str
+) -> dict[int, Posture]:
+    """Return the bodies, by number of the scene's observation."""
+    used = sorted({observation.setup_index for observation in observations})
+    return {
+        index: RestingPosture(scene, scene.observations[index], solver, device) for index in used
+    }
+
+
+def state_numbers(observations: Sequence[Observation]) -> tuple[int, ...]:
+    """Return which state of its body each observation shows: 0 at rest, else that of its time."""
+    times = {
+        index: instants(observations, index) for index in {o.setup_index for o in observations}
+    }
+    return tuple(
+        0 if seen.instant is None else times[seen.setup_index].index(seen.instant.time)
+        for seen in observations
+    )
+
+
+def instants(observations: Sequence[Observation], index: int) -> list[float]:
+    """Return the times at which one body is seen moving [s], ascending."""
+    own = [seen.instant for seen in observations if seen.setup_index == index]
+    return sorted({instant.time for instant in own if instant is not None})
