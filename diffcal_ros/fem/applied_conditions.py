@@ -100,6 +100,15 @@ class AppliedConditions:
             return np.zeros_like(positions)
         return ratio * self._stiffening_term().force_of_ratio(positions, change)
 
+    def shear_modulus_gradient(
+        self, positions: FloatArray, adjoint: FloatArray
+    ) -> FloatArray | None:
+        """Return adjoint . d terms' forces by each shear modulus, shape (T,); None for zero."""
+        ratio = self.now.strain_stiffening
+        if ratio == 0.0:
+            return None
+        return ratio * self._stiffening_term().shear_modulus_gradient(positions, adjoint)
+
     def _stiffening_term(self) -> StiffeningTerm:
         if self._stiffening is None:
             body = self._solver.body

@@ -176,7 +176,8 @@ class EquilibriumSolver:
             forces += term.force_tangent(positions, direction)
         return forces
 
-    def _stiffness_values(self, positions: FloatArray, *, is_guarded: bool = False) -> FloatArray:
+    def stiffness_values(self, positions: FloatArray, *, is_guarded: bool = False) -> FloatArray:
+        """Return the stiffness of the body and of all terms in the pattern [N/m], shape (nnz,)."""
         values = self._stiffness.values(positions, is_guarded=is_guarded)
         for term in self.terms:
             values += term.stiffness(positions, is_guarded=is_guarded)
@@ -185,14 +186,14 @@ class EquilibriumSolver:
     def _make_factor(self, positions: FloatArray) -> None:
         """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be."""
         self._factor_positions = None
-        values = self._stiffness_values(positions)
+        values = self.stiffness_values(positions)
         diagonal = self.pattern.diagonal_slots
         shift = 0.0
         for attempt in range(_MAX_SHIFTS):
             try:
                 self._solver.factor(values)
             except NotPositiveDefiniteError:
-                values = self._stiffness_values(positions, is_guarded=True)
+                values = self.stiffness_values(positions, is_guarded=True)
                 if attempt > 0:
                     shift = max(4.0 * shift, 1e-4 * float(np.abs(values[diagonal]).mean()))
                     values[diagonal] += shift

@@ -125,16 +125,36 @@ class ForceChanges:
             material: one value per tetrahedron.
             gravity: [m/s^2], shape (3,).
         """
-        by_numbers = self._elastic.number_gradient(positions, adjoint)
+        return self.collect(self.by_numbers(positions, adjoint), adjoint, material, gravity)
+
+    def by_numbers(self, positions: FloatArray, adjoint: FloatArray) -> NeoHookeanNumbers:
+        """Return adjoint . d internal forces by the energy's numbers, shape (T,) each."""
+        elastic = self._elastic.number_gradient(positions, adjoint)
+        stiffening = self._conditions.shear_modulus_gradient(positions, adjoint)
+        if stiffening is None:
+            return elastic
+        return NeoHookeanNumbers(elastic.neo_hookean_mu + stiffening, elastic.neo_hookean_lambda)
+
+    def collect(
+        self,
+        by_numbers: NeoHookeanNumbers,
+        adjoint: FloatArray,
+        material: Material,
+        gravity: FloatArray,
+    ) -> StaticGradient:
+        """Return the gradient of `pull_back` from sums of `by_numbers` and of adjoints."""
         discretisation = self._elastic.discretisation
         nodes, shares = discretisation.nodes, discretisation.load_shares
         # Work of a unit acceleration on each tetrahedron's mass, along the adjoint.
         volume_adjoint = np.einsum('ta,tai->ti', shares, adjoint[nodes])
+        by_gravity = material.density @ volume_adjoint
+        if self._conditions.now.added_masses is not None:
+            by_gravity = by_gravity + self._conditions.now.added_masses @ adjoint
         return StaticGradient(
             youngs_modulus=-_chain(by_numbers, material.numbers_by_youngs_modulus()),
             poissons_ratio=-_chain(by_numbers, material.numbers_by_poissons_ratio()),
             density=volume_adjoint @ gravity,
-            gravity=material.density @ volume_adjoint,
+            gravity=by_gravity,
         )
 
 

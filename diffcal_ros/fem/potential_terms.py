@@ -57,6 +57,10 @@ class StiffeningTerm:
         unit = NeoHookeanNumbers(shear_moduli, np.zeros_like(shear_moduli))
         return self._body.force_of_numbers(positions, unit)
 
+    def shear_modulus_gradient(self, positions: FloatArray, adjoint: FloatArray) -> FloatArray:
+        """Return adjoint . d forces by each tetrahedron's C2 / C1 times shear modulus, (T,)."""
+        return self._body.number_gradient(positions, adjoint).neo_hookean_mu
+
     def energy(self, positions: FloatArray) -> float:
         """Return the energy [J]."""
         return self._body.energy(positions)

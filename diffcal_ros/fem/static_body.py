@@ -65,8 +65,8 @@ class StaticBody:
         self.solver = EquilibriumSolver(self.elastic, self.held_nodes, solver=solver)
         self.axes = body_axes(self.discretisation.rest_nodes, self.held_nodes)
         self._conditions = AppliedConditions(mesh, self.solver)
-        self._forces = ForceChanges(self.elastic, self._conditions, self.axes)
-        self._clamp = Clamp(self.discretisation.rest_nodes[self.held_nodes])
+        self.force_changes = ForceChanges(self.elastic, self._conditions, self.axes)
+        self.clamp = Clamp(self.discretisation.rest_nodes[self.held_nodes])
         self._clamp_was_moved = False
         self._held_path: HeldPath | None = None
         self._make_guide: Callable[[], StaticBody] = lambda: StaticBody(
@@ -109,6 +109,20 @@ class StaticBody:
         Raises:
             EquilibriumError: when no equilibrium was found.
         """
+        loads = self.prepare(material, gravity, conditions)
+        self._held_path = held_path
+        if conditions.clamp_compliance == 0.0:
+            self.clamp.turn = np.zeros(3)
+        self._settle(loads, self._clamp_path(), prediction)
+        if conditions.clamp_compliance != 0.0:
+            self._yield_clamp(loads)
+        self._clamp_was_moved = conditions.moves_clamp
+        return self.state
+
+    def prepare(
+        self, material: Material, gravity: FloatArray, conditions: Conditions = NO_CONDITIONS
+    ) -> FloatArray:
+        """Take a material, gravity and effects without settling; return the loads [N], (N, 3)."""
         material.require_shares(self.elastic.law.SHARES)
         self._material, self._gravity = material, np.asarray(gravity, dtype=np.float64)
         numbers = material.numbers()
@@ -117,18 +131,11 @@ class StaticBody:
         loads = self.gravity_loads(material.density, self._gravity)
         if conditions.added_masses is not None:
             loads += conditions.added_masses[:, None] * self._gravity
-        self._held_path = held_path
-        if conditions.clamp_compliance == 0.0:
-            self._clamp.turn = np.zeros(3)
-        self._settle(loads, self._clamp_path(), prediction)
-        if conditions.clamp_compliance != 0.0:
-            self._yield_clamp(loads)
-        self._clamp_was_moved = conditions.moves_clamp
-        return self.state
+        return loads
 
     def clamp_moment(self) -> FloatArray:
         """Return the moment of the body on the clamp about its middle [N m], shape (3,)."""
-        return self._clamp.moment(
+        return self.clamp.moment(
             self.state.positions[self.held_nodes], -self.state.reactions[self.held_nodes]
         )
 
@@ -148,9 +155,9 @@ class StaticBody:
         compliance = self._conditions.now.clamp_compliance
         for _ in range(_MAX_YIELDS):
             wanted = compliance * self.clamp_moment()
-            if float(np.abs(wanted - self._clamp.turn).max()) < _YIELD_TOLERANCE:
+            if float(np.abs(wanted - self.clamp.turn).max()) < _YIELD_TOLERANCE:
                 return
-            self._clamp.turn = wanted
+            self.clamp.turn = wanted
             self._settle(loads, self._clamp_path(), None)
         raise EquilibriumError(
             'the clamp gives way without end: its compliance is too large for the load'
@@ -163,7 +170,7 @@ class StaticBody:
             if path is None and self._clamp_was_moved:
                 return lambda _: self._held_vertices_at(1.0)
             return path
-        return lambda fraction: self._clamp.place(
+        return lambda fraction: self.clamp.place(
             self._held_vertices_at(fraction), conditions.clamp_motion
         )
 
@@ -186,7 +193,7 @@ class StaticBody:
         positions = self.state.positions
         material, gravity = self._current_material(), self._gravity
         explicit = np.stack(
-            [self._forces.along(positions, change, material, gravity) for change in changes]
+            [self.force_changes.along(positions, change, material, gravity) for change in changes]
         )
         forces, held = explicit.copy(), np.zeros_like(explicit)
         for number, change in enumerate(changes):
@@ -213,7 +220,9 @@ class StaticBody:
         """
         positions = self.state.positions
         adjoint = self.solver.linear_solve(positions, by_positions[None])[0]
-        return self._forces.pull_back(positions, adjoint, self._current_material(), self._gravity)
+        return self.force_changes.pull_back(
+            positions, adjoint, self._current_material(), self._gravity
+        )
 
     def _current_material(self) -> Material:
         if self._material is None:
@@ -227,24 +236,24 @@ class StaticBody:
             return None
         if effects.clamp_motion is None and effects.clamp_compliance == 0.0:
             return None
-        nominal = self._held_positions(self._held_vertices_at(1.0))
+        nominal = self.held_positions(self._held_vertices_at(1.0))
         moves = np.zeros_like(nominal)
         if effects.clamp_motion is not None:
-            moves += self._clamp.change(nominal, now.clamp_motion, effects.clamp_motion)
+            moves += self.clamp.change(nominal, now.clamp_motion, effects.clamp_motion)
         if effects.clamp_compliance != 0.0:
             turn = effects.clamp_compliance * self.clamp_moment()
             for axis in range(3):
-                moves += turn[axis] * self._clamp.turn_change(nominal, now.clamp_motion, axis)
+                moves += turn[axis] * self.clamp.turn_change(nominal, now.clamp_motion, axis)
         return moves
 
     def _clamp_tangents(self) -> FloatArray:
         """Return how the body follows a turn of the clamp about each axis [m], (3, N, 3)."""
         positions = self.state.positions
-        nominal = self._held_positions(self._held_vertices_at(1.0))
+        nominal = self.held_positions(self._held_vertices_at(1.0))
         motion = self._conditions.now.clamp_motion
         held = np.zeros((3, *positions.shape))
         for axis in range(3):
-            held[axis, self.held_nodes] = self._clamp.turn_change(nominal, motion, axis)
+            held[axis, self.held_nodes] = self.clamp.turn_change(nominal, motion, axis)
         forces = np.stack([-self.solver.force_tangent(positions, field) for field in held])
         return self.solver.linear_solve(positions, forces) + held
 
@@ -257,7 +266,7 @@ class StaticBody:
         """
         positions, held = self.state.positions, self.held_nodes
         reactions = self.state.reactions[held]
-        arms = positions[held] - self._clamp.center
+        arms = positions[held] - self.clamp.center
         changes = []
         for field, force in zip(fields, explicit, strict=True):
             moved = (self.solver.force_tangent(positions, field) - force)[held]
@@ -268,7 +277,7 @@ class StaticBody:
         self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
     ) -> Equilibrium:
         last = self.state.positions
-        held = None if held_path is None else self._held_positions(held_path(1.0))
+        held = None if held_path is None else self.held_positions(held_path(1.0))
         if prediction is None:
             return self.solver.solve(loads, last, held_positions=held, is_warm=True)
         start = self.solver.advance(last, prediction)
@@ -278,7 +287,7 @@ class StaticBody:
         rest = self.discretisation.rest_nodes
         if held_path is None:
             return self.solver.solve(loads, rest)
-        held = self._held_positions(held_path(1.0))
+        held = self.held_positions(held_path(1.0))
         if self.discretisation.element is Element.LINEAR:
             return self._follow(loads, held_path)
         # Linear elements follow the clamp 20 times faster and end close enough to start from.
@@ -292,12 +301,12 @@ class StaticBody:
         state = self.solver.solve(
             loads,
             self.discretisation.rest_nodes,
-            held_positions=self._held_positions(held_path(0.0)),
+            held_positions=self.held_positions(held_path(0.0)),
         )
         fraction, step = 0.0, _FIRST_FRACTION
         while fraction < 1.0:
             step = min(step, 1.0 - fraction)
-            held = self._held_positions(held_path(fraction + step))
+            held = self.held_positions(held_path(fraction + step))
             try:
                 state = self.solver.solve(loads, state.positions, held_positions=held)
             except EquilibriumError as error:
@@ -311,8 +320,8 @@ class StaticBody:
             step *= 1.5
         return state
 
-    def _held_positions(self, vertex_positions: FloatArray) -> FloatArray:
-        """Spread positions of held vertices, shape (h, 3), to held nodes."""
+    def held_positions(self, vertex_positions: FloatArray) -> FloatArray:
+        """Spread positions of held vertices, shape (h, 3), to held nodes, shape (H, 3)."""
         everywhere = np.zeros((self.mesh.vertex_count, 3))
         everywhere[self.held_vertices] = vertex_positions
         parents = self.discretisation.node_parents[self.held_nodes]

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The equation of motion: masses, forces at positions and velocities, and their derivatives.
+
+    M a + f(x, v) = 0,    f = elastic and contact forces + damping - loads
+
+on the free nodes, with a diagonal M (`lumped_mass`).
+"""
+
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
+from diffcal_ros.fem.motion.lumped_mass import lumped_masses, lumped_shares
+from diffcal_ros.fem.motion.viscous_body import ViscousBody
+from diffcal_ros.fem.static_body import StaticBody
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Dynamics:
+    """Forces on one body; positions [m], velocities [m/s] and forces [N] have shape (N, 3)."""
+
+    def __init__(self, body: StaticBody) -> None:
+        self.body = body
+        self.pattern = body.solver.pattern
+        self.free = self.pattern.free_nodes
+        self.shares = lumped_shares(body.discretisation)
+        self.viscous = ViscousBody(body.discretisation, self.pattern, body.elastic.device)
+        self.masses = np.zeros((body.discretisation.node_count, 1))
+        self.loads = np.zeros((body.discretisation.node_count, 3))
+        self._inputs: MotionInputs | None = None
+        self._mass_damping = 0.0
+
+    @property
+    def inputs(self) -> MotionInputs:
+        """The inputs taken last."""
+        if self._inputs is None:
+            raise RuntimeError('no motion yet: call simulate first')
+        return self._inputs
+
+    def take(self, inputs: MotionInputs) -> None:
+        """Take material, damping, gravity and effects."""
+        self._inputs = inputs
+        self.loads = self.body.prepare(inputs.material, inputs.gravity, inputs.conditions)
+        masses = lumped_masses(self.body.discretisation, self.shares, inputs.material.density)
+        if inputs.conditions.added_masses is not None:
+            masses = masses + inputs.conditions.added_masses
+        if not (masses > 0.0).all():
+            raise MotionError(
+                'the added mass takes more than there is at some node: a moving body needs a '
+                'positive mass everywhere'
+            )
+        self.masses = masses[:, None]
+        self.viscous.set_damping(inputs.damping.strain_rate)
+        self._mass_damping = inputs.damping.mass
+
+    def forces(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
+        """Return f(x, v)."""
+        forces = self.body.solver.forces(positions) - self.loads
+        if self.viscous.is_damped:
+            forces += self.viscous.forces(positions, velocities)
+        if self._mass_damping != 0.0:
+            forces += self._mass_damping * self.masses * velocities
+        return forces
+
+    def accelerations(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
+        """Return -f / M on free nodes and zero on held ones [m/s^2]."""
+        result = np.zeros_like(positions)
+        free = self.free
+        result[free] = -self.forces(positions, velocities)[free] / self.masses[free]
+        return result
+
+    def system_values(
+        self, positions: FloatArray, velocities: FloatArray, inertia: float, rate: float
+    ) -> FloatArray:
+        """Return the symmetric part of a step's matrix in the pattern [N/m], shape (nnz,).
+
+        Args:
+            positions: where forces are linearised.
+            velocities: there.
+            inertia: change of acceleration per change of position [1/s^2].
+            rate: change of velocity per change of position [1/s].
+        """
+        values = self.body.solver.stiffness_values(positions)
+        if self.viscous.is_damped:
+            values += self.viscous.stiffness(positions, velocities, rate)
+        weights = (inertia + self._mass_damping * rate) * self.masses[self.free, 0]
+        values[self.pattern.diagonal_slots] += np.repeat(weights, 3)
+        return values
+
+    def force_tangent(
+        self, positions: FloatArray, velocities: FloatArray, moved: FloatArray, sped: FloatArray
+    ) -> FloatArray:
+        """Return how f follows changes of positions and velocities."""
+        forces = self.body.solver.force_tangent(positions, moved)
+        if self.viscous.is_damped:
+            forces += self.viscous.force_tangent(positions, velocities, moved, sped)
+        if self._mass_damping != 0.0:
+            forces += self._mass_damping * self.masses * sped
+        return forces
+
+    def velocity_tangent(
+        self, positions: FloatArray, velocities: FloatArray, sped: FloatArray
+    ) -> FloatArray:
+        """Return how f follows a change of velocities alone."""
+        forces = self._mass_damping * self.masses * sped
+        if self.viscous.is_damped:
+            forces += self.viscous.force_tangent(positions, velocities, np.zeros_like(sped), sped)
+        return forces
+
+    def viscous_pull_back(
+        self, positions: FloatArray, velocities: FloatArray, adjoint: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return adjoint . d damping forces by positions, velocities and beta (T,)."""
+        by_positions, by_velocities, by_beta = self.viscous.pull_back(
+            positions, velocities, adjoint
+        )
+        if self._mass_damping != 0.0:
+            by_velocities += self._mass_damping * self.masses * adjoint
+        return by_positions, by_velocities, by_beta
+
+    def residual_change(
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        accelerations: FloatArray,
+        change: Change,
+    ) -> FloatArray:
+        """Return how M a + f follows the inputs in a fixed state."""
+        inputs = self.inputs
+        residual = -self.body.force_changes.along(
+            positions, change, inputs.material, inputs.gravity
+        )
+        inertial = accelerations + self._mass_damping * velocities
+        if change.density is not None:
+            masses = lumped_masses(self.body.discretisation, self.shares, change.density)
+            residual += masses[:, None] * inertial
+        if change.conditions is not None and change.conditions.added_masses is not None:
+            residual += change.conditions.added_masses[:, None] * inertial
+        if isinstance(change, MotionChange):
+            if change.damping is not None:
+                residual += self.viscous.force_of_damping(positions, velocities, change.damping)
+            residual += change.mass_damping * self.masses * velocities
+        return residual
+
+    @property
+    def mass_damping(self) -> float:
+        """Mass-proportional damping [1/s]."""
+        return self._mass_damping

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The default integrator: implicit, second-order, stable at any step."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.motion.dynamics import Dynamics
+from diffcal_ros.fem.motion.frame_reader import FrameReader
+from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
+from diffcal_ros.fem.motion.gradient_sum import GradientSum
+from diffcal_ros.fem.motion.implicit_derivatives import ImplicitDerivatives
+from diffcal_ros.fem.motion.implicit_march import march, Trajectory
+from diffcal_ros.fem.motion.integrator import ByHeld, HeldAt, HeldChanges
+from diffcal_ros.fem.motion.step_system import StepSystem
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Keeps the swing of a beam and still settles what a step cannot follow: see
+# docs/decisions/implicit-integrator.md.
+RETAINED = 0.8
+
+
+class ImplicitIntegrator:
+    """Generalised-alpha steps; stores positions and velocities of each."""
+
+    name = 'implicit'
+
+    def __init__(
+        self, dynamics: Dynamics, time_step: float, *, retained: float = RETAINED
+    ) -> None:
+        """Prepare marches.
+
+        Args:
+            dynamics: the equation of motion.
+            time_step: longest step [s].
+            retained: amplitude left of the fastest vibrations after a step, 0 to 1.
+        """
+        self._dynamics = dynamics
+        self._rule = StepRule(time_step, retained)
+        self._system = StepSystem(dynamics)
+        self._trajectory = Trajectory()
+        self._stamps = np.zeros(0)
+
+    @property
+    def step_count(self) -> int:
+        """Number of steps of the last march."""
+        return len(self._trajectory.steps)
+
+    @property
+    def halvings(self) -> int:
+        """How often a step of the last march had to be halved."""
+        return self._trajectory.halvings
+
+    def march(self, start: FloatArray, stamps: FloatArray, held_at: HeldAt) -> FrameReader:
+        """March; see `Integrator`."""
+        dynamics = self._dynamics
+        velocities = np.zeros_like(start)
+        velocities[dynamics.body.held_nodes] = held_at(0.0).velocities
+        accelerations = dynamics.accelerations(start, velocities)
+        begin = StepState(start, velocities, accelerations, accelerations)
+        self._system.forget()
+        self._stamps = stamps
+        duration = float(stamps.max(initial=0.0))
+        self._trajectory = march(dynamics, self._system, self._rule, begin, duration, held_at)
+        reader = self._reader()
+        reader.begin(start.shape)
+        states = zip(self._trajectory.positions, self._trajectory.velocities, strict=True)
+        for place, state in enumerate(states):
+            reader.add(place, *state)
+        return reader
+
+    def tangents(
+        self, changes: Sequence[Change], start: FloatArray, held_changes: HeldChanges
+    ) -> FloatArray:
+        """Return tangents; see `Integrator`."""
+        reader = self._reader()
+        self._derivatives().tangents(changes, start, held_changes, reader)
+        return reader.frames.swapaxes(0, 1)
+
+    def gradient(
+        self, by_frames: FloatArray, by_held: ByHeld | None
+    ) -> tuple[GradientSum, FloatArray]:
+        """Return the gradient; see `Integrator`."""
+        return self._derivatives().gradient(by_frames, self._reader(), by_held)
+
+    def _reader(self) -> FrameReader:
+        return FrameReader(np.array(self._trajectory.times), self._stamps)
+
+    def _derivatives(self) -> ImplicitDerivatives:
+        return ImplicitDerivatives(
+            self._dynamics, self._system, self._rule.retained, self._trajectory
+        )

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Marching forward by implicit steps; a step that does not converge is halved."""
+
+from dataclasses import dataclass, field
+
+from diffcal_ros.fem.motion.dynamics import Dynamics
+from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
+from diffcal_ros.fem.motion.held_nodes import HeldState
+from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.fem.motion.integrator import HeldAt
+from diffcal_ros.fem.motion.step_system import StepSystem
+from diffcal_ros.fem.sparse_solver import NotPositiveDefiniteError
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Largest force left on a node, relative to the mean load. Times h^2 / M that is 1e-12 m a step.
+_FORCE_TOLERANCE = 1e-7
+_MAX_NEWTON_STEPS = 20
+# A factorisation is held while a step leaves no more than this share of the force.
+_HELD_CONTRACTION = 0.2
+_MAX_HALVINGS = 10
+# So many good steps after a halving the step is doubled again.
+_GOOD_STEPS = 4
+# Forces are compared with masses under this acceleration where gravity is absent [m/s^2].
+_LEAST_ACCELERATION = 1.0
+
+
+class _StepFailedError(Exception):
+    """Newton's method did not converge."""
+
+
+@dataclass
+class Trajectory:
+    """States of a march.
+
+    Attributes:
+        times: since the start [s], S + 1 of them.
+        steps: sizes of the steps [s], S of them.
+        positions: [m], shape (N, 3) each.
+        velocities: [m/s], shape (N, 3) each.
+        halvings: how often a step had to be halved.
+    """
+
+    times: list[float] = field(default_factory=list)
+    steps: list[float] = field(default_factory=list)
+    positions: list[FloatArray] = field(default_factory=list)
+    velocities: list[FloatArray] = field(default_factory=list)
+    halvings: int = 0
+
+    def append(self, time: float, state: StepState) -> None:
+        """Keep a state."""
+        self.times.append(time)
+        self.positions.append(state.positions)
+        self.velocities.append(state.velocities)
+
+
+def march(
+    dynamics: Dynamics,
+    system: StepSystem,
+    rule: StepRule,
+    begin: StepState,
+    duration: float,
+    held_at: HeldAt,
+) -> Trajectory:
+    """March until a duration is covered.
+
+    Args:
+        dynamics: the equation of motion.
+        system: of its steps.
+        rule: whose step is the longest to take.
+        begin: state to start from.
+        duration: [s].
+        held_at: held nodes at a time since the start [s].
+
+    Raises:
+        MotionError: when a step does not converge however short it is.
+    """
+    trajectory = Trajectory()
+    trajectory.append(0.0, begin)
+    tolerance = _tolerance(dynamics)
+    time, state, level, good_steps = 0.0, begin, 0, 0
+    while time < duration * (1.0 - 1e-12):
+        now = StepRule(rule.step / 2**level, rule.retained)
+        try:
+            state = _step(dynamics, system, now, state, held_at(time + now.step), tolerance)
+        except _StepFailedError as error:
+            level, good_steps = level + 1, 0
+            trajectory.halvings += 1
+            if level > _MAX_HALVINGS:
+                raise MotionError(
+                    f'the motion does not go on {1e3 * time:.1f} ms after its start, not even '
+                    f'with a time step of {now.step:.1e} s: the body may be too soft for its '
+                    "load (raise Young's modulus) or be released from too far off"
+                ) from error
+            continue
+        good_steps += 1
+        if level > 0 and good_steps >= _GOOD_STEPS:
+            level, good_steps = level - 1, 0
+        # Whole steps are counted, so that their times carry no sum of roundings.
+        time = time + now.step if trajectory.halvings else (len(trajectory.steps) + 1) * rule.step
+        trajectory.steps.append(now.step)
+        trajectory.append(time, state)
+    return trajectory
+
+
+def _tolerance(dynamics: Dynamics) -> float:
+    loads = np.linalg.norm(dynamics.loads[dynamics.free], axis=1)
+    least = _LEAST_ACCELERATION * dynamics.masses[dynamics.free, 0]
+    return _FORCE_TOLERANCE * float(np.maximum(loads, least).mean())
+
+
+def _step(
+    dynamics: Dynamics,
+    system: StepSystem,
+    rule: StepRule,
+    begin: StepState,
+    held: HeldState,
+    tolerance: float,
+) -> StepState:
+    """Take one step by Newton's method with a held factorisation."""
+    nodes, known = dynamics.body.held_nodes, rule.known(begin)
+    positions = begin.positions + rule.step * begin.velocities
+    positions += 0.5 * rule.step**2 * begin.filtered
+    positions[nodes] = held.positions
+    before = np.inf
+    for count in range(_MAX_NEWTON_STEPS):
+        end = rule.end(known, positions)
+        end.velocities[nodes] = held.velocities
+        end.filtered[nodes] = end.accelerations[nodes] = 0.0
+        force = dynamics.masses * end.accelerations
+        force += dynamics.forces(positions, end.velocities)
+        largest = float(np.abs(force[dynamics.free]).max())
+        if largest < tolerance:
+            return end
+        if not np.isfinite(largest):
+            break
+        is_slow = largest > _HELD_CONTRACTION * before
+        if not system.is_ready(rule) or (count > 0 and is_slow):
+            try:
+                system.factor(rule, end)
+            except NotPositiveDefiniteError:
+                break
+        before = largest
+        positions = positions - system.apply(force)
+    raise _StepFailedError

@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A clamped body after its release: positions at the frames' stamps, tangents and adjoint.
+
+The body rests on a support until the release, then the support is gone. Steps are counted from
+the release, so that a later release shifts the whole motion: the derivative by its time is the
+velocity at the frame, with the sign turned.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from diffcal_ros.damping import Damping
+from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.motion.dynamics import Dynamics
+from diffcal_ros.fem.motion.held_nodes import HeldNodes, HeldState
+from diffcal_ros.fem.motion.implicit import ImplicitIntegrator
+from diffcal_ros.fem.motion.inputs import (
+    HeldMotion,
+    MotionChange,
+    MotionError,
+    MotionGradient,
+    MotionInputs,
+    Release,
+)
+from diffcal_ros.fem.motion.integrator import Integrator
+from diffcal_ros.fem.motion.start import Start
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.material import Material
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+TIME_STEP = 1.0 / 240.0
+_MAKERS: dict[str, Callable[[Dynamics, float], Integrator]] = {
+    'implicit': ImplicitIntegrator,
+}
+INTEGRATOR_NAMES = tuple(_MAKERS)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion at the stamps that were asked for.
+
+    Attributes:
+        stamps: [s], shape (F,).
+        positions: of the nodes in the world frame [m], shape (F, N, 3).
+        velocities: their derivative by time [m/s], shape (F, N, 3); zero before the release.
+        step_count: steps taken.
+        halvings: how often a step did not converge and was halved.
+    """
+
+    stamps: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+    step_count: int
+    halvings: int
+
+
+class MovingBody:
+    """One body that is let go; keeps its last motion for the derivatives."""
+
+    def __init__(
+        self,
+        static_body: StaticBody,
+        release: Release | None,
+        *,
+        integrator: str = 'implicit',
+        time_step: float = TIME_STEP,
+    ) -> None:
+        """Prepare one body.
+
+        Args:
+            static_body: with its clamp. Its material and state are set anew by each motion.
+            release: the support that goes and when; None: the body rests in its clamp until
+                t = 0 and then follows the motion of the held vertices.
+            integrator: one of `INTEGRATOR_NAMES`.
+            time_step: longest step [s].
+
+        Raises:
+            ValueError: for an unknown integrator or a time step that is not positive.
+        """
+        if integrator not in _MAKERS:
+            raise ValueError(
+                f'integrator {integrator!r} is unknown: use one of {", ".join(INTEGRATOR_NAMES)}'
+            )
+        if not time_step > 0.0:
+            raise ValueError(f'time step is {time_step:g} s: it must be positive')
+        self.static_body = static_body
+        self.release = release
+        self._dynamics = Dynamics(static_body)
+        self._start = Start(static_body, release)
+        self.integrator = _MAKERS[integrator](self._dynamics, time_step)
+        self._motion: Motion | None = None
+        self._held = HeldNodes(static_body, None, np.zeros(6))
+        self._release_time = 0.0
+
+    @property
+    def motion(self) -> Motion:
+        """The last motion.
+
+        Raises:
+            RuntimeError: before the first one.
+        """
+        if self._motion is None:
+            raise RuntimeError('no motion yet: call simulate first')
+        return self._motion
+
+    def simulate(
+        self,
+        material: Material,
+        damping: Damping,
+        gravity: FloatArray,
+        stamps: FloatArray,
+        *,
+        held_motion: HeldMotion | None = None,
+        conditions: Conditions = NO_CONDITIONS,
+        release_time: float | None = None,
+    ) -> Motion:
+        """Find the body's positions at the stamps.
+
+        Args:
+            material: one value per tetrahedron.
+            damping: one value per tetrahedron.
+            gravity: acceleration in the world frame [m/s^2], shape (3,).
+            stamps: [s], shape (F,), in any order; the body rests until its release.
+            held_motion: positions of the held vertices [m], shape (h, 3), at a time on the axis
+                of the stamps; smooth. They rest where they are at the release until then. None:
+                they stay.
+            conditions: effects on the body; added masses count as inertia too.
+            release_time: [s], in place of the release's own.
+
+        Raises:
+            EquilibriumError: when the body finds no rest before its release.
+            MotionError: when a step does not converge however short, or for conditions that
+                only a body at rest can have.
+        """
+        stamps = np.asarray(stamps, dtype=np.float64)
+        _check(stamps, conditions)
+        if release_time is None:
+            release_time = 0.0 if self.release is None else self.release.time
+        self._release_time = release_time
+        inputs = MotionInputs(material, damping, np.asarray(gravity, dtype=np.float64), conditions)
+        self._held = HeldNodes(self.static_body, held_motion, conditions.clamp_motion)
+        start = self._start.settle(inputs, self._held.vertices_at(release_time))
+        self._dynamics.take(inputs)
+        reader = self.integrator.march(start, stamps - release_time, self._held_at)
+        self._motion = Motion(
+            stamps,
+            reader.frames,
+            reader.rates,
+            self.integrator.step_count,
+            self.integrator.halvings,
+        )
+        return self._motion
+
+    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+        """Return how positions follow each change [m], shape (k, F, N, 3).
+
+        Args:
+            changes: `MotionChange` or `Change`.
+        """
+        motion = self.motion
+        held = self._held_changes(changes, 0.0)
+        clamped = np.zeros((len(changes), *motion.positions.shape[1:]))
+        for number, state in enumerate(held):
+            if state is not None:
+                clamped[number, self.static_body.held_nodes] = state.positions
+        start = self._start.tangents(changes, clamped)
+        self._dynamics.take(self._dynamics.inputs)
+        fields = self.integrator.tangents(
+            changes, start, lambda time: self._held_changes(changes, time)
+        )
+        for field, change in zip(fields, changes, strict=True):
+            if isinstance(change, MotionChange) and change.release_time != 0.0:
+                field -= change.release_time * motion.velocities
+        return fields
+
+    def gradient(self, by_positions: FloatArray) -> MotionGradient:
+        """Pull a derivative by the positions back to the inputs.
+
+        Args:
+            by_positions: derivative of a scalar by the positions [1/m], shape (F, N, 3).
+        """
+        motion = self.motion
+        if by_positions.shape != motion.positions.shape:
+            raise ValueError(
+                f'the derivative has shape {by_positions.shape}: it must be like the positions, '
+                f'{motion.positions.shape}'
+            )
+        by_release = -float((by_positions * motion.velocities).sum())
+        unit = MotionChange(release_time=1.0)
+
+        def add_held(time: float, by_place: FloatArray, by_speed: FloatArray) -> None:
+            nonlocal by_release
+            state = self._held.change(self._release_time + time, unit)
+            if state is not None:
+                by_release += float((by_place * state.positions).sum())
+                by_release += float((by_speed * state.velocities).sum())
+
+        self._dynamics.take(self._dynamics.inputs)
+        total, by_start = self.integrator.gradient(
+            by_positions, add_held if self._held.moves else None
+        )
+        start, by_clamp = self._start.pull_back(by_start)
+        if self._held.moves:
+            held = self.static_body.held_nodes
+            add_held(0.0, by_clamp[held], np.zeros_like(by_clamp[held]))
+        return total.total(start, by_release)
+
+    def _held_at(self, time: float) -> HeldState:
+        return self._held.at(self._release_time + time)
+
+    def _held_changes(self, changes: Sequence[Change], time: float) -> list[HeldState | None]:
+        return [self._held.change(self._release_time + time, change) for change in changes]
+
+
+def _check(stamps: FloatArray, conditions: Conditions) -> None:
+    if stamps.ndim != 1 or not np.isfinite(stamps).all():
+        raise ValueError(
+            f'stamps have shape {stamps.shape}: give finite times in seconds, one per frame'
+        )
+    if conditions.clamp_compliance != 0.0:
+        raise MotionError(
+            'a clamp that gives way is modelled for a body at rest only: leave clamp_compliance '
+            'out of a motion'
+        )

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The body at rest before its release, held by the clamp and a support, and its derivatives."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.motion.inputs import MotionInputs, Release
+from diffcal_ros.fem.static_body import HeldPath, StaticBody
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Start:
+    """Static equilibrium with the support still there."""
+
+    def __init__(self, body: StaticBody, release: Release | None) -> None:
+        """Prepare the supported body.
+
+        Args:
+            body: with its clamp alone.
+            release: which support there is; None or an empty one: the clamp alone.
+        """
+        self._clamped = body.held_vertices
+        self._supported = np.zeros(0, dtype=np.int32)
+        self._support_positions = np.zeros((0, 3))
+        if release is not None:
+            self._supported = np.asarray(release.supported_vertices, dtype=np.int32)
+            positions = release.support_positions
+            if positions is None:
+                positions = body.mesh.rest_positions[self._supported]
+            self._support_positions = np.asarray(positions, dtype=np.float64)
+        if len(self._support_positions) != len(self._supported):
+            raise ValueError(
+                f'{len(self._support_positions)} support positions are given for '
+                f'{len(self._supported)} supported vertices: give one for each'
+            )
+        self.static = body
+        if len(self._supported) > 0:
+            self.static = StaticBody(
+                body.mesh,
+                body.discretisation.element,
+                np.union1d(self._clamped, self._supported),
+                law=body.elastic.law,
+                solver=body.solver.solver_name,
+                device=body.elastic.device,
+            )
+        self._has_moved = False
+        self._inputs: MotionInputs | None = None
+
+    def settle(self, inputs: MotionInputs, clamp_positions: FloatArray) -> FloatArray:
+        """Return node positions at rest [m], shape (N, 3).
+
+        Args:
+            inputs: of the motion.
+            clamp_positions: of the clamped vertices [m], shape (h, 3).
+
+        Raises:
+            EquilibriumError: when no equilibrium was found.
+        """
+        self._inputs = inputs
+        # The clamp's own motion is in its positions: the support does not follow it.
+        conditions = replace(inputs.conditions, clamp_motion=np.zeros(6), clamp_compliance=0.0)
+        state = self.static.settle(
+            inputs.material,
+            inputs.gravity,
+            held_path=self._held_path(clamp_positions),
+            conditions=conditions,
+        )
+        return state.positions
+
+    def tangents(self, changes: Sequence[Change], held: FloatArray) -> FloatArray:
+        """Return how the body at rest follows changes [m], shape (k, N, 3).
+
+        Args:
+            changes: of the inputs.
+            held: how clamped nodes follow them, zero elsewhere [m], shape (k, N, 3).
+        """
+        static, inputs = self.static, self._current()
+        positions = static.state.positions
+        forces = np.stack(
+            [
+                static.force_changes.along(positions, change, inputs.material, inputs.gravity)
+                for change in changes
+            ]
+        )
+        for force, field in zip(forces, held, strict=True):
+            if field.any():
+                force -= static.solver.force_tangent(positions, field)
+        return static.solver.linear_solve(positions, forces) + held
+
+    def pull_back(self, by_positions: FloatArray) -> tuple[StaticGradient, FloatArray]:
+        """Pull a derivative by the positions at rest back to the inputs and to held nodes.
+
+        Args:
+            by_positions: [1/m], shape (N, 3).
+
+        Returns:
+            The derivative by the inputs, and by positions of held nodes, shape (N, 3), zero on
+            free ones.
+        """
+        static, inputs = self.static, self._current()
+        positions = static.state.positions
+        adjoint = static.solver.linear_solve(positions, by_positions[None])[0]
+        by_held = np.zeros_like(by_positions)
+        reaction = by_positions - static.solver.force_tangent(positions, adjoint)
+        by_held[static.held_nodes] = reaction[static.held_nodes]
+        gradient = static.force_changes.pull_back(
+            positions, adjoint, inputs.material, inputs.gravity
+        )
+        return gradient, by_held
+
+    def _current(self) -> MotionInputs:
+        if self._inputs is None:
+            raise RuntimeError('no motion yet: call simulate first')
+        return self._inputs
+
+    def _held_path(self, clamp_positions: FloatArray) -> HeldPath | None:
+        """Return the straight way of held vertices from rest; None: they never left it."""
+        rest = self.static.mesh.rest_positions
+        target = rest.copy()
+        target[self._clamped] = clamp_positions
+        target[self._supported] = self._support_positions
+        held = self.static.held_vertices
+        first, last = rest[held], target[held]
+        self._has_moved = self._has_moved or not np.array_equal(first, last)
+        if not self._has_moved:
+            return None
+        return lambda fraction: (1.0 - fraction) * first + fraction * last

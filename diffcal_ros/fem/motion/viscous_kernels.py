@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+# mypy: ignore-errors
+"""Warp kernels of strain-rate damping: forces, their derivatives by positions and velocities.
+
+With F the deformation gradient, L = dF/dt and D = sym(F^T L), the stress is beta F D. Along
+(dF, dL) it changes by
+
+    beta (dF D + F sym(dF^T L + F^T dL)).
+
+An implicit step ties dL = rate dF, so that the bilinear form is, with G = L + rate F,
+
+    beta (dF' : dF D + sym(F^T dF') : sym(G^T dF)).
+
+It is not symmetric: the strain rate itself depends on the positions. The assembled stiffness is
+its symmetric part; `skew` is the small rest.
+"""
+
+from diffcal_ros.fem.element_kernels import gradient_at
+import warp as wp
+
+wp.set_module_options({'enable_backward': False})
+
+
+@wp.func
+def symmetric(A: wp.mat33d):
+    """Return the symmetric part."""
+    return wp.float64(0.5) * (A + wp.transpose(A))
+
+
+@wp.kernel
+def viscous_forces(
+    # In:
+    nodes: wp.array2d[wp.int32],  # (T, n)
+    gradients: wp.array3d[wp.vec3d],  # (T, q, n) [1/m]
+    weights: wp.array2d[wp.float64],  # (T, q) [m^3]
+    beta: wp.array[wp.float64],  # (T,) [Pa s]
+    positions: wp.array[wp.vec3d],  # (N,) [m]
+    velocities: wp.array[wp.vec3d],  # (N,) [m/s]
+    # Out:
+    internal: wp.array[wp.vec3d],  # (N,) [N], accumulated
+):
+    """Add the forces of damping, on the side of elastic forces."""
+    tet = wp.tid()
+    for point in range(weights.shape[1]):
+        F = gradient_at(positions, nodes, gradients, tet, point)
+        L = gradient_at(velocities, nodes, gradients, tet, point)
+        D = symmetric(wp.transpose(F) * L)
+        P = weights[tet, point] * beta[tet] * (F * D)
+        for a in range(nodes.shape[1]):
+            wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+
+
+@wp.kernel
+def viscous_tangent(
+    # In:
+    nodes: wp.array2d[wp.int32],
+    gradients: wp.array3d[wp.vec3d],
+    weights: wp.array2d[wp.float64],
+    beta: wp.array[wp.float64],
+    positions: wp.array[wp.vec3d],
+    velocities: wp.array[wp.vec3d],
+    moved: wp.array[wp.vec3d],  # (N,) change of positions [m]
+    sped: wp.array[wp.vec3d],  # (N,) change of velocities [m/s]
+    # Out:
+    internal: wp.array[wp.vec3d],  # (N,) [N], accumulated
+):
+    """Add how forces follow changes of positions and velocities."""
+    tet = wp.tid()
+    for point in range(weights.shape[1]):
+        F = gradient_at(positions, nodes, gradients, tet, point)
+        L = gradient_at(velocities, nodes, gradients, tet, point)
+        dF = gradient_at(moved, nodes, gradients, tet, point)
+        dL = gradient_at(sped, nodes, gradients, tet, point)
+        D = symmetric(wp.transpose(F) * L)
+        dD = symmetric(wp.transpose(dF) * L + wp.transpose(F) * dL)
+        P = weights[tet, point] * beta[tet] * (dF * D + F * dD)
+        for a in range(nodes.shape[1]):
+            wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+
+
+@wp.kernel
+def viscous_pull_back(
+    # In:
+    nodes: wp.array2d[wp.int32],
+    gradients: wp.array3d[wp.vec3d],
+    weights: wp.array2d[wp.float64],
+    beta: wp.array[wp.float64],
+    positions: wp.array[wp.vec3d],
+    velocities: wp.array[wp.vec3d],
+    adjoint: wp.array[wp.vec3d],  # (N,)
+    # Out:
+    by_positions: wp.array[wp.vec3d],  # (N,) adjoint . d forces / d positions, accumulated
+    by_velocities: wp.array[wp.vec3d],  # (N,) adjoint . d forces / d velocities, accumulated
+    by_beta: wp.array[wp.float64],  # (T,) adjoint . d forces / d beta
+):
+    """Add what an adjoint of the forces pulls back to."""
+    tet = wp.tid()
+    total = wp.float64(0.0)
+    for point in range(weights.shape[1]):
+        F = gradient_at(positions, nodes, gradients, tet, point)
+        L = gradient_at(velocities, nodes, gradients, tet, point)
+        A = gradient_at(adjoint, nodes, gradients, tet, point)
+        D = symmetric(wp.transpose(F) * L)
+        S = symmetric(wp.transpose(F) * A)
+        total += weights[tet, point] * wp.ddot(S, D)
+        scale = weights[tet, point] * beta[tet]
+        P = scale * (A * D + L * S)
+        Q = scale * (F * S)
+        for a in range(nodes.shape[1]):
+            wp.atomic_add(by_positions, nodes[tet, a], P * gradients[tet, point, a])
+            wp.atomic_add(by_velocities, nodes[tet, a], Q * gradients[tet, point, a])
+    by_beta[tet] = total
+
+
+@wp.kernel
+def viscous_skew(
+    # In:
+    nodes: wp.array2d[wp.int32],
+    gradients: wp.array3d[wp.vec3d],
+    weights: wp.array2d[wp.float64],
+    beta: wp.array[wp.float64],
+    positions: wp.array[wp.vec3d],
+    velocities: wp.array[wp.vec3d],
+    direction: wp.array[wp.vec3d],  # (N,)
+    # Out:
+    internal: wp.array[wp.vec3d],  # (N,) skew part of the step's stiffness, accumulated
+):
+    """Add the skew part of an implicit step's stiffness times a direction."""
+    tet = wp.tid()
+    for point in range(weights.shape[1]):
+        F = gradient_at(positions, nodes, gradients, tet, point)
+        L = gradient_at(velocities, nodes, gradients, tet, point)
+        dF = gradient_at(direction, nodes, gradients, tet, point)
+        scale = wp.float64(0.5) * weights[tet, point] * beta[tet]
+        P = scale * (F * symmetric(wp.transpose(L) * dF) - L * symmetric(wp.transpose(F) * dF))
+        for a in range(nodes.shape[1]):
+            wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+
+
+@wp.kernel
+def viscous_stiffness(
+    # In:
+    nodes: wp.array2d[wp.int32],
+    gradients: wp.array3d[wp.vec3d],
+    weights: wp.array2d[wp.float64],
+    beta: wp.array[wp.float64],
+    positions: wp.array[wp.vec3d],
+    velocities: wp.array[wp.vec3d],
+    rate: wp.float64,  # change of velocity per change of position [1/s]
+    slots: wp.array3d[wp.int32],  # (T, pairs, 9) place of each entry in values, or -1
+    # Out:
+    values: wp.array[wp.float64],  # symmetric part of the step's stiffness [N/m], accumulated
+):
+    """Add the symmetric part of an implicit step's stiffness."""
+    tet = wp.tid()
+    for point in range(weights.shape[1]):
+        scale = weights[tet, point] * beta[tet]
+        F = gradient_at(positions, nodes, gradients, tet, point)
+        L = gradient_at(velocities, nodes, gradients, tet, point)
+        G = L + rate * F
+        D = symmetric(wp.transpose(F) * L)
+        T = wp.float64(0.5) * symmetric(F * wp.transpose(G))
+        pair = wp.int32(0)
+        for a in range(nodes.shape[1]):
+            ga = gradients[tet, point, a]
+            Fa = wp.float64(0.25) * (F * ga)
+            Ga = wp.float64(0.25) * (G * ga)
+            Da = D * ga
+            for b in range(a, nodes.shape[1]):
+                gb = gradients[tet, point, b]
+                block = scale * (
+                    wp.dot(Da, gb) * wp.identity(n=3, dtype=wp.float64)
+                    + wp.dot(ga, gb) * T
+                    + wp.outer(F * gb, Ga)
+                    + wp.outer(G * gb, Fa)
+                )
+                for i in range(3):
+                    for j in range(3):
+                        slot = slots[tet, pair, 3 * i + j]
+                        if slot >= 0:
+                            wp.atomic_add(values, slot, block[i, j])
+                pair += 1
