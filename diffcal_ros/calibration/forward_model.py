@@ -131,9 +131,10 @@ class ForwardModel:
             return self._views
         self._turn['before'] = self._turn.get('last', self)
         self._turn['last'] = self
+        predictions = {index: self._prediction(index, coordinates) for index in self.bodies}
+        self._coordinates = None  # Where one posture fails, the others are elsewhere already.
         for index, posture in self.bodies.items():
-            inputs = self._posture_inputs(index, coordinates)
-            posture.settle(inputs, self._prediction(index, coordinates))
+            posture.settle(self._posture_inputs(index, coordinates), predictions[index])
         self._views = []
         for number in range(len(self.observations)):
             points = self.cameras.points(number, self._world(number), coordinates)

@@ -51,6 +51,7 @@ class Observation:
         frame_count: frames that `depth` was made from.
         noise: standard deviation of one fused pixel [m], measured from the frames; NaN from one.
         instant: of a body that moves; None for one at rest.
+        left_out: pixels that are not looked at, shape (H, W); None: all are.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Observation:
     frame_count: int = 1
     noise: float = float('nan')
     instant: Instant | None = None
+    left_out: NDArray[np.bool_] | None = None
 
 
 def pose_owners(observations: Sequence[Observation]) -> tuple[int, ...]:

@@ -39,6 +39,8 @@ def make_view_mask(
     image = np.zeros((camera.height, camera.width), dtype=bool)
     for u0, v0, u1, v1 in masks.boxes:
         image[max(v0, 0) : v1 + 1, max(u0, 0) : u1 + 1] = True
+    if observation.left_out is not None:
+        image |= observation.left_out
     hidden = np.zeros(body.discretisation.node_count, dtype=bool)
     if masks.held:
         hidden[body.held_nodes] = True

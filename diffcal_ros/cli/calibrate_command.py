@@ -25,6 +25,7 @@ _RESULT, _REPORT, _FITTED_SCENE = 'result.json', 'report.html', 'fitted_scene.ya
 _USUAL = {'gauss_newton': 30, 'adam_demon': 100}
 _EXIT_NOT_FITTED = 3
 _EXIT_INTERRUPTED = 130
+_ALL_LAWS = 'all'
 
 
 def add_parser(subparsers: Any) -> None:
@@ -53,7 +54,8 @@ def _add_fit_options(group: Any) -> None:
     group.add_argument(
         '--law',
         metavar='LAW',
-        help="energy law, one of those in config/example_scene.yaml (default: the scene's)",
+        help="energy law, one of those in config/example_scene.yaml (default: the scene's); all: "
+        'fit under each and rank them by the gap on pixels that the fit has not seen',
     )
     group.add_argument(
         '--loss',
@@ -89,12 +91,14 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.scene.load import load_scene
 
     scene = load_scene(args.scene)
-    if args.law is not None:
+    if args.law is not None and args.law != _ALL_LAWS:
         scene = with_law(scene, args.law)
     settings = _settings(args, scene)
     progress = Progress(most_iterations=settings.max_iterations or _USUAL[settings.optimizer])
     try:
         with progress:
+            if args.law == _ALL_LAWS:
+                return _rank(args, scene, settings, progress)
             calibration, result = _fit(args, scene, settings, progress)
         return _tell(args.out, calibration, result)
     except KeyboardInterrupt:
@@ -153,6 +157,25 @@ def _fit(
     except ImportError as error:
         # Solvers and torch are optional; the message says what to install.
         raise InputError(str(error)) from error
+
+
+def _rank(
+    args: argparse.Namespace,
+    scene: 'Scene',
+    settings: 'CalibrationSettings',
+    progress: 'Progress',
+) -> int:
+    """Fit under every law, write the results and print the ranking."""
+    from diffcal_ros.offline.rank_laws import RANKING_FILE, run_law_ranking
+    from diffcal_ros.report.law_table import law_lines
+
+    inputs = open_asked(args, scene)
+    for note in (*scene.notes, *inputs.notes):
+        progress.say(f'note: {note}')
+    ranking = run_law_ranking(inputs, settings, args.out, tell=progress.say)
+    print('\n'.join(law_lines(ranking)))
+    print(f'\nranking   {args.out / RANKING_FILE}')
+    return 0 if ranking[0].is_fitted else _EXIT_NOT_FITTED
 
 
 def _remove_old_results(out: Path) -> None:

@@ -251,3 +251,30 @@ def test_an_earlier_result_survives_a_full_disk(calibrate, tmp_path):
         assert calibrate().code == EXIT_BAD_INPUT
     assert (tmp_path / 'out' / 'result.json').read_bytes() == before
     assert names(tmp_path / 'out') == FILES
+
+
+def test_all_laws_are_ranked(recorded_beam, tmp_path, capsys):
+    bag = recorded_beam.bags['observation']
+    arguments = ['calibrate', str(bag), '--scene', str(recorded_beam.scene), '--no-mesh-error']
+    assert main([*arguments, '--out', str(tmp_path), '--law', 'all']) == EXIT_DONE
+    out = capsys.readouterr().out.splitlines()
+    ranking = json.loads((tmp_path / 'laws.json').read_text())
+    laws = [entry['law'] for entry in ranking['ranked']]
+    assert [line.split()[0] for line in out[1 : 1 + len(laws)]] == laws
+    gaps = [entry['held_out_gap']['rms_mm'] for entry in ranking['ranked']]
+    assert gaps == sorted(gaps)
+    assert read_result(tmp_path / laws[0])['scene']['law'] == laws[0]
+
+
+def test_one_law_is_fitted_and_written_to_the_scene(recorded_beam, tmp_path):
+    bag = recorded_beam.bags['observation']
+    arguments = ['calibrate', str(bag), '--scene', str(recorded_beam.scene), '--no-mesh-error']
+    assert main([*arguments, '--out', str(tmp_path), '--law', 'mooney_rivlin']) == EXIT_DONE
+    assert load_scene(tmp_path / 'fitted_scene.yaml').law == 'mooney_rivlin'
+    assert read_result(tmp_path)['scene']['law'] == 'mooney_rivlin'
+
+
+def test_an_unknown_law_is_bad_input(recorded_beam, tmp_path, capsys):
+    arguments = ['calibrate', '--scene', str(recorded_beam.scene), '--out', str(tmp_path)]
+    assert main([*arguments, '--law', 'ogden']) == EXIT_BAD_INPUT
+    assert "law is 'ogden': use one of stable_neo_hookean" in capsys.readouterr().err
