@@ -6,6 +6,7 @@ from diffcal_ros.calibration.effect_model import EffectModel
 from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet, TILT_AXES
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.laws import find_law
+from diffcal_ros.fem.motion.inputs import MotionChange
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import rotation_matrix
@@ -96,6 +97,8 @@ class BodyInputs:
             # To first order in the tilt, which is a few degrees.
             axis = tilt_axes(self._scene.observations[setup_index].gravity)[parameter.target]
             return Change(gravity=np.cross(axis, self.gravity(setup_index, coordinates)))
+        if parameter.kind in (Kind.DAMPING, Kind.RELEASE_TIME):
+            return self._motion_change(parameter, setup_index, coordinates[place])
         if parameter.kind not in _MATERIAL:
             return None
         column = np.zeros(self._scene.mesh.tet_count)
@@ -106,6 +109,18 @@ class BodyInputs:
         if parameter.kind is Kind.DENSITY:
             return Change(density=column * parameter.value(coordinates[place]))
         return Change(poissons_ratio=column)
+
+    def _motion_change(
+        self, parameter: Parameter, setup_index: int, coordinate: float
+    ) -> MotionChange | None:
+        if self._scene.observations[setup_index].motion is None:
+            return None
+        if parameter.kind is Kind.RELEASE_TIME:
+            is_own = parameter.target == setup_index
+            return MotionChange(release_time=1.0) if is_own else None
+        column = np.zeros(self._scene.mesh.tet_count)
+        column[self._scene.regions[parameter.target].tets] = parameter.value(coordinate)
+        return MotionChange(damping=column)
 
     def _effect_change(
         self,

@@ -25,6 +25,7 @@ from diffcal_ros.calibration.uncertainty import (
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -136,7 +137,7 @@ class Calibration:
         try:
             gap_start = self.objective.gap(start)
             minimum = self._minimise(start, tell)
-        except (EquilibriumError, OutOfViewError) as error:
+        except (EquilibriumError, MotionError, OutOfViewError) as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
         seconds = time.perf_counter() - begun

@@ -10,6 +10,7 @@ from typing import Protocol
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -270,6 +271,6 @@ def _cost(objective: Objective, coordinates: FloatArray) -> float:
     """Return the cost, infinite where the model cannot follow."""
     try:
         cost = objective.cost(coordinates)
-    except (EquilibriumError, OutOfViewError):
+    except (EquilibriumError, MotionError, OutOfViewError):
         return float('inf')
     return cost if np.isfinite(cost) else float('inf')

@@ -6,6 +6,7 @@ Costs are in units of half a chi-square of *independent* residuals: a residual t
 1/n of an independent one, because its neighbours say the same, weighs 1/n.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.correlation import correlation_lengths
@@ -14,6 +15,7 @@ from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.residual_scales import Scale, Scales, spread, WIDE_REACH
 from diffcal_ros.calibration.robust_residual import (
     Comparison,
     make_comparers,
@@ -21,55 +23,29 @@ from diffcal_ros.calibration.robust_residual import (
     Residuals,
     ViewComparer,
 )
+from diffcal_ros.calibration.time_correlation import part_means, repeated_frames, surface_parts
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Structure that no model explains is taken for this coarse [px] until the residuals tell.
-LONGEST_CORRELATION = 30.0
-# Robust widths shrink to this: the structured bias of a LIDAR on a soft body [m].
-FINAL_WIDTH = 0.0015
-_WIDEST = 0.020
-_NARROWING = 0.5
-# The widths follow this quantile of the residuals: an outline that is off moves few of them.
-_BULK = 0.8
 _FINEST_NOISE = 0.0002
-# Width of the robust weights in units of the noise, once that is known (95 % efficiency).
-_CAUCHY = 2.385
 # Of a residual's weight, this share at least stays in the curvature.
 _LEAST_CURVATURE = 0.5
-_WIDE_REACH = Reach(depth=0.060, edge_depth=0.060, edge_pixels=80)
 _EDGE_REACH = 30
 
 
 @dataclass(frozen=True)
-class Scale:
-    """How residuals of one kind are weighed.
+class _Group:
+    """Residuals of several views."""
 
-    Attributes:
-        width: residuals well beyond this weigh little [m].
-        noise: standard deviation of one residual [m].
-        correlation: length over which residuals say the same [px].
-    """
+    depth: Residuals
+    edge: Residuals
 
-    width: float = _WIDEST
-    noise: float = _WIDEST
-    correlation: float = LONGEST_CORRELATION
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Scales of both kinds, and how far to look."""
-
-    depth: Scale = Scale()
-    edge: Scale = Scale()
-    reach: Reach = _WIDE_REACH
-
-    @property
-    def are_final(self) -> bool:
-        """Tell whether the widths have shrunk to the end."""
-        return max(self.depth.noise, self.edge.noise) <= FINAL_WIDTH
+    @classmethod
+    def of(cls, compared: Sequence[Comparison]) -> '_Group':
+        """Put views together."""
+        return cls(_joined([c.depth for c in compared]), _joined([c.edge for c in compared]))
 
 
 class RobustObjective:
@@ -139,7 +115,7 @@ class RobustObjective:
                 descent += jacobian.T @ pull
                 curvature += _squared(jacobian, weights.curvature)
                 information += _squared(jacobian, weights.true_curvature)
-                patch = scale.correlation**dimension / np.maximum(residuals.weights, 1e-12)
+                patch = scale.patch(dimension) / np.maximum(residuals.weights, 1e-12)
                 scatter += _squared(jacobian, pull**2 * patch)
         offset = coordinates - self._prior_mean
         return Linearisation(
@@ -173,10 +149,10 @@ class RobustObjective:
         """Let the robust widths follow the residuals down to their final value."""
         if self.scales.are_final:
             return
-        depths, edges = self._gathered(self.comparisons(coordinates), coordinates)
-        depth = _narrowed(self.scales.depth, depths)
-        edge = _narrowed(self.scales.edge, edges)
-        reach = _WIDE_REACH
+        groups = self._groups(self.comparisons(coordinates), coordinates)
+        depth = self.scales.depth.narrowed([group.depth for group in groups])
+        edge = self.scales.edge.narrowed([group.edge for group in groups])
+        reach = WIDE_REACH
         if max(depth.width, edge.width) < self.truncation / 2.0:
             reach = Reach(self.truncation, 1.5 * self.truncation, _EDGE_REACH)
         self.scales = Scales(depth, edge, reach)
@@ -192,17 +168,13 @@ class RobustObjective:
         for name, residuals in zip(
             ('depth', 'edge'), self._gathered(compared, coordinates), strict=True
         ):
-            noise = max(_spread(residuals), _FINEST_NOISE)
+            noise = max(spread(residuals), _FINEST_NOISE)
             scale: Scale = getattr(self.scales, name)
             if len(residuals.values) == 0 or noise > 0.7 * scale.noise:
                 continue
             length = self._correlation(compared, coordinates, name, 3.0 * noise)
-            fine = Scale(
-                width=_CAUCHY * noise,
-                noise=noise,
-                correlation=min(scale.correlation, length),
-            )
-            finer[name] = fine
+            repeats = self._repeats(coordinates, name, 3.0 * noise)
+            finer[name] = scale.refined(noise, length, repeats)
         if not finer:
             return False
         self.scales = Scales(
@@ -231,12 +203,40 @@ class RobustObjective:
             lengths.append(square if name == 'depth' else line)
         return max(lengths)
 
+    def _repeats(self, coordinates: FloatArray, name: str, limit: float) -> float:
+        """Return how many frames of a recording say the same; 1 without a motion."""
+        recordings: dict[int, list[tuple[float, FloatArray]]] = {}
+        sensor = self.model.sensor(coordinates)
+        for number, view in enumerate(self.model.views(coordinates)):
+            instant = self.model.observations[number].instant
+            if instant is None:
+                continue
+            comparison = self._unbiased(self._compare(number, view, sensor), coordinates)
+            residuals: Residuals = getattr(comparison, name)
+            parts, count = surface_parts(view.trace, residuals, name)
+            values = np.clip(residuals.values, -limit, limit)
+            means = part_means(values, parts, count)
+            recordings.setdefault(instant.recording, []).append((instant.time, means))
+        alike = [
+            repeated_frames([means for _, means in sorted(frames, key=lambda frame: frame[0])])
+            for frames in recordings.values()
+        ]
+        return max(alike, default=1.0)
+
+    def _groups(self, compared: Sequence[Comparison], coordinates: FloatArray) -> list[_Group]:
+        """Put residuals together: of all bodies at rest, and of each frame of a motion."""
+        unbiased = [self._unbiased(comparison, coordinates) for comparison in compared]
+        moves = [observation.instant is not None for observation in self.model.observations]
+        still = [c for c, is_moving in zip(unbiased, moves, strict=True) if not is_moving]
+        groups = [[c] for c, is_moving in zip(unbiased, moves, strict=True) if is_moving]
+        return [_Group.of(group) for group in ([still, *groups] if still else groups)]
+
     def _gathered(
-        self, compared: list[Comparison], coordinates: FloatArray
+        self, compared: Sequence[Comparison], coordinates: FloatArray
     ) -> tuple[Residuals, Residuals]:
         """Put all views' residuals of each kind together."""
-        unbiased = [self._unbiased(comparison, coordinates) for comparison in compared]
-        return _joined([c.depth for c in unbiased]), _joined([c.edge for c in unbiased])
+        both = _Group.of([self._unbiased(comparison, coordinates) for comparison in compared])
+        return both.depth, both.edge
 
     def _unbiased(self, comparison: Comparison, coordinates: FloatArray) -> Comparison:
         """Take the sensor's edge bias off the edge residuals."""
@@ -298,7 +298,7 @@ def _robust_cost(residuals: Residuals, scale: Scale, limit: float, dimension: in
     costs = 0.5 * square * np.log1p(residuals.values**2 / square)
     worst = 0.5 * square * np.log1p(limit**2 / square)
     total = float(residuals.weights @ costs) + residuals.missing * worst
-    return total / (scale.noise**2 * scale.correlation**dimension)
+    return total / (scale.noise**2 * scale.patch(dimension))
 
 
 @dataclass(frozen=True)
@@ -325,7 +325,7 @@ def robust_weights(residuals: Residuals, scale: Scale, dimension: int) -> Robust
         dimension: 2 for pixels, 1 for pieces of outline.
     """
     ratio = (residuals.values / scale.width) ** 2
-    weight = residuals.weights / (scale.noise**2 * scale.correlation**dimension) / (1.0 + ratio)
+    weight = residuals.weights / (scale.noise**2 * scale.patch(dimension)) / (1.0 + ratio)
     # The weights alone overstate the curvature, which falls below zero in the tails, and make
     # every step too short; the true one alone makes steps overshoot.
     true = weight * np.maximum((1.0 - ratio) / (1.0 + ratio), 0.0)
@@ -334,19 +334,6 @@ def robust_weights(residuals: Residuals, scale: Scale, dimension: int) -> Robust
 
 def _squared(jacobian: FloatArray, weights: FloatArray) -> FloatArray:
     return (jacobian * weights[:, None]).T @ jacobian
-
-
-def _spread(residuals: Residuals) -> float:
-    """Return the robust standard deviation around zero [m]."""
-    if len(residuals.values) == 0:
-        return 0.0
-    return 1.4826 * float(np.median(np.abs(residuals.values)))
-
-
-def _narrowed(scale: Scale, residuals: Residuals) -> Scale:
-    bulk = float(np.quantile(np.abs(residuals.values), _BULK)) if len(residuals.values) else 0.0
-    width = max(FINAL_WIDTH, min(bulk, _NARROWING * scale.width))
-    return Scale(width=width, noise=width, correlation=scale.correlation)
 
 
 def _joined(parts: list[Residuals]) -> Residuals:

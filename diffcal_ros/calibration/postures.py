@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from diffcal_ros.calibration.moving_posture import MovingPosture
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.posture import Posture, RestingPosture
 from diffcal_ros.scene.model import Scene
@@ -14,9 +15,16 @@ def make_postures(
 ) -> dict[int, Posture]:
     """Return the bodies, by number of the scene's observation."""
     used = sorted({observation.setup_index for observation in observations})
-    return {
-        index: RestingPosture(scene, scene.observations[index], solver, device) for index in used
-    }
+    return {index: _posture(scene, observations, index, solver, device) for index in used}
+
+
+def _posture(
+    scene: Scene, observations: Sequence[Observation], index: int, solver: str, device: str
+) -> Posture:
+    setup, times = scene.observations[index], instants(observations, index)
+    if setup.motion is None:
+        return RestingPosture(scene, setup, solver, device)
+    return MovingPosture(scene, setup, times, solver, device)
 
 
 def state_numbers(observations: Sequence[Observation]) -> tuple[int, ...]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.levenberg_marquardt import minimise
-from diffcal_ros.calibration.objective import RobustObjective, Scales
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.robust_residual import make_comparers, Reach, ViewComparer
 from diffcal_ros.diagnosis.noise_model import noise_of
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A body that rests on a support until that lets go: one simulation for all of its frames."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.calibration.posture import PostureInputs
+from diffcal_ros.damping import Damping
+from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.laws import find_law
+from diffcal_ros.fem.mesh_error import MeshError
+from diffcal_ros.fem.motion.inputs import HeldMotion, Release
+from diffcal_ros.fem.motion.moving_body import Motion, MovingBody, TIME_STEP
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.posing import held_targets, world_positions
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class MovingPosture:
+    """A body in motion.
+
+    Attributes:
+        body: held by the parts that stay.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        setup: ObservationSetup,
+        times: Sequence[float],
+        solver: str,
+        device: str,
+    ) -> None:
+        """Prepare one body.
+
+        Args:
+            scene: mesh and material law.
+            setup: its motion and held parts.
+            times: of the frames, after the first one [s], shape (S,).
+            solver: name of the sparse solver.
+            device: Warp device.
+
+        Raises:
+            ValueError: for an observation that does not move.
+        """
+        if setup.motion is None:
+            raise ValueError(f'{setup.name} is at rest: it has no motion to simulate')
+        self._times = np.array(times, dtype=np.float64)
+        self._rest = world_positions(scene.mesh, setup)
+        self._staying = _held_vertices(setup, stays=True)
+        self._scene, self._solver, self._device = scene, solver, device
+        self.body = self._make_body()
+        targets = self._rest.copy()
+        held = held_targets(setup, self._rest)
+        targets[held.vertices] = held.positions
+        released = np.setdiff1d(_held_vertices(setup, stays=False), self._staying)
+        self._clamped_at = targets[self.body.held_vertices]
+        release = Release(released, setup.motion.release_time.start, targets[released])
+        self._moving = MovingBody(
+            self.body,
+            release,
+            integrator=setup.motion.integrator,
+            time_step=setup.motion.time_step or TIME_STEP,
+        )
+        self._is_turned = any(part.turn is not None for part in setup.staying)
+
+    def _make_body(self) -> StaticBody:
+        return StaticBody(
+            TetMesh(self._rest, self._scene.mesh.tets),
+            self._scene.element,
+            self._staying,
+            law=find_law(self._scene.law),
+            solver=self._solver,
+            device=self._device,
+        )
+
+    @property
+    def motion(self) -> Motion:
+        """The last motion."""
+        return self._moving.motion
+
+    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+        """Simulate; the motion starts from rest and needs no prediction."""
+        self._moving.simulate(
+            inputs.material,
+            Damping(inputs.damping),
+            inputs.gravity,
+            self._times,
+            held_motion=self._held_motion(),
+            conditions=inputs.conditions,
+            release_time=inputs.release_time,
+        )
+
+    def positions(self, state: int) -> FloatArray:
+        """Return the nodes in one frame, world frame [m], shape (N, 3)."""
+        frame: FloatArray = self.motion.positions[state]
+        return frame
+
+    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+        """Return how all frames follow changes of the inputs [m], shape (k, S, N, 3)."""
+        return self._moving.tangents(changes)
+
+    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+        """Pull a derivative by positions, shape (S, N, 3), back to the inputs."""
+        return self._moving.gradient(by_positions)
+
+    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+        """Return about how a better mesh would move the nodes [m], shape (S, N, 3).
+
+        A coarse mesh is above all too stiff. How much, the body at rest in its clamp tells, in
+        which the better mesh is affordable: that change of stiffness is followed in the motion.
+        """
+        stiffer = Change(youngs_modulus=inputs.material.youngs_modulus)
+        (by_stiffness,) = self.tangents([stiffer])
+        body, path = self._make_body(), self._held_motion()
+        body.settle(inputs.material, inputs.gravity, held_path=path, conditions=inputs.conditions)
+        (static,) = body.tangents([stiffer])
+        error = MeshError(body, solver=solver)
+        moved = error.displacement(inputs.material, inputs.gravity, path)
+        share = float((static * moved).sum() / max(float((static**2).sum()), 1e-300))
+        return share * by_stiffness
+
+    def _held_motion(self) -> HeldMotion | None:
+        """Return where the clamp holds its vertices at any time; None: at rest."""
+        return (lambda _: self._clamped_at) if self._is_turned else None
+
+
+def _held_vertices(setup: ObservationSetup, *, stays: bool) -> NDArray[np.int32]:
+    """Return the vertices of the parts that stay, or of those that let go, shape (h,)."""
+    names = [part.name for part in setup.staying]
+    chosen = [part.vertices for part in setup.held if (part.name in names) == stays]
+    return np.unique(np.concatenate(chosen)).astype(np.int32)

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The forward model of a motion: derivatives, what motion can show, shared tracers and poses."""
+
+from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.image_objective import ImageObjective
+from diffcal_ros.calibration.observation import pose_covariances, pose_owners
+from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.time_correlation import part_means, repeated_frames
+from diffcal_ros.fem.motion.moving_body import INTEGRATOR_NAMES
+from diffcal_ros.scene.motion import INTEGRATORS
+import numpy as np
+import pytest
+from support.moving_beams import instants, moving_model, moving_scene, RELEASE_TIME, true_depths
+
+FIT = ('youngs_modulus', 'damping', 'density', 'release_time', 'rigid_offset')
+# Before the release, at once after it, and through the first swing.
+TIMES = (0.02, 0.06, 0.13, 0.2)
+# Finite differences of positions that are found to 1e-9 m, at the best of three step sizes.
+_SLOPE = 1e-5
+
+
+@pytest.fixture(scope='module')
+def model() -> ForwardModel:
+    return moving_model(moving_scene((6, 2, 2), fit=FIT), TIMES)
+
+
+def test_tangents_are_the_slopes_of_all_frames(model: ForwardModel) -> None:
+    start = model.parameters.start()
+    start[4:] = [0.002, -0.001, 0.003, 0.02, -0.01, 0.03]
+    tangents = np.stack(model.tangents(start))
+    for place, name in enumerate(model.parameters.names):
+        errors = []
+        for step in (1e-3, 1e-4, 1e-5):
+            change = step * np.eye(len(start))[place]
+            ahead = np.stack([view.points for view in model.views(start + change)])
+            behind = np.stack([view.points for view in model.views(start - change)])
+            slope = (ahead - behind) / (2.0 * step)
+            errors.append(np.linalg.norm(slope - tangents[:, place]) / np.linalg.norm(slope))
+        # Between two steps positions are polynomials whose ends move with the release time.
+        assert min(errors) < (1e-4 if name == 'release_time' else _SLOPE), name
+
+
+def test_the_body_rests_until_the_release(model: ForwardModel) -> None:
+    start = model.parameters.start()
+    posture = model.bodies[0]
+    model.views(start)
+    moved = [np.abs(posture.positions(k) - posture.positions(0)).max() for k in range(len(TIMES))]
+    assert TIMES[0] < RELEASE_TIME < TIMES[1]
+    assert moved[0] == 0.0
+    assert 0.0 < moved[1] < moved[2] < moved[3]
+
+
+def test_motion_under_gravity_shows_only_ratios_to_density(model: ForwardModel) -> None:
+    # rho a = E f(x) + beta g(x, v) + rho g: a common factor of the three cancels.
+    start = model.parameters.start()
+    scaled = start.copy()
+    scaled[:3] += np.log(1.7)
+    first = np.stack([view.points for view in model.views(start)])
+    second = np.stack([view.points for view in model.views(scaled)])
+    np.testing.assert_allclose(second, first, atol=1e-8)
+
+
+def test_a_view_is_traced_anew_after_its_tracer_saw_another(model: ForwardModel) -> None:
+    views = model.views(model.parameters.start())
+    assert len(set(map(id, model.tracers))) == 1
+    first = views[0].trace.full_depth()
+    views[3].trace.full_depth()
+    np.testing.assert_array_equal(views[0].trace.full_depth(), first)
+
+
+def test_the_adjoint_of_all_frames_agrees_with_their_tangents() -> None:
+    scene = moving_scene((6, 2, 2), fit=FIT)
+    depths = true_depths(moving_scene((6, 2, 2), modulus=70e3, damping=35.0), TIMES)
+    parameters = make_parameters(scene, with_edge_bias=False)
+    model = ForwardModel(scene, instants(TIMES, depths), parameters, share_tracers=False)
+    objective = ImageObjective(model, 'paper')
+    start = parameters.start()
+    value, gradient = objective.gradient(start)
+    linear = objective.linearise(start)
+    # L = 1000 sqrt(S): dL = 1e6 / (2 L) dS, and the cost is S / (2 noise).
+    forward = -linear.descent * objective._noise * 1e6 / value
+    np.testing.assert_allclose(forward, gradient, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
+
+
+def test_frames_of_a_recording_share_its_pose() -> None:
+    frames = instants(TIMES, [np.zeros((240, 320))] * len(TIMES))
+    assert pose_owners(frames) == (0, 0, 0, 0)
+    assert pose_covariances(frames) == [None] * 4
+
+
+def test_repeated_frames_of_known_series() -> None:
+    random = np.random.default_rng(4)
+    count, parts = 12, 4000
+    white = random.normal(size=(count, parts))
+    assert repeated_frames(list(white)) == pytest.approx(1.0, abs=0.1)
+    same = [random.normal(size=parts)] * count
+    assert repeated_frames(same) == pytest.approx(count)
+    # A first-order process whose neighbours correlate by a half: 1 + 2 sum (1 - l/F) 2^-l.
+    process = [white[0]]
+    for noise in white[1:]:
+        process.append(0.5 * process[-1] + np.sqrt(0.75) * noise)
+    expected = 1.0 + 2.0 * sum((1.0 - lag / count) * 0.5**lag for lag in range(1, 5))
+    assert repeated_frames(process) == pytest.approx(expected, abs=0.3)
+
+
+def test_part_means_leave_out_what_was_not_seen() -> None:
+    means = part_means(np.array([1.0, 3.0, 5.0]), np.array([0, 0, 2]), 4)
+    np.testing.assert_array_equal(means, [2.0, np.nan, 5.0, np.nan])
+
+
+def test_scenes_know_the_integrators() -> None:
+    assert set(INTEGRATOR_NAMES) <= set(INTEGRATORS)
