@@ -39,7 +39,9 @@ class CameraOffsets:
         self._pivots = pivots
         self._owners = pose_owners(observations)
         # One camera that is elsewhere is elsewhere in every view: its offset has one pivot.
-        self._common_pivot = np.mean(pivots, axis=0)
+        self._common_pivot = np.mean(
+            [pivots[owner] for owner in sorted(set(self._owners))], axis=0
+        )
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'CameraOffsets':
         """Return the same cameras with other parameters."""
