@@ -34,7 +34,7 @@ $(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: $(VENV)/.runtime
-	$(PIP) -c $(CONSTRAINTS) pytest ruff mypy types-PyYAML torch 'setuptools<80'
+	$(PIP) -c $(CONSTRAINTS) joblib pytest ruff mypy types-PyYAML torch 'setuptools<80'
 	touch $@
 
 .PHONY: build

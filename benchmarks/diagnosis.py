@@ -3,37 +3,74 @@
 """Run the diagnosis on blind cases; resumes where it stopped.
 
     python -m benchmarks.diagnosis --cases DIR/cases --out RUN [--only 'case_*'] [--jobs 2]
+                                   [--cluster tcp://HOST:8786]
 
 It sees the cases, never the generator or the labels; `python -m benchmarks.blind.scorer` reads
-both. RUN/<case>/verdict.json are the verdicts.
+both. RUN/<case>/verdict.json are the verdicts. A cluster is the address of a Dask scheduler whose
+workers see the same folders; otherwise all cores of this machine work.
 """
 
 import argparse
-from concurrent.futures import as_completed, ProcessPoolExecutor
+from collections.abc import Iterator
+from contextlib import contextmanager
+import os
 from pathlib import Path
+import sys
 import time
 
+import joblib
 import yaml
 
 
-def main() -> None:
+def main() -> int:
+    """Run the program; return its exit status."""
+    given = _arguments()
+    folders = [f for pattern in given.only for f in sorted(given.cases.glob(pattern))]
+    left = [f for f in folders if not (given.out / f.name / 'verdict.json').is_file()]
+    print(f'{len(folders) - len(left)} of {len(folders)} cases are done')
+    begun, failures = time.perf_counter(), 0
+    with _workers(given.cluster):
+        work = joblib.Parallel(n_jobs=given.jobs, return_as='generator_unordered')
+        verdicts = work(joblib.delayed(_judge_safely)(f, given.out / f.name) for f in left)
+        for number, (name, words, is_done) in enumerate(verdicts, start=1):
+            failures += not is_done
+            seconds = time.perf_counter() - begun
+            print(f'{number}/{len(left)} {name} {words}, {seconds:.0f} s', flush=True)
+    if failures:
+        print(f'{failures} cases failed; the same command tries them again', file=sys.stderr)
+    return 1 if failures else 0
+
+
+def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--cases', type=Path, required=True)
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', nargs='+', default=['*'], help='patterns of case names')
-    parser.add_argument('--jobs', type=int, default=2)
-    args = parser.parse_args()
-    folders = [f for pattern in args.only for f in sorted(args.cases.glob(pattern))]
-    left = [f for f in folders if not (args.out / f.name / 'verdict.json').is_file()]
-    print(f'{len(folders) - len(left)} of {len(folders)} cases are done')
-    begun = time.perf_counter()
-    with ProcessPoolExecutor(args.jobs) as pool:
-        running = {pool.submit(judge, f, args.out / f.name): f for f in left}
-        for number, done in enumerate(as_completed(running), start=1):
-            seconds = time.perf_counter() - begun
-            error = done.exception()
-            what = done.result() if error is None else f'FAILED: {error}'
-            print(f'{number}/{len(left)} {running[done].name} {what}, {seconds:.0f} s', flush=True)
+    parser.add_argument('--jobs', type=int, default=os.cpu_count(), help='default: all cores')
+    parser.add_argument('--cluster', help='address of a Dask scheduler')
+    return parser.parse_args()
+
+
+@contextmanager
+def _workers(cluster: str | None) -> Iterator[None]:
+    """Let joblib use a cluster's workers, or this machine's."""
+    if cluster is None:
+        yield
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        sys.exit('--cluster needs Dask: pip install distributed')
+    with Client(cluster), joblib.parallel_config('dask'):
+        yield
+
+
+def _judge_safely(case: Path, out: Path) -> tuple[str, str, bool]:
+    """Judge a case; return its name, the verdict or the error, and whether there is a verdict."""
+    try:
+        return case.name, judge(case, out), True
+    except Exception as error:  # One bad case must not end the others.
+        return case.name, f'FAILED: {type(error).__name__}: {error}', False
 
 
 def judge(case: Path, out: Path) -> str:
@@ -53,4 +90,4 @@ def judge(case: Path, out: Path) -> str:
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """One case's answer beside its label."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from benchmarks.blind.conventions import true_components
 
 CONFIDENT = 0.8
 _NORMAL_95 = 1.96
@@ -101,20 +103,21 @@ class Answer:
         return abs(found[0] / true - 1.0), abs(found[1] / true - 1.0)
 
     def amplitude_score(self) -> tuple[float, list[bool]] | None:
-        """Return relative error and what the 95 % intervals cover, of a rightly named effect."""
+        """Return relative error and what the 95 % intervals cover, of a rightly named effect.
+
+        A component that the verdict leaves out is one that it takes for absent.
+        """
         if not self.is_right or len(self.truth) != 1:
             return None
-        label, effect = self.label['effects'][0], self.verdict['effects'][0]
-        names = _compared(label)
-        true = np.array([float(label['amplitude'][name]) for name in names])
-        found = _components(effect['amplitude'], names)
-        spread = _components(effect.get('std_error'), names)
-        if found is None:
-            return None
-        error = _relative_error(label, names, true, found)
-        if spread is None:
-            return error, []
-        return error, (np.abs(found - true) <= _NORMAL_95 * spread).tolist()
+        effect = self.verdict['effects'][0]
+        true = true_components(self.label, effect)
+        found = {name: float(effect['amplitude'].get(name, 0.0)) for name in true}
+        spread = effect.get('std_error') or {}
+        covered = [
+            abs(found[name] - true[name]) <= _NORMAL_95 * float(spread.get(name, 0.0))
+            for name in true
+        ]
+        return _relative_error(self.label, true, found), covered if spread else []
 
 
 def _modulus(parameters: Mapping[str, Any]) -> float | None:
@@ -124,34 +127,23 @@ def _modulus(parameters: Mapping[str, Any]) -> float | None:
     return None
 
 
-def _compared(label: Mapping[str, Any]) -> list[str]:
-    """Return the components of an amplitude that are scored."""
-    if label['identifier'] == 'contact_plane':
-        return ['height']
-    # The place of an added mass is no size, a mode no number.
-    return [name for name in label['amplitude'] if name not in ('at', 'mode')]
-
-
-def _components(value: Any, names: Sequence[str]) -> Any:
-    """Read components by name, in order, or a single number; None where they do not match."""
-    if value is None:
-        return None
-    if isinstance(value, Mapping):
-        if all(name in value for name in names):
-            return np.array([float(value[name]) for name in names])
-        value = list(value.values())
-    numbers = np.atleast_1d(np.asarray(value, dtype=float)).ravel()
-    return numbers[: len(names)] if len(numbers) >= len(names) else None
-
-
-def _relative_error(label: Mapping[str, Any], names: list[str], true: Any, found: Any) -> float:
+def _relative_error(
+    label: Mapping[str, Any], true: Mapping[str, float], found: Mapping[str, float]
+) -> float:
     """Return the error of each vector by its size, averaged over vectors of different units."""
-    if label['identifier'] == 'contact_plane':
-        return float(1e3 * abs(found[0] - true[0]) / label['amplitude']['lift'])
-    if label['identifier'] == 'depth_affine':
-        groups = [[0], [1]]
-    else:
-        heads = [name.split('_')[0] if name[:-2] in ('shift', 'turn') else '' for name in names]
-        groups = [[i for i, own in enumerate(heads) if own == head] for head in sorted(set(heads))]
-    errors = [np.linalg.norm((found - true)[g]) / np.linalg.norm(true[g]) for g in groups]
+    amplitude = label['effects'][0]['amplitude']
+    if 'lift' in amplitude:
+        return abs(found['height'] - true['height']) / float(amplitude['lift'])
+    errors = []
+    for names in _vectors(true):
+        size = np.linalg.norm([true[name] for name in names])
+        errors.append(np.linalg.norm([found[name] - true[name] for name in names]) / size)
     return float(np.mean(errors))
+
+
+def _vectors(true: Mapping[str, float]) -> list[list[str]]:
+    """Group components that have one unit: shifts, turns, and all of most effects."""
+    if 'scale' in true:
+        return [['scale'], ['bias']]
+    turns = [name for name in true if name.startswith('r') and name[1:] in ('x', 'y', 'z')]
+    return [names for names in ([n for n in true if n not in turns], turns) if names]

@@ -26,7 +26,7 @@ from benchmarks.blind.bag import write_bag
 from benchmarks.blind.cases import Case, list_cases, SETS
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.labels import label_of, write_json
-from benchmarks.blind.observe import record, true_rendering
+from benchmarks.blind.observe import camera_center, record, true_rendering
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.scene_file import extra_text, scene_text
 from benchmarks.blind.sensor import smooth_field
@@ -52,7 +52,8 @@ def write_case(case: Case, out: Path) -> float:
     try:
         _write_seen(case, setup, specimen, faults, fresh)
         label.parent.mkdir(parents=True, exist_ok=True)
-        write_json(label, label_of(case, setup, effects, faults))
+        center = camera_center(specimen, setup)
+        write_json(label, label_of(case, setup, effects, faults, center))
         shutil.rmtree(target, ignore_errors=True)
         fresh.rename(target)
     finally:

@@ -11,12 +11,17 @@ from benchmarks.blind.amplitudes import Effect, OUTSIDE_CLASS
 from benchmarks.blind.cases import Case
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import Setup
+from benchmarks.blind.shapes import FloatArray
 
 
 def label_of(
-    case: Case, setup: Setup, effects: tuple[Effect, ...], faults: Faults
+    case: Case,
+    setup: Setup,
+    effects: tuple[Effect, ...],
+    faults: Faults,
+    camera_center: FloatArray,
 ) -> dict[str, Any]:
-    """Return a case's label."""
+    """Return a case's label; the centre is what a wrong camera turns about [m], shape (3,)."""
     return {
         'id': case.id,
         'set': case.set_name,
@@ -36,6 +41,7 @@ def label_of(
         },
         'start_modulus': setup.start_modulus,
         'sensor': setup.sensor.kind,
+        'camera_center': [round(float(value), 6) for value in camera_center],
         'faults': asdict(faults),
     }
 

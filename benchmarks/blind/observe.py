@@ -42,16 +42,21 @@ def true_rendering(
 
 def true_camera(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
     """Return depth_from_world of the camera as it stands, shape (4, 4)."""
-    stored = setup.depth_from_world
-    # One camera for all poses: it is off by the same motion in each.
-    nodes = applied(setup.observations[0].world_from_object, specimen.mesh.nodes)
-    center = stored[:3, :3] @ (0.5 * (nodes.min(axis=0) + nodes.max(axis=0))) + stored[:3, 3]
+    center = camera_center(specimen, setup)
     turn = rotation(np.deg2rad(faults.camera_turn))
     shift = 1e-3 * np.array(faults.camera_shift)
     # What is fixed to the camera goes to turn (x - center) + center + shift: the inverse of
     # that takes the points that the stored camera would see to those that the true one sees.
     moved_back = rigid(turn.T, center - turn.T @ (center + shift))
-    return moved_back @ stored
+    return moved_back @ setup.depth_from_world
+
+
+def camera_center(specimen: Specimen, setup: Setup) -> FloatArray:
+    """Return the point that a wrong camera turns about [m], in its stored frame, shape (3,)."""
+    # One camera for all poses: it is off by the same motion in each.
+    nodes = applied(setup.observations[0].world_from_object, specimen.mesh.nodes)
+    middle = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))
+    return applied(setup.depth_from_world, middle[None])[0]
 
 
 def record(

@@ -50,7 +50,7 @@ def test_every_kind_and_family_can_be_written_down(set_name: str) -> None:
         if case.kind in ('single', 'pair', 'denied') and 'contact_plane' in str(case.effects):
             continue  # Drawing it takes a simulation.
         setup, effects, faults = draw_case(case)
-        json.dumps(label_of(case, setup, effects, faults))
+        json.dumps(label_of(case, setup, effects, faults, np.zeros(3)))
         assert yaml.safe_load(scene_text(setup))['format'] == 1
         assert yaml.safe_load(extra_text(setup, case.without))['library_without'] == case.without
         points = mesh_tetrahedra(setup.shape).points

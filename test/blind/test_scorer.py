@@ -6,9 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks.blind.answers import Answer
+from benchmarks.blind.conventions import true_components
+from benchmarks.blind.rotations import rotation
 from benchmarks.blind.scorer import confusion, failures, main, score
 
 MASS = {'identifier': 'added_mass', 'amplitude': {'mass': 4.0, 'at': 0.7}, 'unit': 'g'}
@@ -38,7 +41,13 @@ def _label(kind: str, *effects: dict[str, Any], outside: str | None = None) -> d
 
 def _verdict(verdict: str = 'disagree', *named: tuple[str, Any, Any], **more: Any) -> dict:
     effects = [
-        {'identifier': name, 'amplitude': amplitude, 'std_error': spread, 'confidence': 0.9}
+        {
+            'identifier': name,
+            'amplitude': amplitude,
+            'std_error': spread,
+            'confidence': 0.9,
+            'frame': {'a': [1.0, 0.0, 0.0], 'b': [0.0, 0.0, 1.0]},
+        }
         for name, amplitude, spread in named
     ]
     return {'verdict': verdict, 'effects': effects, 'ambiguity_set': [], **more}
@@ -52,9 +61,14 @@ def test_false_alarms_are_counted_among_clean_cases_alone() -> None:
     answers = [
         Answer(_label('clean'), _verdict('agree')),
         Answer(_label('clean'), _verdict('cannot_tell')),
-        Answer(_label('clean'), _verdict('disagree', ('added_mass', 1.0, 0.1))),
+        Answer(
+            _label('clean'), _verdict('disagree', ('added_mass', {'mass': 1.0}, {'mass': 0.1}))
+        ),
         Answer(_label('clean'), _verdict('below_margin')),
-        Answer(_label('single', MASS), _verdict('disagree', ('added_mass', 4.0, 0.1))),
+        Answer(
+            _label('single', MASS),
+            _verdict('disagree', ('added_mass', {'mass': 4.0}, {'mass': 0.1})),
+        ),
     ]
     assert _value(answers, 'false alarms') == 25.0
     assert len(failures(answers)) == 1
@@ -64,7 +78,7 @@ def test_false_alarms_are_counted_among_clean_cases_alone() -> None:
 
 
 def test_name_with_an_alternative_is_no_name_but_in_the_set() -> None:
-    verdict = _verdict('disagree', ('added_mass', 4.0, 0.1))
+    verdict = _verdict('disagree', ('added_mass', {'mass': 4.0}, {'mass': 0.1}))
     verdict['ambiguity_set'] = ['added_mass', 'gravity_tilt']
     answer = Answer(_label('single', TILT), verdict)
     assert answer.column == 'abstain'
@@ -74,17 +88,22 @@ def test_name_with_an_alternative_is_no_name_but_in_the_set() -> None:
 
 
 def test_wrong_name_counts_as_confident_only_when_it_is() -> None:
-    sure = Answer(_label('single', TILT), _verdict('disagree', ('added_mass', 4.0, 0.1)))
-    unsure = _verdict('disagree', ('added_mass', 4.0, 0.1))
+    sure = Answer(
+        _label('single', TILT), _verdict('disagree', ('added_mass', {'mass': 4.0}, {'mass': 0.1}))
+    )
+    unsure = _verdict('disagree', ('added_mass', {'mass': 4.0}, {'mass': 0.1}))
     unsure['effects'][0]['confidence'] = 0.4
     answers = [sure, Answer(_label('single', TILT), unsure)]
     assert _value(answers, 'confident wrong name') == 50.0
 
 
 def test_cases_that_are_small_or_have_a_twin_are_not_asked_for_a_name() -> None:
-    wrong = ('clamp_offset', 1.0, 1.0)
+    wrong = ('clamp_offset', {'x': 1.0}, {'x': 1.0})
     answers = [
-        Answer(_label('single', TILT), _verdict('disagree', ('gravity_tilt', [3.0, -4.0], None))),
+        Answer(
+            _label('single', TILT),
+            _verdict('disagree', ('gravity_tilt', {'a': 3.0, 'b': -4.0}, {})),
+        ),
         Answer(
             _label('single', TILT),
             _verdict('disagree', wrong, times_detectable={'gravity_tilt': 2.0}),
@@ -103,7 +122,7 @@ def test_outside_effects_must_be_unknown_and_of_their_class() -> None:
     answers = [
         Answer(label, _verdict('disagree', unknown_class='load')),
         Answer(label, _verdict('disagree', unknown_class='shape')),
-        Answer(label, _verdict('disagree', ('gravity_tilt', 1.0, 0.1))),
+        Answer(label, _verdict('disagree', ('gravity_tilt', {'a': 1.0}, {'a': 0.1}))),
         Answer(label, _verdict('agree', unknown_class='load')),
     ]
     assert _value(answers, 'outside called unknown') == 50.0
@@ -113,14 +132,15 @@ def test_outside_effects_must_be_unknown_and_of_their_class() -> None:
 @pytest.mark.parametrize(
     ('effect', 'amplitude', 'spread', 'error', 'covered'),
     [
-        (MASS, 4.4, 0.3, 0.1, [True]),
-        (MASS, {'mass': 4.4, 'at': 0.1}, {'mass': 0.1, 'at': 0.1}, 0.1, [False]),
-        (TILT, [3.0, -3.5], [0.1, 0.1], 0.1, [True, False]),
-        (CLAMP, [0.0, 3.0, 3.0, 0.0, 0.0, 2.0], None, 0.1, []),
+        (MASS, {'mass': 4.4}, {'mass': 0.3}, 0.1, [True]),
+        (MASS, {'mass': 4.4}, {'mass': 0.1}, 0.1, [False]),
+        (TILT, {'a': 3.0, 'b': -3.5}, {'a': 0.1, 'b': 0.1}, 0.1, [True, False]),
+        (CLAMP, {'y': 3.0, 'z': 3.0, 'rz': 2.0}, {}, 0.1, []),
+        (CLAMP, {'y': 3.0, 'z': 4.0}, {'y': 0.1, 'z': 0.1}, 0.5, [True] * 5 + [False]),
     ],
 )
 def test_amplitudes_are_compared_by_vector(
-    effect: dict, amplitude: Any, spread: Any, error: float, covered: list[bool]
+    effect: dict, amplitude: dict, spread: dict, error: float, covered: list[bool]
 ) -> None:
     verdict = _verdict('disagree', (effect['identifier'], amplitude, spread))
     found = Answer(_label('single', effect), verdict).amplitude_score()
@@ -129,9 +149,39 @@ def test_amplitudes_are_compared_by_vector(
     assert found[1] == covered
 
 
+def test_bends_are_read_along_the_axes_of_the_verdict() -> None:
+    bend = {'identifier': 'rest_curvature', 'amplitude': {'y': 0.3, 'z': -0.1}, 'unit': '1/m'}
+    verdict = _verdict('disagree', ('rest_curvature', {'a': -0.1, 'b': -0.3}, {'a': 1, 'b': 1}))
+    verdict['effects'][0]['frame'] = {'a': [0.0, 0.0, 1.0], 'b': [0.0, -1.0, 0.0]}
+    found = Answer(_label('single', bend), verdict).amplitude_score()
+    assert found is not None
+    assert found[0] == pytest.approx(0.0)
+
+
+def test_camera_that_moves_sees_the_body_move_back() -> None:
+    """Both motions take any point of the body to the same place."""
+    center, about = np.array([0.01, -0.02, 0.3]), np.array([-0.03, 0.0, 0.35])
+    names = [f'{kind}_{axis}' for kind in ('shift', 'turn') for axis in 'xyz']
+    amplitude = dict(zip(names, (2.0, -5.0, 3.0, 1.0, -4.0, 2.0), strict=True))
+    offset = {'identifier': 'camera_offset', 'amplitude': amplitude}
+    label = {**_label('single', offset), 'camera_center': center.tolist()}
+    said = true_components(label, {'frame': {'about': about.tolist()}})
+    point = np.array([0.05, 0.03, 0.32])
+    turn = rotation(np.deg2rad([1.0, -4.0, 2.0]))
+    by_camera = turn.T @ (point - center - 1e-3 * np.array([2.0, -5.0, 3.0])) + center
+    back = rotation(np.deg2rad([said[name] for name in ('rx', 'ry', 'rz')]))
+    shift = 1e-3 * np.array([said[name] for name in 'xyz'])
+    np.testing.assert_allclose(back @ (point - about) + about + shift, by_camera, atol=1e-12)
+
+
 def test_modulus_heals() -> None:
     parameters = {'before': {'youngs_modulus': 8.0e4}, 'after': {'youngs_modulus': 1.02e5}}
-    verdict = _verdict('disagree', ('added_mass', 4.0, 0.1), parameters=parameters, closure=0.9)
+    verdict = _verdict(
+        'disagree',
+        ('added_mass', {'mass': 4.0}, {'mass': 0.1}),
+        parameters=parameters,
+        closure=0.9,
+    )
     answers = [Answer(_label('single', MASS), verdict)]
     assert _value(answers, 'error of E, added over nominal') == pytest.approx(0.1)
     assert _value(answers, 'held-out closure, median') == pytest.approx(90.0)
@@ -143,7 +193,7 @@ def test_program_writes_table_and_refuses_changed_labels(tmp_path: Path) -> None
     verdicts.mkdir(parents=True)
     (labels / 'one.json').write_text(json.dumps(_label('single', MASS)))
     (verdicts / 'verdict.json').write_text(
-        json.dumps(_verdict('disagree', ('added_mass', 4.0, 0.1)))
+        json.dumps(_verdict('disagree', ('added_mass', {'mass': 4.0}, {'mass': 0.1})))
     )
     given = ['--verdicts', str(verdicts.parent), '--labels', str(labels)]
     assert main([*given, '--out', str(tmp_path / 'out')]) == 0
