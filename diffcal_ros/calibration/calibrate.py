@@ -8,7 +8,7 @@ import time
 
 from diffcal_ros.calibration.demon import minimise_with_demon
 from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.gap import Gap, measure_gap
+from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.image_objective import ImageObjective
 from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
 from diffcal_ros.calibration.objective import RobustObjective
@@ -39,11 +39,6 @@ _LOW_COVERAGE = 0.80
 # Of a body that is found, more is seen where it is rendered.
 _FOUND = 0.10
 _STRONG_CORRELATION = 0.95
-_RESTING_RATIO = "a body at rest shows only the ratio of Young's modulus to density"
-_MOVING_RATIOS = (
-    "motion under gravity shows only the ratios of Young's modulus and damping to density: weigh "
-    'the body and give its density a prior, or keep density fixed'
-)
 _LONGEST_STEPS = {
     Kind.YOUNGS_MODULUS: 0.7,
     Kind.DENSITY: 0.7,
@@ -53,7 +48,6 @@ _LONGEST_STEPS = {
     Kind.GRAVITY_TILT: 0.1,
     Kind.EDGE_BIAS: 2.0,
 }
-_LONGEST_SIZES = 3.0  # Of an effect, in usual sizes.
 _LONGEST_SHIFT, _LONGEST_TURN = 0.03, 0.15
 # Doublings of a Gauss-Newton step on a whole-image loss, and Adam's step in the coordinates.
 _IMAGE_DOUBLINGS = 8
@@ -66,7 +60,6 @@ class Calibration:
     Attributes:
         coordinates: of the parameters after the last accepted step, shape (k,); the model stands
             there while `on_iteration` is told of it.
-        held_out: observations that are kept from the fit.
     """
 
     def __init__(
@@ -85,8 +78,6 @@ class Calibration:
         Raises:
             InputError: when there is nothing to fit, or a camera does not see the body.
         """
-        self.held_out = tuple(seen for seen in observations if seen.is_held_out)
-        observations = [seen for seen in observations if not seen.is_held_out]
         if not observations:
             raise InputError('there is no observation: a calibration needs at least one recording')
         self.scene = scene
@@ -109,7 +100,6 @@ class Calibration:
             self.parameters,
             solver=self.settings.solver,
             device=self.settings.device,
-            share_tracers=is_robust,
         )
         self.objective: RobustObjective | ImageObjective = (
             RobustObjective(self.model, device=self.settings.device)
@@ -229,26 +219,6 @@ class Calibration:
             correlation=uncertainty.correlation,
             warnings=tuple(warn(outcome, gap_end, fitted, uncertainty)),
             seconds=seconds,
-            gap_held_out=self._held_out_gap(minimum.coordinates),
-        )
-
-    def _held_out_gap(self, coordinates: FloatArray) -> Gap | None:
-        """Measure the gap on frames that the fit did not see."""
-        if not self.held_out:
-            return None
-        settings, seen = self.settings, self.model.observations
-        # Frames that were fitted come first, so that camera poses keep their owners.
-        model = ForwardModel(
-            self.scene,
-            (*seen, *self.held_out),
-            self.parameters,
-            solver=settings.solver,
-            device=settings.device,
-        )
-        objective = RobustObjective(model, device=settings.device)
-        compared = objective.comparisons(coordinates)[len(seen) :]
-        return measure_gap(
-            [c.difference for c in compared], [c.counted for c in compared], objective.truncation
         )
 
 
@@ -280,7 +250,7 @@ def longest_steps(parameters: ParameterSet) -> FloatArray:
 
 def _longest_step(parameter: Parameter) -> float:
     if parameter.component is not None:
-        return _LONGEST_SIZES * parameter.component.scale
+        return parameter.component.longest_step * parameter.component.scale
     usual = _LONGEST_SHIFT if parameter.axis < 3 else _LONGEST_TURN
     return _LONGEST_STEPS.get(parameter.kind, usual)
 
@@ -343,7 +313,7 @@ def warn(
         warnings.append(f'the data cannot tell apart: {", ".join(uncertainty.blind)}')
         kinds = {name.partition('.')[0] for name in uncertainty.blind}
         if {'youngs_modulus', 'density'} <= kinds:
-            warnings.append(_MOVING_RATIOS if 'damping' in kinds else _RESTING_RATIO)
+            warnings.append("a body at rest shows only the ratio of Young's modulus to density")
     if uncertainty.prior_bound:
         names = ', '.join(uncertainty.prior_bound)
         warnings.append(f'known more from its prior than from the data: {names}')

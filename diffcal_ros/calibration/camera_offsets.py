@@ -38,10 +38,8 @@ class CameraOffsets:
         self._parameters = parameters
         self._pivots = pivots
         self._owners = pose_owners(observations)
-        # One camera that is elsewhere is elsewhere in every view: its offset has one pivot.
-        self._common_pivot = np.mean(
-            [pivots[owner] for owner in sorted(set(self._owners))], axis=0
-        )
+        # One camera that is elsewhere is elsewhere in every view: its offset has one pivot [m].
+        self.offset_pivot: FloatArray = np.mean(pivots, axis=0)
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'CameraOffsets':
         """Return the same cameras with other parameters."""
@@ -96,7 +94,7 @@ class CameraOffsets:
                 self._six(coordinates, Kind.CAMERA_POSE, self._owners[number]),
                 pivot if measured is None else measured,
             ),
-            (self.rigid_offset(coordinates), self._common_pivot),
+            (self.rigid_offset(coordinates), self.offset_pivot),
         ]
 
     def _six(self, coordinates: FloatArray, kind: Kind, observation: int | None) -> FloatArray:

@@ -72,6 +72,10 @@ class EffectModel:
                 found.setdefault(head, dict(settings))[component] = float(coordinate)
         return found
 
+    def object_axes(self, setup_index: int) -> BodyAxes:
+        """Return the body's axes in the object frame; postures may hold other parts."""
+        return self._object_axes[setup_index]
+
     def axes(self, setup_index: int) -> BodyAxes:
         """Return the body's axes in the world frame of one posture."""
         own = self._object_axes[setup_index]
@@ -125,7 +129,7 @@ class EffectModel:
             conditions = replace(conditions, strain_stiffening=ratio)
         plane = amplitudes.get('contact_plane')
         if plane is not None:
-            normal = _plane_normal(gravity, plane)
+            normal = plane_normal(gravity, plane)
             conditions = replace(conditions, plane=Plane(normal, plane['height']))
         return conditions
 
@@ -162,7 +166,7 @@ class EffectModel:
             return ConditionsChange(plane_height=1.0)
         gravity = self._scene.observations[setup_index].gravity
         normals = [
-            _plane_normal(gravity, {**plane, component: plane.get(component, 0.0) + step})
+            plane_normal(gravity, {**plane, component: plane.get(component, 0.0) + step})
             for step in (_NORMAL_STEP, -_NORMAL_STEP)
         ]
         return ConditionsChange(plane_normal=(normals[0] - normals[1]) / (2.0 * _NORMAL_STEP))
@@ -219,7 +223,7 @@ def upwards(gravity: FloatArray) -> FloatArray:
     return -gravity / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
-def _plane_normal(gravity: FloatArray, plane: Mapping[str, float]) -> FloatArray:
+def plane_normal(gravity: FloatArray, plane: Mapping[str, float]) -> FloatArray:
     """Return the normal of a plane that is tilted against the horizontal, shape (3,)."""
     tilt = np.array([plane.get(name, 0.0) for name in _BENDS])
     if not tilt.any():

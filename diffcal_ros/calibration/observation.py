@@ -66,11 +66,6 @@ class Observation:
     instant: Instant | None = None
     left_out: NDArray[np.bool_] | None = None
 
-    @property
-    def is_held_out(self) -> bool:
-        """Tell whether it is a frame that is kept from the fit."""
-        return self.instant is not None and self.instant.is_held_out
-
 
 def pose_owners(observations: Sequence[Observation]) -> tuple[int, ...]:
     """Return for each observation the first one that was taken from the same camera pose."""
@@ -148,10 +143,13 @@ def make_observation(
     sensor: DepthSensor,
 ) -> Observation:
     """Put together what was seen and from where, without the bias of a sensor that truncates."""
+    depth = fused.depth
+    if sensor.quantization_mode == 'truncate':
+        depth = depth + np.float32(0.5 * sensor.quantization)
     return Observation(
         name=name,
         setup_index=setup_index,
-        depth=untruncated(fused.depth, sensor),
+        depth=depth,
         camera=camera,
         depth_from_world=pose.depth_from_world,
         pose_covariance=pose.covariance,
@@ -159,13 +157,6 @@ def make_observation(
         frame_count=fused.frame_count,
         noise=fused.noise,
     )
-
-
-def untruncated(depth: NDArray[np.float32], sensor: DepthSensor) -> NDArray[np.float32]:
-    """Put back what a sensor that truncates takes off on average [m], shape (H, W)."""
-    if sensor.quantization_mode != 'truncate':
-        return depth
-    return depth + np.float32(0.5 * sensor.quantization)
 
 
 def _temporal_noise(samples: NDArray[np.float32]) -> float:

@@ -4,16 +4,14 @@
 
 from dataclasses import dataclass
 
+from diffcal_ros.diagnosis.null_distribution import chance_of_clean
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen
 from diffcal_ros.diagnosis.verdict import Verdict
 from diffcal_ros.diagnosis.whitened import Part, patch_gap, PatchGap
 import numpy as np
-from scipy.stats import chi2
 
 ALPHA = 0.003
-# A gap that is too small to matter is named only when there is no doubt that it is there.
-_CLEAR_ALPHA = 1e-6
 # Where the floors hide what would matter, a gap must stand out from them so many times.
 _FAR_ABOVE = 3.0
 # Fewer patches say nothing.
@@ -39,9 +37,7 @@ class Disagreement:
     @property
     def is_worth_naming(self) -> bool:
         """Tell whether to look for a name: what hides in a parameter leaves a small gap."""
-        if self.verdict is Verdict.BELOW_MARGIN:
-            return self.p_value < _CLEAR_ALPHA
-        return self.verdict is Verdict.DISAGREE
+        return self.verdict in (Verdict.DISAGREE, Verdict.BELOW_MARGIN)
 
 
 def measure_disagreement(nominal: Refit, screen: Screen, margin: float) -> Disagreement:
@@ -57,7 +53,7 @@ def measure_disagreement(nominal: Refit, screen: Screen, margin: float) -> Disag
     """
     gap = patch_gap(nominal.blocks, Part.ALL)
     excess = float(np.sqrt(max(gap.rms**2 - gap.floor**2 - gap.mesh**2, 0.0)))
-    p_value = _p_value(nominal, screen)
+    p_value = chance_of_clean(nominal, screen)
     floor = gap.whole_floor
     if gap.count < _LEAST_PATCHES or floor > margin:
         # Too little, or too noisy, to see what would matter.
@@ -68,19 +64,3 @@ def measure_disagreement(nominal: Refit, screen: Screen, margin: float) -> Disag
     else:
         verdict = Verdict.DISAGREE if excess > margin else Verdict.BELOW_MARGIN
     return Disagreement(verdict, p_value, gap, excess)
-
-
-def _p_value(nominal: Refit, screen: Screen) -> float:
-    """Return the smaller of two chances: of the whole misfit, and of the best candidate's gain.
-
-    Each is multiplied by the number of things that were looked at.
-    """
-    freedom = max(nominal.patch_count - len(nominal.coordinates), 1)
-    whole = float(chi2.sf(nominal.chi_square, freedom))
-    gains = [
-        float(chi2.sf(score.plain_gain / screen.noise_scale, len(score.amplitudes)))
-        for score in screen.scores
-        if score.candidate.identifier != 'contact_plane'
-    ]
-    best = min(gains, default=1.0) * len(gains)
-    return min(1.0, 2.0 * min(whole, best))

@@ -10,7 +10,12 @@ from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.levenberg_marquardt import minimise
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.residual_scales import Scales
-from diffcal_ros.calibration.robust_residual import make_comparers, Reach, ViewComparer
+from diffcal_ros.calibration.robust_residual import (
+    Comparison,
+    make_comparers,
+    Reach,
+    ViewComparer,
+)
 from diffcal_ros.diagnosis.noise_model import noise_of
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
 from diffcal_ros.fem.force_changes import Change
@@ -114,12 +119,16 @@ class Evidence:
         )
         return found.coordinates
 
+    def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
+        """Compare every view with its observation, pixel by pixel."""
+        return self._objective.comparisons(coordinates)
+
     def residual_images(self, coordinates: FloatArray) -> list[FloatArray]:
         """Return measured depth less what the sensor would read [m], shape (H, W) each.
 
         NaN where either is missing.
         """
-        compared = self._objective.comparisons(coordinates)
+        compared = self.comparisons(coordinates)
         images = []
         for number, view in enumerate(self.model.views(coordinates)):
             camera = self.model.observations[number].camera

@@ -5,14 +5,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.effect_model import upwards
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.refit import Refit, refit
+from diffcal_ros.diagnosis.starts import more_starts
 from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.rigid_transform import apply, inverse
 from diffcal_ros.scene.effects import amplitude_name
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -20,12 +19,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# A plane is first tried at the lowest point seen, and so much above it [m].
-_PLANE_RISES = (0.0, 0.003)
 # Of a start that tangents propose, where the whole cannot be simulated.
 _SHARES = (1.0, 0.3, 0.0)
-_LOWEST_SHARE = 0.01
-_NEAR = 0.03
 
 
 @dataclass(frozen=True)
@@ -119,13 +114,19 @@ def try_effects(
     parameters = _with_amplitudes(scene, base.parameters, added)
     evidence = nominal.of(nominal.model.with_parameters(scene, parameters))
     best: Refit | None = None
-    for more in _more_starts(nominal, base, added):
+    for more in more_starts(nominal, base, added):
         found = _refit_from(evidence, base, {**starts, **more}, max_iterations)
         if found is None:
             continue
         if best is None or found.log_evidence > best.log_evidence:
             best = found
     return None if best is None else Hypothesis(tuple(added), scene, evidence, best)
+
+
+def fitted_on(hypothesis: Hypothesis) -> Hypothesis:
+    """Fit a model on from where it stands, to the end."""
+    fit = refit(hypothesis.evidence, hypothesis.fit.coordinates)
+    return replace(hypothesis, fit=fit)
 
 
 def _refit_from(
@@ -181,36 +182,6 @@ def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> F
     begin = parameters.start()
     begin[: len(base.coordinates)] = base.coordinates
     for place, parameter in enumerate(parameters):
-        if place >= len(base.coordinates) and parameter.name in starts:
+        if parameter.name in starts:
             begin[place] = starts[parameter.name]
     return np.clip(begin, *parameters.bounds())
-
-
-def _more_starts(
-    nominal: Evidence, base: Refit, added: Sequence[Candidate]
-) -> list[dict[str, float]]:
-    """Return starts that tangents cannot give: where an obstacle may lie."""
-    if not any(candidate.identifier == 'contact_plane' for candidate in added):
-        return [{}]
-    lowest = min(_lowest_points(nominal, base))
-    return [{'contact_plane.height': lowest + rise} for rise in _PLANE_RISES]
-
-
-def _lowest_points(nominal: Evidence, base: Refit) -> list[float]:
-    """Return how low the observed body reaches in each view, in the world [m]."""
-    model, found = nominal.model, []
-    views = model.views(base.coordinates)
-    for observation, view in zip(model.observations, views, strict=True):
-        rows, columns = np.nonzero(np.isfinite(view.trace.depth))
-        rendered = view.trace.depth[rows, columns]
-        rows, columns = rows + view.trace.rows.start, columns + view.trace.columns.start
-        depth = observation.depth[rows, columns].astype(np.float64)
-        near = np.abs(depth - rendered) < _NEAR
-        camera = observation.camera
-        across, down = (columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy
-        points = np.stack([across * depth, down * depth, depth], axis=1)[near]
-        if len(points):
-            up = upwards(model.scene.observations[observation.setup_index].gravity)
-            heights = apply(inverse(observation.depth_from_world), points) @ up
-            found.append(float(np.quantile(heights, _LOWEST_SHARE)))
-    return found

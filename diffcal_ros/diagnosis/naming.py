@@ -8,10 +8,12 @@ from typing import Any
 
 from diffcal_ros.diagnosis.disagreement import Disagreement
 from diffcal_ros.diagnosis.evidence import Evidence
+from diffcal_ros.diagnosis.frames import frame_of
 from diffcal_ros.diagnosis.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.limits import upper_limits
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import largest_cosines, Screen
-from diffcal_ros.diagnosis.selection import Selection
+from diffcal_ros.diagnosis.selection import AS_WELL, Selection
 from diffcal_ros.diagnosis.verdict import Diagnosis, GapFigures, NamedEffect, Verdict
 from diffcal_ros.diagnosis.whereabouts import where_largest
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
@@ -20,8 +22,6 @@ import numpy as np
 
 # Log evidence is that of a noise model which is a guess: it counts for so much.
 _TEMPERATURE = 2.0
-# Effects this close in log evidence explain the data as well.
-_AS_WELL = 5.0
 # An effect is named by itself from this confidence on.
 _NAMED = 0.6
 # A model that leaves more chi-square per patch, and a gap of so many floors, is not it.
@@ -91,6 +91,7 @@ def conclude(
             'after': parameter_table(added, only=nominal),
         },
         times_detectable=_times_detectable(scores),
+        limits=upper_limits(scores),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
         notes=_notes(disagreement, choice, unknown, len(evidence.left_out)),
@@ -126,6 +127,9 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
                 std_error={a.name: a.std_error for a in amplitudes},
                 unit={a.name: a.unit for a in amplitudes},
                 setting={} if candidate.at is None else {'at': candidate.at},
+                frame=frame_of(
+                    candidate.identifier, hypothesis.evidence.model, hypothesis.fit.coordinates
+                ),
                 confidence=confidence,
                 sentence=candidate.effect.sentence,
             )
@@ -199,7 +203,7 @@ def _choose(selection: Selection, is_measured: bool) -> _Choice | None:
     weights = {key: np.exp((levels[key] - top) / _TEMPERATURE) for key in levels}
     confidence = float(weights[best.identifiers] / sum(weights.values()))
     others = [key for key in ranked if key != best.identifiers]
-    near = {key for key in others if top - levels[key] < _AS_WELL}
+    near = {key for key in others if top - levels[key] < AS_WELL}
     if not is_measured:
         # The log evidence rests on a floor that is a guess: what is left must tell.
         near |= _as_near(best, rivals)
@@ -229,14 +233,10 @@ def _joined(identifiers: Sequence[str]) -> str:
 
 
 def _closure(nominal: Refit, added: Refit, is_measured: bool) -> float:
-    """Return (nominal - added) / (nominal - floor) on the report patches.
-
-    Of root mean squares where the noise was measured; else of medians, which patches that show a
-    fixture in place of the body do not move.
-    """
+    """Return (nominal - added) / (nominal - floor) on the report patches."""
     before, after = patch_gap(nominal.blocks, Part.REPORT), patch_gap(added.blocks, Part.REPORT)
     floor = before.whole_floor
-    old, new = (before.rms, after.rms) if is_measured else (before.median, after.median)
+    old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
     if old <= floor:
         return float('nan')
     return (old - max(new, floor)) / (old - floor)

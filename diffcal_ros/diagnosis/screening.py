@@ -7,7 +7,7 @@ projected out. What is left says how much each candidate could explain to first 
 screens, it does not judge: an amplitude that is not small has another signature.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
@@ -43,6 +43,8 @@ class Score:
         detectable: smallest amplitudes that would be seen, SI units.
         direction: what it would explain, whitened, nuisances projected out, shape (n,).
         columns: what its amplitudes do, likewise, shape (n, k).
+        plain_columns: the same without allowance for the error of tangents.
+        plain_residual: what there is to explain, likewise, shape (n,).
     """
 
     candidate: Candidate
@@ -53,6 +55,8 @@ class Score:
     detectable: FloatArray
     direction: FloatArray
     columns: FloatArray
+    plain_columns: FloatArray
+    plain_residual: FloatArray
 
     @property
     def times_detectable(self) -> float:
@@ -69,12 +73,14 @@ class Screen:
         chi_square: of the model as it is.
         noise_scale: chi-square per patch that no effect and no smooth mode explains, at least 1.
         patch_count: patches looked at.
+        project: takes out of whitened patches, shape (n, ...), what nuisances explain.
     """
 
     scores: tuple[Score, ...]
     chi_square: float
     noise_scale: float
     patch_count: int
+    project: Callable[[FloatArray], FloatArray]
 
 
 def library_parameters(
@@ -117,16 +123,21 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
     # Far from where they were taken, tangents hold to a share of the whole.
     slack = _TANGENT_ERROR * residual_size(blocks, Part.FIT)
     held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, slack)
-    scores = [
-        replace(_score(candidate, held), plain_gain=_score(candidate, plain).gain)
-        for candidate in listed
-    ]
+    scores = [_seen_both_ways(candidate, held, plain) for candidate in listed]
     scores.sort(key=lambda score: -score.log_evidence)
     return Screen(
         scores=tuple(scores),
         chi_square=float(plain.residual @ plain.residual),
         noise_scale=_noise_scale(plain, len(nominal)),
         patch_count=len(plain.residual),
+        project=plain.project,
+    )
+
+
+def _seen_both_ways(candidate: Candidate, held: '_Sight', plain: '_Sight') -> Score:
+    score, other = _score(candidate, held), _score(candidate, plain)
+    return replace(
+        score, plain_gain=other.gain, plain_columns=other.columns, plain_residual=plain.residual
     )
 
 
@@ -139,12 +150,14 @@ class _Sight:
         residual: shape (n,).
         columns: shape (n, k).
         views: number of the view of each patch, shape (n,).
+        project: takes out what nuisances explain.
     """
 
     names: tuple[str, ...]
     residual: FloatArray
     columns: FloatArray
     views: NDArray[np.int64]
+    project: Callable[[FloatArray], FloatArray]
 
     def of(self, candidate: Candidate) -> FloatArray:
         """Return the columns of a candidate's amplitudes, shape (n, c)."""
@@ -160,7 +173,7 @@ def _seen_through(
     _, precision = full_prior(nominal)
     project = _Projection(seen.jacobian[:, : len(nominal)], precision)
     columns = project(seen.jacobian[:, len(nominal) :])
-    return _Sight(names, project(seen.values), columns, seen.views)
+    return _Sight(names, project(seen.values), columns, seen.views, project)
 
 
 def _mass_changes(evidence: Evidence) -> Changes:
@@ -201,14 +214,10 @@ def _score(candidate: Candidate, sight: _Sight) -> Score:
     if candidate.identifier == 'contact_plane':
         return _contact_score(candidate, sight)
     own = sight.of(candidate)
-    parts = [candidate.effect.component(name) for name in candidate.components]
-    scales = np.array([part.scale for part in parts])
+    scales = np.array([candidate.effect.component(name).scale for name in candidate.components])
     information = own.T @ own + np.diag(1.0 / scales**2)
-    slope = own.T @ sight.residual
-    amplitudes = np.linalg.solve(information, slope)
-    if len(parts) == 1:
-        amplitudes = np.clip(amplitudes, parts[0].lower, parts[0].upper)
-    gain = float(2.0 * amplitudes @ slope - amplitudes @ information @ amplitudes)
+    amplitudes = expected_amplitudes(candidate, own, sight.residual)
+    gain = float(gains(candidate, own, sight.residual))
     volumes = float(np.linalg.slogdet(information * np.outer(scales, scales))[1])
     sensitivity = np.sqrt(np.maximum(np.diag(own.T @ own), 1e-300))
     return Score(
@@ -220,7 +229,40 @@ def _score(candidate: Candidate, sight: _Sight) -> Score:
         detectable=_DETECTABLE_SIGMAS / sensitivity,
         direction=own @ amplitudes,
         columns=own,
+        plain_columns=own,
+        plain_residual=sight.residual,
     )
+
+
+def expected_amplitudes(
+    candidate: Candidate, columns: FloatArray, residuals: FloatArray
+) -> FloatArray:
+    """Return the amplitudes that explain residuals best within their priors and bounds.
+
+    Args:
+        candidate: with amplitudes that have tangents.
+        columns: see `Score`, shape (n, k).
+        residuals: one or several, shape (n, ...).
+
+    Returns:
+        SI units, shape (k, ...).
+    """
+    parts = [candidate.effect.component(name) for name in candidate.components]
+    precision = np.diag([1.0 / part.scale**2 for part in parts])
+    found = np.linalg.solve(columns.T @ columns + precision, columns.T @ residuals)
+    if len(parts) == 1:
+        found = np.clip(found, parts[0].lower, parts[0].upper)
+    return np.asarray(found)
+
+
+def gains(candidate: Candidate, columns: FloatArray, residuals: FloatArray) -> FloatArray:
+    """Return how much chi-square falls with the expected amplitudes, shape (...)."""
+    parts = [candidate.effect.component(name) for name in candidate.components]
+    scales = np.array([part.scale for part in parts])
+    amplitudes = expected_amplitudes(candidate, columns, residuals)
+    left = residuals - columns @ amplitudes
+    price = ((amplitudes.T / scales).T ** 2).sum(axis=0)
+    return np.asarray((residuals**2).sum(axis=0) - (left**2).sum(axis=0) - price)
 
 
 def _contact_score(candidate: Candidate, sight: _Sight) -> Score:
@@ -247,6 +289,8 @@ def _contact_score(candidate: Candidate, sight: _Sight) -> Score:
         detectable=np.full(len(candidate.components), np.nan),
         direction=explained,
         columns=own,
+        plain_columns=own,
+        plain_residual=sight.residual,
     )
 
 

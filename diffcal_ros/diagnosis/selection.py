@@ -6,26 +6,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 import time
 
+from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
-from diffcal_ros.diagnosis.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.hypothesis import fitted_on, Hypothesis, try_effects
 from diffcal_ros.diagnosis.refit import Refit
-from diffcal_ros.diagnosis.screening import Score, Screen, screen
+from diffcal_ros.diagnosis.screening import Screen, screen
+from diffcal_ros.diagnosis.shortlist import distinct, front_runners, shortlist, starts_of
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
-from diffcal_ros.scene.effects import EFFECTS
 
-# Effects that are refitted, by the order of their scores; twins of those come on top.
-_FIRST = 4
-_LAST = 7
-# Whoever could explain less than this share of what the best one could is left out.
-_LEAST_GAIN = 0.5
-_LEAST_CONTACT = 0.4
-# Evaluations of the model in a first look, and how far behind in log evidence per unit of noise
-# scale a model may be then to be fitted to the end.
-_BRIEF = 4
-_NEARLY = 0.9
+# Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
+# in log evidence per unit of noise scale a model may be then to be fitted to the end.
+_BRIEF, _BRIEF_CONTACT = 4, 8
 _OUT_OF_REACH = 40.0
-# Chi-square per patch above which a model does not explain the data.
-_POOR = 2.0
+# Models this close in log evidence, per unit of noise scale, explain the data as well.
+AS_WELL = 5.0
+# Chi-square per patch above which a model does not explain the data; where the floor is a guess,
+# what most patches are off by in floors.
+_POOR, _POOR_FLOORS = 2.0, 2.0
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
 # No further pair is begun after so much work [s of one core].
@@ -34,6 +31,8 @@ _PATIENCE = 40.0
 _CLOSES = 0.25
 # A second effect must be better by so much log evidence, per unit of noise scale.
 _PAIR_GAIN = 8.0
+
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -44,29 +43,52 @@ class Selection:
         singles: one effect each, best first.
         pairs: two effects each, best first.
         noise_scale: chi-square per patch of the best of all, at least 1.
+        is_measured: whether the sensor floor was.
     """
 
     singles: tuple[Hypothesis, ...]
     pairs: tuple[Hypothesis, ...] = field(default_factory=tuple)
     noise_scale: float = 1.0
+    is_measured: bool = True
 
     @property
     def best(self) -> Hypothesis | None:
         """The model that the data favour: two effects only where one is not enough."""
         if not self.singles:
             return None
-        one = self.singles[0]
+        one = self._fullest(self.singles[0])
         if self.pairs:
             two = self.pairs[0]
             gain = (two.fit.log_evidence - one.fit.log_evidence) / self.noise_scale
-            if gain > _PAIR_GAIN and _closed(one.fit, two.fit) > _CLOSES:
+            if gain > _PAIR_GAIN and self._closed(one.fit, two.fit) > _CLOSES:
                 return two
         return one
 
+    def _fullest(self, leader: Hypothesis) -> Hypothesis:
+        """Return the variant of an effect with most amplitudes that explains the data as well.
 
-def select(
-    nominal: Evidence, base: Refit, scores: Screen, tell: Callable[[str], None]
-) -> Selection:
+        One that leaves an amplitude out is sure of what it cannot know.
+        """
+        least = leader.fit.log_evidence - AS_WELL * self.noise_scale
+        variants = [
+            h
+            for h in self.singles
+            if h.identifiers == leader.identifiers
+            and h.fit.log_evidence > least
+            and not h.is_at_bound
+        ]
+        return max(variants, key=_amplitude_count, default=leader)
+
+    def _closed(self, one: Refit, two: Refit) -> float:
+        """Return the share of the excess on held-out patches that the second effect closes."""
+        before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
+        old, new = (gap.size(is_measured=self.is_measured) for gap in (before, after))
+        floor = before.whole_floor
+        excess = old - floor
+        return (old - max(new, floor)) / excess if excess > 0.2 * floor else 0.0
+
+
+def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Selection:
     """Refit candidates, and pairs where no single one is enough.
 
     Args:
@@ -75,32 +97,44 @@ def select(
         scores: of all candidates.
         tell: told what is being done.
     """
-    begun = time.process_time()
+    deadline = time.process_time() + _PATIENCE
     singles: list[Hypothesis] = []
-    for score in _to_refit(scores):
-        tell(f'refitting with {score.candidate.identifier}')
-        found = try_effects(
-            nominal, base, [score.candidate], _starts([score]), max_iterations=_BRIEF
-        )
+    for score in shortlist(scores, is_measured=nominal.is_measured):
+        found = _first_look(nominal, base, [score.candidate], starts_of(score), tell)
         if found is not None:
             singles.append(found)
-    singles = _finished(nominal, base, singles, tell, _front_runners(scores))
+    singles = _finished(singles, tell, front_runners(scores))
     pairs: list[Hypothesis] = []
-    # Two effects fit a floor that is only a guess all too well.
-    if singles and nominal.is_measured and singles[0].fit.chi_square_per_patch > _POOR:
-        deadline = begun + _PATIENCE
+    if singles and _is_poor(singles[0], nominal.is_measured):
         pairs = _pairs(nominal, base, singles, scores, tell, deadline)
     best = min([*singles, *pairs], key=lambda h: h.fit.chi_square_per_patch, default=None)
     scale = 1.0 if best is None else max(1.0, best.fit.chi_square_per_patch)
-    return Selection(tuple(singles), tuple(pairs), scale)
+    return Selection(tuple(singles), tuple(pairs), scale, nominal.is_measured)
+
+
+def _first_look(
+    nominal: Evidence,
+    base: Refit,
+    added: Sequence[Candidate],
+    starts: dict[str, float],
+    tell: Progress,
+) -> Hypothesis | None:
+    tell(f'refitting with {" and ".join(candidate.identifier for candidate in added)}')
+    touches = any(candidate.identifier == 'contact_plane' for candidate in added)
+    most = _BRIEF_CONTACT if touches else _BRIEF
+    return try_effects(nominal, base, added, starts, max_iterations=most)
+
+
+def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
+    """Tell whether one effect leaves so much that a second one is sought."""
+    if is_measured:
+        return hypothesis.fit.chi_square_per_patch > _POOR
+    left = patch_gap(hypothesis.fit.blocks, Part.FIT)
+    return left.most > _POOR_FLOORS * left.whole_floor
 
 
 def _finished(
-    nominal: Evidence,
-    base: Refit,
-    brief: Sequence[Hypothesis],
-    tell: Callable[[str], None],
-    front: frozenset[str] = frozenset(),
+    brief: Sequence[Hypothesis], tell: Progress, front: frozenset[str] = frozenset()
 ) -> list[Hypothesis]:
     """Fit the models that may still win, or lead by their scores, to the end; best first."""
     if not brief:
@@ -115,63 +149,16 @@ def _finished(
             finished.append(hypothesis)
             continue
         tell(f'refitting with {" and ".join(hypothesis.identifiers)} to the end')
-        longer = try_effects(nominal, base, hypothesis.added, _fitted(hypothesis))
-        finished.append(hypothesis if longer is None else longer)
+        finished.append(fitted_on(hypothesis))
     return sorted(finished, key=_order)
-
-
-def _front_runners(scores: Screen) -> frozenset[str]:
-    """Return the effects whose tangents explain nearly as much as the best one's: its twins."""
-    most = max((score.gain for score in scores.scores), default=0.0)
-    return frozenset(
-        score.candidate.identifier for score in scores.scores if score.gain > _NEARLY * most
-    )
-
-
-def _closed(one: Refit, two: Refit) -> float:
-    """Return the share of the excess on held-out patches that the second effect closes."""
-    before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
-    floor = before.whole_floor
-    excess = before.rms - floor
-    return (before.rms - max(after.rms, floor)) / excess if excess > 0.2 * floor else 0.0
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
     return hypothesis.is_at_bound, -hypothesis.fit.log_evidence
 
 
-def _to_refit(scores: Screen) -> list[Score]:
-    """Return the best variant of each of the first effects, of their twins and of contact."""
-    best: dict[str, list[Score]] = {}
-    for score in scores.scores:
-        best.setdefault(score.candidate.identifier, []).append(score)
-    gains = {name: max(score.gain for score in listed) for name, listed in best.items()}
-    least = _LEAST_GAIN * max(gains.values(), default=0.0)
-    first = list(best)[:_FIRST]
-    wanted = list(first)
-    for identifier in first:
-        wanted.extend(twin for twin in EFFECTS[identifier].twins if gains.get(twin, 0.0) > least)
-    chosen = [name for name in dict.fromkeys(wanted) if name in best][:_LAST]
-    chosen = [name for name in chosen if gains[name] > least]
-    # Forces stand in for a plane badly where it lifts much.
-    if gains.get('contact_plane', 0.0) > _LEAST_CONTACT * least and 'contact_plane' not in chosen:
-        chosen.append('contact_plane')
-    return [score for name in chosen for score in _variants(best[name])]
-
-
-def _variants(scores: Sequence[Score]) -> list[Score]:
-    """Keep the variants whose scores are near the best one's: tangents cannot tell them apart."""
-    leader = scores[0].log_evidence
-    near = [s for s in scores if leader - s.log_evidence < max(5.0, 0.1 * abs(leader))]
-    return near[:2]
-
-
-def _starts(scores: Sequence[Score]) -> dict[str, float]:
-    return {
-        name: float(value)
-        for score in scores
-        for name, value in zip(score.candidate.names, score.amplitudes, strict=True)
-    }
+def _amplitude_count(hypothesis: Hypothesis) -> int:
+    return sum(len(candidate.components) for candidate in hypothesis.added)
 
 
 def _pairs(
@@ -179,7 +166,7 @@ def _pairs(
     base: Refit,
     singles: Sequence[Hypothesis],
     scores: Screen,
-    tell: Callable[[str], None],
+    tell: Progress,
     deadline: float,
 ) -> list[Hypothesis]:
     """Add a second effect to the best single ones, by the scores around each."""
@@ -189,20 +176,17 @@ def _pairs(
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
         again = screen(one.evidence, one.fit.coordinates, others)
-        for score in _distinct_scores(again.scores)[:_SECONDS]:
+        for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             if key in found or time.process_time() > deadline:
                 continue
-            tell(f'refitting with {key[0]} and {key[1]}')
-            starts = {**_fitted(one), **_starts([score])}
-            pair = try_effects(
-                nominal, base, [first, score.candidate], starts, max_iterations=_BRIEF
-            )
+            starts = {**_fitted(one), **starts_of(score)}
+            pair = _first_look(nominal, base, [first, score.candidate], starts, tell)
             if pair is not None:
                 found[key] = pair
     if time.process_time() > deadline:
         return sorted(found.values(), key=_order)
-    return _finished(nominal, base, list(found.values()), tell)
+    return _finished(list(found.values()), tell)
 
 
 def _fitted(hypothesis: Hypothesis) -> dict[str, float]:
@@ -214,11 +198,4 @@ def _distinct(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
     first: dict[str, Hypothesis] = {}
     for hypothesis in singles:
         first.setdefault(hypothesis.added[0].identifier, hypothesis)
-    return list(first.values())
-
-
-def _distinct_scores(scores: Sequence[Score]) -> list[Score]:
-    first: dict[str, Score] = {}
-    for score in scores:
-        first.setdefault(score.candidate.identifier, score)
     return list(first.values())

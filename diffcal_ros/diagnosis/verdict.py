@@ -32,6 +32,7 @@ class NamedEffect:
         std_error: by component.
         unit: by component.
         setting: fixed numbers that go with it, such as a place along the body.
+        frame: points and axes that the amplitudes refer to, see `frames.frame_of`.
         confidence: probability that the name is right, 0 to 1.
         sentence: for a person.
     """
@@ -42,6 +43,7 @@ class NamedEffect:
     std_error: dict[str, float]
     unit: dict[str, str]
     setting: dict[str, float]
+    frame: dict[str, list[float]]
     confidence: float
     sentence: str
 
@@ -86,6 +88,7 @@ class Diagnosis:
         closure: share of the gap above the floor that the effects close; NaN without effects.
         parameters: before and after, by name: value, std_error, unit.
         times_detectable: expected amplitude over the smallest detectable one, by effect.
+        limits: how large each effect may be without standing out, see `limits.upper_limits`.
         largest_cosine: how alike another effect could look, by effect, 0 to 1.
         seconds: that the diagnosis took.
         notes: what else a person should know.
@@ -105,6 +108,7 @@ class Diagnosis:
     closure: float
     parameters: dict[str, dict[str, dict[str, float | str]]]
     times_detectable: dict[str, float]
+    limits: dict[str, dict[str, float]]
     largest_cosine: dict[str, float]
     seconds: float
     notes: tuple[str, ...] = ()

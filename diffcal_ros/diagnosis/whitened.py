@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 # In standard deviations: beyond this a patch counts less; a residual is clear of the floor.
 _FAR = 5.0
 _CLEAR = 2.0
+_MOST = 0.8
 
 
 class Part(Enum):
@@ -112,6 +113,7 @@ class PatchGap:
     Attributes:
         rms: of the residuals [m].
         median: of their sizes [m].
+        most: what four fifths of their sizes stay below [m].
         floor: root mean square of what the sensor's noise alone would give [m].
         mesh: of what the mesh may add [m].
         count: patches.
@@ -119,6 +121,7 @@ class PatchGap:
 
     rms: float
     median: float
+    most: float
     floor: float
     mesh: float
     count: int
@@ -127,6 +130,14 @@ class PatchGap:
     def whole_floor(self) -> float:
         """What sensor and mesh together would give [m]."""
         return float(np.hypot(self.floor, self.mesh))
+
+    def size(self, *, is_measured: bool) -> float:
+        """Return one figure for how far the model is off [m].
+
+        The root mean square where the noise was measured; else what most patches stay below,
+        which the few that show a fixture in place of the body do not move.
+        """
+        return self.rms if is_measured else self.most
 
 
 def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
@@ -139,10 +150,11 @@ def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
     mesh = np.concatenate([b.mesh[w] for b, w in zip(blocks, chosen, strict=True)])
     if len(values) == 0:
         nothing = float('nan')
-        return PatchGap(nothing, nothing, nothing, nothing, 0)
+        return PatchGap(nothing, nothing, nothing, nothing, nothing, 0)
     return PatchGap(
         rms=float(np.sqrt(np.mean(values**2))),
         median=float(np.median(np.abs(values))),
+        most=float(np.quantile(np.abs(values), _MOST)),
         floor=float(np.sqrt(np.mean(noise))),
         mesh=float(np.sqrt(np.mean(mesh**2))),
         count=len(values),

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A verdict in seven lines."""
 
+import math
+
 from diffcal_ros.diagnosis.verdict import Diagnosis, NamedEffect, Verdict
 from diffcal_ros.report.naming import shown, title
-from diffcal_ros.scene.effects import what_settles
+from diffcal_ros.scene.effects import EFFECTS, what_settles
 
 _WORDS = {
     Verdict.AGREE: 'AGREE',
@@ -29,6 +31,8 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
         )
     elif diagnosis.ambiguity_set:
         lines.append(_line('NAME', f'one of {", ".join(diagnosis.ambiguity_set)}'))
+    elif hidden := _hidden(diagnosis):
+        lines.append(_line('HIDDEN', f'at most {hidden} (95 %)'))
     if diagnosis.runner_up is not None:
         lines.append(_line('NEXT', diagnosis.runner_up))
     if diagnosis.ambiguity_set:
@@ -70,6 +74,18 @@ def _gap_line(diagnosis: Diagnosis) -> str:
         f'{gap.floor_numerics:.2f} mm mesh ({chance}, {diagnosis.evidence}); largest '
         f'{diagnosis.where}',
     )
+
+
+def _hidden(diagnosis: Diagnosis) -> str:
+    """Say how large effects may be that do not stand out, where one number tells."""
+    found = []
+    for identifier, limits in diagnosis.limits.items():
+        effect = EFFECTS[identifier]
+        units = {part.shown_unit for part in effect.components}
+        largest = max(limits.values())
+        if effect.group != 'sensor' and len(units) == 1 and math.isfinite(largest):
+            found.append(f'{identifier} {largest:.2g} {units.pop()}')
+    return ', '.join(found)
 
 
 def _changes(diagnosis: Diagnosis) -> list[str]:

@@ -27,6 +27,7 @@ class Component:
         scale: what would be called a usual size: the prior's standard deviation.
         shown_unit: for people.
         shown_factor: from SI to that.
+        longest_step: of a fit, in scales; tangents of what touches hold over short ways only.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Component:
     scale: float
     shown_unit: str
     shown_factor: float
+    longest_step: float = 3.0
 
 
 @dataclass(frozen=True)
@@ -126,9 +128,11 @@ _ALL = (
         'contact_plane',
         'load',
         (
-            Component('height', 'm', -2.0, 2.0, 0.010, 'mm', 1e3),
+            Component('height', 'm', -2.0, 2.0, 0.010, 'mm', 1e3, 0.4),
             *(
-                Component(a, 'rad', -np.pi / 4, np.pi / 4, 5.0 * _DEGREE, 'deg', 1.0 / _DEGREE)
+                Component(
+                    a, 'rad', -np.pi / 4, np.pi / 4, 5.0 * _DEGREE, 'deg', 1.0 / _DEGREE, 0.6
+                )
                 for a in ('a', 'b')
             ),
         ),

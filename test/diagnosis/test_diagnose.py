@@ -23,6 +23,9 @@ def test_clean_data_from_another_mesh_agree(seed):
     assert diagnosis.evidence == 'confirmed'
     gap = diagnosis.gap_mm
     assert gap.nominal < 2.0 * np.hypot(gap.floor_sensor, gap.floor_numerics)
+    hidden = next(line for line in verdict_lines(diagnosis) if line.startswith('HIDDEN'))
+    mass = diagnosis.limits['added_mass']['mass']
+    assert f'added_mass {mass:.2g} g' in hidden
 
 
 @pytest.fixture(scope='module')

@@ -2,29 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scores by projection agree with explicit least squares."""
 
-from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.candidates import candidates
-from diffcal_ros.diagnosis.evidence import make_evidence
-from diffcal_ros.diagnosis.refit import full_prior, refit
-from diffcal_ros.diagnosis.screening import _Projection, largest_cosines, screen
+from diffcal_ros.diagnosis.refit import full_prior
+from diffcal_ros.diagnosis.screening import _Projection, largest_cosines
 from diffcal_ros.diagnosis.whitened import Part, whiten
 from diffcal_ros.scene.effects import EFFECTS
 import numpy as np
 import pytest
 from support.scenes import beam_scene
-from support.watched import watched
-
-
-@pytest.fixture(scope='module')
-def screened():
-    scene, seen = beam_scene((6, 2, 2)), watched(seed=3, tilt=0.06)
-    settings = CalibrationSettings(with_mesh_error=False)
-    calibration = Calibration(scene, [seen], settings)
-    calibration.run()
-    evidence = make_evidence(calibration.model, calibration.coordinates)
-    fit = refit(evidence, calibration.coordinates)
-    return evidence, fit, screen(evidence, fit.coordinates, candidates(scene))
 
 
 def test_projection_gives_the_chi_square_with_nuisances_fitted(random):

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where to start amplitudes of which tangents at zero say little."""
+
+from collections.abc import Callable, Sequence
+
+from diffcal_ros.calibration.effect_model import upwards
+from diffcal_ros.diagnosis.candidates import Candidate
+from diffcal_ros.diagnosis.evidence import Evidence
+from diffcal_ros.diagnosis.refit import Refit
+from diffcal_ros.rigid_transform import apply, inverse
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Starts = dict[str, float]
+
+# A plane is first tried at the lowest point seen, and so much above it [m].
+_PLANE_RISES = (0.0, 0.003)
+_LOWEST_SHARE = 0.01
+_NEAR = 0.03
+# Less is no part of a view [px].
+_LEAST_PIXELS = 50
+
+
+def more_starts(nominal: Evidence, base: Refit, added: Sequence[Candidate]) -> list[Starts]:
+    """Return starts to be tried on top of what tangents propose, SI units by name.
+
+    Args:
+        nominal: evidence of the nominal model.
+        base: its fit.
+        added: effects that are added to it.
+    """
+    found: list[Starts] = [{}]
+    for identifier, propose in _PROPOSALS.items():
+        if any(candidate.identifier == identifier for candidate in added):
+            found = [{**start, **more} for start in found for more in propose(nominal, base)]
+    return found
+
+
+def _planes(nominal: Evidence, base: Refit) -> list[Starts]:
+    lowest = min(_lowest_points(nominal, base))
+    return [{'contact_plane.height': lowest + rise} for rise in _PLANE_RISES]
+
+
+def _steps(nominal: Evidence, base: Refit) -> list[Starts]:
+    """Propose the step of depth between the materials: it may be beyond a robust fit's reach."""
+    steps, firsts = [], []
+    compared = nominal.comparisons(base.coordinates)
+    views = nominal.model.views(base.coordinates)
+    for comparer, view, comparison in zip(nominal.comparers, views, compared, strict=True):
+        own = comparison.difference
+        counted = np.isfinite(own) & comparison.counted
+        is_second = comparer.is_second(view.trace)
+        first, second = own[counted & ~is_second], own[counted & is_second]
+        if min(len(first), len(second)) > _LEAST_PIXELS:
+            steps.append(float(np.median(second) - np.median(first)))
+            firsts.append(float(np.median(first)))
+    if not steps:
+        return [{}]
+    start = {'depth_bias_by_region.bias': float(np.median(steps))}
+    names = base.parameters.names
+    if 'rigid_offset.z' in names:
+        # The offset had followed the larger part; the step is between the two.
+        offset = float(base.coordinates[names.index('rigid_offset.z')])
+        start['rigid_offset.z'] = offset + float(np.median(firsts))
+    return [{}, start]
+
+
+_PROPOSALS: dict[str, Callable[[Evidence, Refit], list[Starts]]] = {
+    'contact_plane': _planes,
+    'depth_bias_by_region': _steps,
+}
+
+
+def _lowest_points(nominal: Evidence, base: Refit) -> list[float]:
+    """Return how low the observed body reaches in each view, in the world [m]."""
+    model, found = nominal.model, []
+    views = model.views(base.coordinates)
+    for observation, view in zip(model.observations, views, strict=True):
+        rows, columns = np.nonzero(np.isfinite(view.trace.depth))
+        rendered = view.trace.depth[rows, columns]
+        rows, columns = rows + view.trace.rows.start, columns + view.trace.columns.start
+        depth = observation.depth[rows, columns].astype(np.float64)
+        near = np.abs(depth - rendered) < _NEAR
+        camera = observation.camera
+        across, down = (columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy
+        points = np.stack([across * depth, down * depth, depth], axis=1)[near]
+        if len(points):
+            up = upwards(model.scene.observations[observation.setup_index].gravity)
+            heights = apply(inverse(observation.depth_from_world), points) @ up
+            found.append(float(np.quantile(heights, _LOWEST_SHARE)))
+    return found

@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""One screened fit of a beam whose gravity is tilted."""
+
+from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.evidence import make_evidence
+from diffcal_ros.diagnosis.refit import refit
+from diffcal_ros.diagnosis.screening import screen
+import pytest
+from support.scenes import beam_scene
+from support.watched import watched
+
+
+@pytest.fixture(scope='session')
+def screened():
+    scene, seen = beam_scene((6, 2, 2)), watched(seed=3, tilt=0.06)
+    settings = CalibrationSettings(with_mesh_error=False)
+    calibration = Calibration(scene, [seen], settings)
+    calibration.run()
+    evidence = make_evidence(calibration.model, calibration.coordinates)
+    fit = refit(evidence, calibration.coordinates)
+    return evidence, fit, screen(evidence, fit.coordinates, candidates(scene))
