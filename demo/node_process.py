@@ -71,6 +71,11 @@ class NodeProcess:
                 preexec_fn=_end_with_parent if sys.platform == 'linux' else None,
             )
 
+    @property
+    def process_id(self) -> int:
+        """Of the operating system."""
+        return self._child.pid
+
     def check(self) -> None:
         """Raise DemoError when it has ended, with the last it said."""
         code = self._child.poll()
@@ -118,6 +123,10 @@ class NodeGroup:
     def start(self, name: str, **parameters: object) -> None:
         """Start an executable with parameters of its node."""
         self._nodes.append(NodeProcess(name, parameters, self._log / f'{name}.log'))
+
+    def process_id(self, name: str) -> int:
+        """Return the process id of an executable that was started."""
+        return next(node.process_id for node in self._nodes if node.name == name)
 
     def check(self) -> None:
         """Raise DemoError when one has ended."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from diffcal_ros.calibration.edge_search_kernels import search_edges
 from diffcal_ros.depth.trace import Outline
-from diffcal_ros.device_array import download, float_array, point_array, zero_floats
+from diffcal_ros.device_array import download, float_array, point_array, upload, zero_floats
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp
@@ -33,6 +33,10 @@ class ObservedImage:
         self._device = device
         self._depth: Any = wp.array(depth, dtype=wp.float32, device=device)
         self._masked: Any = wp.array(masked.astype(np.uint8), dtype=wp.uint8, device=device)
+
+    def replace(self, depth: NDArray[np.float32]) -> None:
+        """Upload another image of the same size [m], NaN where invalid."""
+        upload(self._depth, depth)
 
     def edge_distances(self, outline: Outline, tolerances: FloatArray, reach: int) -> FloatArray:
         """Return the signed distance from each outline piece to the observed edge.

@@ -39,6 +39,18 @@ class Stop(str, Enum):
     INTERRUPTED = 'interrupted'
 
 
+class NormalEquations(Protocol):
+    """A cost to second order, priors included."""
+
+    @property
+    def descent(self) -> FloatArray:
+        """Minus the gradient, shape (k,)."""
+
+    @property
+    def curvature(self) -> FloatArray:
+        """Gauss-Newton matrix, shape (k, k)."""
+
+
 class Objective(Protocol):
     """What the optimiser needs to know."""
 
@@ -164,7 +176,9 @@ class _Search:
 
     def propose(self) -> FloatArray:
         """Return the next step."""
-        step = _step(self._linear, self._coordinates, self._lower, self._upper, self._damping)
+        step = gauss_newton_step(
+            self._linear, self._coordinates, self._lower, self._upper, self._damping
+        )
         if self._last is not None and self.rejections == 0:
             step *= _secant_share(self._linear, step, *self._last)
         return step / max(1.0, float((np.abs(step) / self._longest_step).max()))
@@ -223,14 +237,14 @@ class _Search:
         self.rejections, self._damping, self._last = 0, 0.0, None
 
 
-def _step(
-    linear: Linearisation,
+def gauss_newton_step(
+    linear: NormalEquations,
     coordinates: FloatArray,
     lower: FloatArray,
     upper: FloatArray,
-    damping: float,
+    damping: float = 0.0,
 ) -> FloatArray:
-    """Solve the damped normal equations for what is not stopped by a bound."""
+    """Solve the damped normal equations for what is not stopped by a bound, shape (k,)."""
     stopped = (coordinates <= lower) & (linear.descent < 0.0)
     stopped |= (coordinates >= upper) & (linear.descent > 0.0)
     free = np.flatnonzero(~stopped)

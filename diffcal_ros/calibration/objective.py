@@ -286,14 +286,21 @@ class RobustObjective:
         for comparison in compared:
             unbiased = self._unbiased(comparison, coordinates)
             scales, reach = self.scales, self.scales.reach
-            total += _robust_cost(unbiased.depth, scales.depth, reach.depth, 2)
-            total += _robust_cost(unbiased.edge, scales.edge, reach.edge_depth, 1)
+            total += robust_cost(unbiased.depth, scales.depth, reach.depth, 2)
+            total += robust_cost(unbiased.edge, scales.edge, reach.edge_depth, 1)
         offset = coordinates - self._prior_mean
         return total + 0.5 * float(offset @ self._prior_precision @ offset)
 
 
-def _robust_cost(residuals: Residuals, scale: Scale, limit: float, dimension: int) -> float:
-    """Return Cauchy's cost; what was not found counts as far as was looked."""
+def robust_cost(residuals: Residuals, scale: Scale, limit: float, dimension: int) -> float:
+    """Return Cauchy's cost; what was not found counts as far as was looked.
+
+    Args:
+        residuals: with their shares.
+        scale: width, noise and correlation.
+        limit: how far was looked [m].
+        dimension: 2 for pixels, 1 for pieces of outline.
+    """
     square = scale.width**2
     costs = 0.5 * square * np.log1p(residuals.values**2 / square)
     worst = 0.5 * square * np.log1p(limit**2 / square)

@@ -143,13 +143,10 @@ def make_observation(
     sensor: DepthSensor,
 ) -> Observation:
     """Put together what was seen and from where, without the bias of a sensor that truncates."""
-    depth = fused.depth
-    if sensor.quantization_mode == 'truncate':
-        depth = depth + np.float32(0.5 * sensor.quantization)
     return Observation(
         name=name,
         setup_index=setup_index,
-        depth=depth,
+        depth=untruncated(fused.depth, sensor),
         camera=camera,
         depth_from_world=pose.depth_from_world,
         pose_covariance=pose.covariance,
@@ -157,6 +154,13 @@ def make_observation(
         frame_count=fused.frame_count,
         noise=fused.noise,
     )
+
+
+def untruncated(depth: NDArray[np.float32], sensor: DepthSensor) -> NDArray[np.float32]:
+    """Put back what a sensor that truncates takes off on average [m], shape (H, W)."""
+    if sensor.quantization_mode != 'truncate':
+        return depth
+    return depth + np.float32(0.5 * sensor.quantization)
 
 
 def _temporal_noise(samples: NDArray[np.float32]) -> float:

@@ -8,7 +8,7 @@ view moves its outline and hardly any depth; a beam that sags along it does the 
 Background, clamp and whatever stands in front weigh nothing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.edge_search import ObservedImage
 from diffcal_ros.calibration.effect_model import EXACT_SENSOR, SensorModel
@@ -120,26 +120,50 @@ class ViewComparer:
         self._masks = masks
         self._image = ObservedImage(observation.depth, mask.image, device)
 
+    def show(self, depth: NDArray[np.float32]) -> None:
+        """Compare with another image of the same camera from now on [m], shape (H, W)."""
+        self._observation = replace(self._observation, depth=depth)
+        self._image.replace(depth)
+
     def compare(self, view: View, reach: Reach, sensor: SensorModel = EXACT_SENSOR) -> Comparison:
         """Compare one view, as the sensor would read it."""
         trace = view.trace
-        observed = self._observation.depth[trace.rows, trace.columns].astype(np.float64)
-        difference = observed - trace.depth
-        if not sensor.is_exact:
-            difference -= sensor.scale * trace.depth + sensor.bias
-            difference -= sensor.region_bias * self.is_second(trace)
-        faces = np.maximum(trace.faces, 0)
-        counted = (trace.faces >= 0) & ~self.mask.triangles[faces]
-        counted &= ~self.mask.image[trace.rows, trace.columns]
-        flat = self._seen_too_flat(view, faces)
-        edge, edge_scale = self._edges(trace.outline, reach)
+        difference = self.observed(trace) - self.read(trace, sensor)
+        counted, comparable = self.pixels(view)
+        edge, edge_scale = self.edges(trace.outline, reach)
         return Comparison(
-            depth=self._depths(view, difference, counted & ~flat, reach),
+            depth=self._depths(trace, difference, comparable, reach),
             edge=edge,
             edge_scale=edge_scale,
             difference=difference,
             counted=counted,
         )
+
+    def observed(self, trace: Trace) -> FloatArray:
+        """Return the observed depth in the window of a view [m], NaN where invalid."""
+        return self._observation.depth[trace.rows, trace.columns].astype(np.float64)
+
+    def read(self, trace: Trace, sensor: SensorModel) -> FloatArray:
+        """Return the rendered depth as the sensor would read it [m], NaN beside the body."""
+        if sensor.is_exact:
+            return trace.depth
+        wrong = sensor.scale * trace.depth + sensor.bias
+        return trace.depth + wrong + sensor.region_bias * self.is_second(trace)
+
+    def pixels(self, view: View) -> tuple[BoolArray, BoolArray]:
+        """Tell which pixels of the window are unmasked body, and which of them are compared.
+
+        Those that are seen too flat, or lie too close to the outline, are not.
+        """
+        trace = view.trace
+        faces = np.maximum(trace.faces, 0)
+        counted = (trace.faces >= 0) & ~self.mask.triangles[faces]
+        counted &= ~self.mask.image[trace.rows, trace.columns]
+        comparable = counted & ~self._seen_too_flat(view, faces)
+        band = int(np.ceil(self._masks.silhouette_band))
+        if band > 0:
+            comparable &= ~trace.outline_band(band)
+        return counted, comparable
 
     def is_second(self, trace: Trace) -> BoolArray:
         """Tell which pixels of the window show another material than the first."""
@@ -157,16 +181,12 @@ class ViewComparer:
 
     def _depths(
         self,
-        view: View,
+        trace: Trace,
         difference: FloatArray,
         comparable: BoolArray,
         reach: Reach,
     ) -> Residuals:
-        trace = view.trace
         usable = comparable & np.isfinite(difference)
-        band = int(np.ceil(self._masks.silhouette_band))
-        if band > 0:
-            usable &= ~trace.outline_band(band)
         near = np.abs(difference) < reach.depth
         kept = usable & near
         places = np.flatnonzero(kept.ravel()).astype(np.int32)
@@ -211,7 +231,8 @@ class ViewComparer:
         thickness += np.where(np.isfinite(outline.behind[chosen]), _LOST_AT_STEP, 0.0)
         return _largest_nearby(points, thickness)
 
-    def _edges(self, outline: Outline, reach: Reach) -> tuple[Residuals, FloatArray]:
+    def edges(self, outline: Outline, reach: Reach) -> tuple[Residuals, FloatArray]:
+        """Return how far the observed edge lies outside the outline, and metres per pixel."""
         step = outline.behind - outline.points[:, 2]
         clarity = np.where(
             np.isnan(step),
@@ -226,10 +247,7 @@ class ViewComparer:
         distances = self._image.edge_distances(outline, tolerances, reach.edge_pixels)
         found = np.isfinite(distances)
         weights = clarity * outline.lengths
-        camera = self._observation.camera
-        across, down = outline.normals[found, 0] / camera.fx, outline.normals[found, 1] / camera.fy
-        # Pixels along the normal to metres at the outline's depth.
-        scale = outline.points[found, 2] * np.hypot(across, down)
+        scale = self.metres_per_pixel(outline)[found]
         residuals = Residuals(
             values=distances[found] * scale,
             weights=weights[found],
@@ -238,6 +256,13 @@ class ViewComparer:
             missing=float(weights[~found].sum()),
         )
         return residuals, scale
+
+    def metres_per_pixel(self, outline: Outline) -> FloatArray:
+        """Return how far a pixel along its normal is at each piece's depth [m], shape (P,)."""
+        camera = self._observation.camera
+        across, down = outline.normals[:, 0] / camera.fx, outline.normals[:, 1] / camera.fy
+        metres: FloatArray = outline.points[:, 2] * np.hypot(across, down)
+        return metres
 
 
 def _largest_nearby(points: FloatArray, values: FloatArray) -> FloatArray:

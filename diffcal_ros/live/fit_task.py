@@ -8,19 +8,17 @@ import math
 import threading
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward_model import View
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.inputs import Snapshot
+from diffcal_ros.live.picture import draw_picture, Picture
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-DepthArray = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -38,29 +36,6 @@ class FitRequest:
     snapshots: tuple[Snapshot, ...]
     settings: CalibrationSettings
     start: dict[str, float]
-
-
-@dataclass(frozen=True)
-class Picture:
-    """The shown observation as the model sees it.
-
-    Attributes:
-        rendered: depth [m], shape (H, W), NaN beside the body.
-        residual: observed less rendered depth [m], shape (H, W), NaN where either is missing.
-        points: nodes of the deformed body in the depth camera's frame [m], shape (N, 3).
-        triangles: its surface, shape (F, 3).
-        camera: of both images.
-        stamp_ns: of the newest frame used [ns].
-        frame_id: of the depth camera.
-    """
-
-    rendered: DepthArray
-    residual: DepthArray
-    points: FloatArray
-    triangles: NDArray[np.int32]
-    camera: PinholeCamera
-    stamp_ns: int
-    frame_id: str
 
 
 @dataclass(frozen=True)
@@ -148,14 +123,10 @@ def _picture(
     calibration: Calibration, observations: Sequence[Observation], snapshot: Snapshot
 ) -> Picture:
     model, observation = calibration.model, observations[-1]
-    view: View = model.views(calibration.coordinates)[-1]
-    rendered = view.trace.full_depth()
-    return Picture(
-        rendered=rendered.astype(np.float32),
-        residual=(observation.depth - rendered).astype(np.float32),
-        points=view.points,
-        triangles=model.body(observation).discretisation.surface_triangles,
-        camera=observation.camera,
-        stamp_ns=snapshot.newest.stamp_ns,
-        frame_id=snapshot.newest.frame_id,
+    return draw_picture(
+        model.views(calibration.coordinates)[-1],
+        observation.depth,
+        model.body(observation).discretisation.surface_triangles,
+        observation.camera,
+        snapshot.newest,
     )

@@ -2,30 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The course of a live calibration: collect frames, fit, tell; one step at a time."""
 
-from dataclasses import dataclass, field, replace
 from enum import Enum
 import threading
 from typing import Any
 
-from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background, TaskFailed
 from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
 from diffcal_ros.live.frame_window import FrameWindow
 from diffcal_ros.live.inputs import LiveInputs, Snapshot
+from diffcal_ros.live.session_settings import SessionSettings, with_quantization
+from diffcal_ros.live.track_task import TrackStep
+from diffcal_ros.live.tracking import Tracking
 from diffcal_ros.live.warm_up import Ready, warm_up
 from diffcal_ros.scene.fit_names import fit_problems
 from diffcal_ros.scene.model import Scene
 
-REFITS = ('once', 'continuous')
-# How the sensor's driver rounds depth: as the scene says, or step [m] and mode.
-DEPTH_QUANTIZATIONS = {
-    'scene': None,
-    'none': (0.0, 'round'),
-    'round_millimetres': (0.001, 'round'),
-    'truncate_millimetres': (0.001, 'truncate'),
-}
 _SECOND = 1_000_000_000  # [ns]
 _RETRY = 2 * _SECOND
 
@@ -37,42 +30,27 @@ class Phase(Enum):
     COLLECTING = 'collecting'
     FITTING = 'fitting'
     DONE = 'done'
+    TRACKING = 'tracking'
     PAUSED = 'paused'
-
-
-@dataclass(frozen=True)
-class SessionSettings:
-    """How a live calibration goes.
-
-    Attributes:
-        fit: how to fit.
-        pose_source: see `inputs.POSE_SOURCES`.
-        observation: which of the scene's postures is in view; empty for the first.
-        window_frames: frames that are fused.
-        window_seconds: after so long fewer will do [s].
-        refit: 'once', or 'continuous': each new window starts a fit from the last values.
-        depth_quantization: one of `DEPTH_QUANTIZATIONS`.
-    """
-
-    fit: CalibrationSettings = field(default_factory=CalibrationSettings)
-    pose_source: str = 'estimated'
-    observation: str = ''
-    window_frames: int = 31
-    window_seconds: float = 2.0
-    refit: str = 'once'
-    depth_quantization: str = 'scene'
 
 
 class Session:
     """Collects, fits and remembers; all but the fits themselves is done in the caller's thread."""
 
-    def __init__(self, scene: Scene, settings: SessionSettings, background: Background) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        settings: SessionSettings,
+        background: Background,
+        follower: Background,
+    ) -> None:
         """Start, and compile in the background.
 
         Args:
             scene: the set-up.
             settings: how it goes.
-            background: for the fits.
+            background: for fits.
+            follower: for tracking, which takes a thread of its own.
 
         Raises:
             InputError: when scene and settings contradict each other.
@@ -88,7 +66,9 @@ class Session:
         self.step_seconds = 0.0
         self.last_step: FitStep | None = None
         self.last_end: FitEnd | None = None
-        self._background = background
+        self.tracking: Tracking | None = None
+        self._background, self._follower = background, follower
+        self._values: dict[str, float] = {}
         self._is_enabled = True
         self._is_due = True
         self._is_ready = False
@@ -105,11 +85,20 @@ class Session:
             return Phase.PREPARING
         if self._fit is not None:
             return Phase.FITTING
+        if self.tracking is not None:
+            return Phase.TRACKING
         return Phase.COLLECTING if self._is_due else Phase.DONE
 
     def add_frame(self, frame: DepthFrame, now_ns: int) -> str | None:
         """Take a depth frame; return why the window started anew, or None."""
-        return self.window.add(frame, now_ns) if self._is_enabled else None
+        if not self._is_enabled:
+            return None
+        newest = self.window.newest
+        if newest is not None and newest.depth.shape != frame.depth.shape:
+            self._stop_tracking()
+        if self.tracking is not None:
+            self.tracking.put(frame, now_ns)
+        return self.window.add(frame, now_ns)
 
     def poll(self, now_ns: int) -> bool:
         """Start a fit when everything for it is there; return whether one was started.
@@ -139,8 +128,15 @@ class Session:
             self.problem = None
         elif isinstance(event, FitEnd):
             self.last_end = event
+            self._values = event.result.values()
             self._fit = None
             self._is_due = self._goes_on
+            if self.settings.refit == 'tracking' and not self.captured:
+                self._track(event)
+        elif isinstance(event, TrackStep):
+            if self.tracking is not None:
+                self.tracking.handle(event)
+                self._values = event.tracked.values()
         elif isinstance(event, TaskFailed):
             self._is_ready = True
             self._fail(_told(event.error), now_ns)
@@ -154,15 +150,18 @@ class Session:
         if is_enabled:
             return 'collecting frames again'
         given_up = self._interrupt()
+        self._stop_tracking()
         return 'paused; the fit that ran was given up' if given_up else 'paused'
 
     def reset(self) -> str:
         """Forget frames, captures and results, and start anew; return what was done."""
         self._interrupt()
+        self._stop_tracking()
         count = len(self.captured)
         self.window.clear()
         self.captured.clear()
         self.last_step = self.last_end = self.problem = None
+        self._values = {}
         self._is_due = True
         self._retry_ns = 0
         return f'started anew; {count} captured observations were forgotten'
@@ -180,6 +179,7 @@ class Session:
         self.captured.append(snapshot)
         self.window.clear()
         self._interrupt()
+        self._stop_tracking()
         self._is_due = True
         return (
             f'captured {snapshot.name!r} from {len(snapshot.frames)} frames; the next fit uses '
@@ -215,6 +215,9 @@ class Session:
             old.fit,
             old.depth_quantization,
         )
+        is_other_course = settings.refit != old.refit or settings.tracking != old.tracking
+        if is_other_fit or is_other_course or (is_other_view and not self.captured):
+            self._stop_tracking()
         if is_other_fit or (is_other_view and not self.captured):
             self._interrupt()
             self._is_due = True
@@ -241,11 +244,24 @@ class Session:
         return fresh
 
     def _start(self, snapshots: tuple[Snapshot, ...]) -> None:
-        known = self.last_end.result.values() if self.last_end is not None else {}
         scene = with_quantization(self.scene, self.settings.depth_quantization)
-        request = FitRequest(scene, snapshots, self.settings.fit, known)
+        request = FitRequest(scene, snapshots, self.settings.fit, dict(self._values))
         self.window.used()
         self._fit = self._background.submit(lambda post, stop: fit(request, post, stop))
+
+    def _track(self, end: FitEnd) -> None:
+        """Follow the body from here on; what is not fitted is fitted again."""
+        if end.result.outcome.is_fitted:
+            self.tracking = Tracking(end, self.settings.tracking, self._follower)
+        else:
+            self._is_due = True
+
+    def _stop_tracking(self) -> None:
+        """End the tracking, where there is one, for another fit."""
+        if self.tracking is not None:
+            self.tracking.stop()
+            self.tracking = None
+            self._is_due = True
 
     def _interrupt(self) -> bool:
         """Give up the fit that runs; return whether there was one."""
@@ -259,19 +275,10 @@ class Session:
         """Remember what is wrong and try again with new frames."""
         self.problem = problem
         self._fit = None
+        self._stop_tracking()
         self._is_due = not self.captured
         self._retry_ns = now_ns + _RETRY
         self.window.clear()
-
-
-def with_quantization(scene: Scene, name: str) -> Scene:
-    """Return the scene with another rounding of depth, see `DEPTH_QUANTIZATIONS`."""
-    chosen = DEPTH_QUANTIZATIONS[name]
-    if chosen is None:
-        return scene
-    step, mode = chosen
-    sensor = replace(scene.sensor, quantization=step, quantization_mode=mode)
-    return replace(scene, sensor=sensor)
 
 
 def _told(error: Exception) -> str:

@@ -5,6 +5,7 @@
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.session import Phase, Session
+from diffcal_ros.live.tracking import in_words, Tracking
 
 
 def session_health(session: Session) -> Health:
@@ -23,6 +24,9 @@ def session_health(session: Session) -> Health:
         values['gap median [mm]'] = f'{1e3 * record.gap.median:.4f}'
         values['gap RMS [mm]'] = f'{1e3 * record.gap.rms:.4f}'
         values['coverage [share]'] = f'{record.gap.coverage:.4f}'
+    if session.tracking is not None:
+        values.update(session.tracking.figures())
+        values.update(_tracked(session.tracking))
     return Health(level, message, values)
 
 
@@ -37,6 +41,8 @@ def _status(session: Session) -> tuple[Level, str]:
     if phase is Phase.FITTING:
         number = session.last_step.record.number if session.last_step else 0
         return Level.OK, f'fitting, iteration {number}'
+    if session.tracking is not None:
+        return _tracking(session.tracking)
     if phase is Phase.DONE and session.last_end is not None:
         return _ended(session.last_end.result.outcome)
     missing = session.inputs.missing(session.window.newest)
@@ -52,8 +58,33 @@ def _ended(outcome: Outcome) -> tuple[Level, str]:
     return level, f'{outcome.value.replace("_", " ")}: {outcome.remedy}'
 
 
+def _tracking(tracking: Tracking) -> tuple[Level, str]:
+    if tracking.problem is not None:
+        return Level.WARN, tracking.problem
+    if tracking.last is None:
+        return Level.OK, 'tracking, waiting for the first frame'
+    if tracking.change is not None:
+        return Level.OK, f'tracking, the body changed {in_words(tracking.change)}'
+    return Level.OK, 'tracking'
+
+
+def _tracked(tracking: Tracking) -> dict[str, str]:
+    """Return figures of the last frame, which go before those of the last fit."""
+    if tracking.last is None:
+        return {}
+    gap = tracking.last.tracked.gap
+    return {
+        'gap median [mm]': f'{1e3 * gap.median:.4f}',
+        'gap RMS [mm]': f'{1e3 * gap.rms:.4f}',
+        'coverage [share]': f'{gap.coverage:.4f}',
+    }
+
+
 def _at_bounds(session: Session) -> str:
-    if session.last_step is None:
+    if session.tracking is not None and session.tracking.last is not None:
+        parameters = session.tracking.last.tracked.parameters
+    elif session.last_step is not None:
+        parameters = session.last_step.parameters
+    else:
         return 'none'
-    names = [p.name for p in session.last_step.parameters if p.at_bound]
-    return ', '.join(names) or 'none'
+    return ', '.join(p.name for p in parameters if p.at_bound) or 'none'

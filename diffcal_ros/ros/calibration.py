@@ -19,6 +19,7 @@ from diffcal_ros.ros.calibration_outputs import CalibrationOutputs
 from diffcal_ros.ros.calibration_parameters import session_settings, SETTINGS
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter
 from diffcal_ros.ros.parameters import Parameters, Values
+from diffcal_ros.ros.tracking_relay import relay_tracking
 from diffcal_ros.scene.load import load_scene
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -44,6 +45,7 @@ class CalibrationNode(LifecycleNode):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._found = self.create_guard_condition(self._drain)
         self._background = Background(self._found.trigger)
+        self._follower = Background(self._found.trigger)
         self._reporter = DiagnosticsReporter(self, self._examine)
         self._poll_timer = self.create_timer(_POLL_PERIOD, self._poll, clock=self._steady)
         self.create_service(SetBool, '~/enable', self._on_enable)
@@ -57,7 +59,8 @@ class CalibrationNode(LifecycleNode):
 
     def close(self) -> bool:
         """End the background work; return False when it cannot be ended."""
-        return self._background.close()
+        is_followed = self._follower.close()
+        return self._background.close() and is_followed
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the scene and compile in the background."""
@@ -108,7 +111,8 @@ class CalibrationNode(LifecycleNode):
             if not self._settings['scene']:
                 raise InputError("there is no scene: set the parameter 'scene' to a scene file")
             scene = load_scene(Path(self._settings['scene']).expanduser())
-            session = Session(scene, session_settings(self._settings.values), self._background)
+            settings = session_settings(self._settings.values)
+            session = Session(scene, settings, self._background, self._follower)
         except InputError as error:
             self._problem = str(error)
             return False
@@ -149,8 +153,11 @@ class CalibrationNode(LifecycleNode):
             self._inputs = None
 
     def _poll(self) -> None:
-        if self._session is not None:
-            self._session.poll(self._steady.now().nanoseconds)
+        if self._session is None:
+            return
+        self._session.poll(self._steady.now().nanoseconds)
+        if self._session.tracking is not None and self._outputs is not None:
+            self._session.tracking.has_onlookers = self._outputs.has_onlookers
 
     def _drain(self) -> None:
         """Take in what the background thread found, and publish it."""
@@ -165,6 +172,10 @@ class CalibrationNode(LifecycleNode):
             elif self._session is not None:
                 self._session.handle(event, self._steady.now().nanoseconds)
                 self._tell(event)
+        events = self._follower.events()
+        if self._session is not None and self._outputs is not None:
+            logger = self.get_logger()
+            relay_tracking(events, self._session, self._outputs, self._steady, logger)
 
     def _tell(self, event: Any) -> None:
         if self._outputs is None or self._session is None:

@@ -5,11 +5,21 @@
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
+from diffcal_ros.calibration.body_change import BodyChange
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.diagnosis.verdict import Diagnosis
-from diffcal_ros.live.fit_task import FitEnd, FitStep, Picture
+from diffcal_ros.live.fit_task import FitEnd, FitStep
+from diffcal_ros.live.picture import Picture
+from diffcal_ros.live.track_task import TrackStep
+from diffcal_ros.live.tracking import Tracking
 from diffcal_ros.ros.conversion import camera_info_message, image_message, stamp_message
-from diffcal_ros.ros.estimate_messages import covariance_message, estimates_message, topic_of
+from diffcal_ros.ros.estimate_messages import (
+    change_message,
+    covariance_message,
+    estimates_message,
+    topic_of,
+    tracked_message,
+)
 from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES, VALUES
 from diffcal_ros.ros.verdict_messages import verdict_message
 from diffcal_ros.scene.model import Scene
@@ -35,6 +45,7 @@ class CalibrationOutputs:
         self._mesh = self._publisher(Marker, '~/mesh', LATCHED)
         self._estimates = self._publisher(DiagnosticArray, '~/estimates', LATCHED)
         self._covariance = self._publisher(Float64MultiArray, '~/covariance', LATCHED)
+        self._change = self._publisher(DiagnosticArray, '~/change', LATCHED)
         self._verdict = self._publisher(DiagnosticArray, '~/verdict', LATCHED)
         self._numbers: dict[str, Any] = {}
 
@@ -56,8 +67,29 @@ class CalibrationOutputs:
                 scene, result.parameters, result.history[-1], result, end.picture.stamp_ns
             )
         )
-        self._covariance.publish(covariance_message(result))
+        self._covariance.publish(covariance_message(result.parameters, result.correlation))
         self._tell_picture(end.picture)
+
+    def tell_tracked(self, scene: Scene, tracking: Tracking, step: TrackStep) -> None:
+        """Publish what is known after a frame."""
+        tracked = step.tracked
+        self._tell_numbers(tracked.parameters)
+        self._estimates.publish(
+            tracked_message(scene, step, tracking.change, tracking.change_count)
+        )
+        self._covariance.publish(covariance_message(tracked.parameters, tracked.correlation))
+        if step.picture is not None:
+            self._tell_picture(step.picture)
+
+    def tell_change(self, change: BodyChange, count: int) -> None:
+        """Publish a change of the body; the last one stays."""
+        self._change.publish(change_message(change, count))
+
+    @property
+    def has_onlookers(self) -> bool:
+        """Tell whether somebody looks at pictures."""
+        senders = (self._rendered, self._residual, self._mesh)
+        return any(sender.get_subscription_count() for sender in senders)
 
     def tell_verdict(self, diagnosis: Diagnosis, time_ns: int) -> None:
         """Publish a verdict."""
@@ -66,7 +98,7 @@ class CalibrationOutputs:
     def destroy(self) -> None:
         """End all publishers."""
         fixed = [self._rendered, self._rendered_info, self._residual, self._mesh]
-        fixed += [self._estimates, self._covariance, self._verdict]
+        fixed += [self._estimates, self._covariance, self._change, self._verdict]
         for publisher in [*fixed, *self._numbers.values()]:
             self._node.destroy_lifecycle_publisher(publisher)
 

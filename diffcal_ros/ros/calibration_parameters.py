@@ -4,9 +4,11 @@
 
 from diffcal_ros.calibration.observation import MAX_FUSED_FRAMES
 from diffcal_ros.calibration.settings import CalibrationSettings, LOSSES, OPTIMIZERS
+from diffcal_ros.calibration.tracker import TrackerSettings
 from diffcal_ros.device_array import require_device
 from diffcal_ros.live.inputs import POSE_SOURCES
-from diffcal_ros.live.session import DEPTH_QUANTIZATIONS, REFITS, SessionSettings
+from diffcal_ros.live.session_settings import DEPTH_QUANTIZATIONS, REFITS, SessionSettings
+from diffcal_ros.live.tracking import TrackingSettings
 from diffcal_ros.ros.parameters import Setting, Values
 
 SETTINGS = (
@@ -41,9 +43,34 @@ SETTINGS = (
     Setting('window.seconds', 2.0, 'after so long fewer frames will do [s]', 0.0, 3600.0),
     Setting(
         'refit',
-        'once',
-        'after a fit: stop (once), or fit every new window from the last values (continuous)',
+        'tracking',
+        'after a fit: move the values with every frame (tracking), stop (once), or fit every new '
+        'window from the last values (continuous)',
         choices=REFITS,
+    ),
+    Setting(
+        'tracking.memory',
+        0.5,
+        'age at which a frame weighs 1/e of the newest [s]; longer is quieter, shorter follows '
+        'sooner',
+        0.01,
+        3600.0,
+    ),
+    Setting(
+        'tracking.change',
+        0.05,
+        'relative change of a modulus or density that is told on ~/change; other parameters in '
+        'proportion to their usual steps',
+        0.001,
+        10.0,
+    ),
+    Setting(
+        'tracking.picture_rate',
+        2.0,
+        'rendered, residual and mesh a second at most while tracking, when somebody subscribes '
+        '[Hz]; 0: none',
+        0.0,
+        100.0,
     ),
     Setting('out', 'diffcal_result', 'folder that ~/save writes to'),
 )
@@ -72,4 +99,10 @@ def session_settings(values: Values) -> SessionSettings:
         window_seconds=values['window.seconds'],
         refit=values['refit'],
         depth_quantization=values['depth_quantization'],
+        tracking=TrackingSettings(
+            tracker=TrackerSettings(
+                memory=values['tracking.memory'], change=values['tracking.change']
+            ),
+            picture_rate=values['tracking.picture_rate'],
+        ),
     )

@@ -5,15 +5,23 @@
 from collections.abc import Iterator, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
+from diffcal_ros.calibration.body_change import BodyChange
+from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.track_task import TrackStep
+from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.conversion import stamp_message
 from diffcal_ros.ros.diagnostics import status_message
 from diffcal_ros.scene.model import Scene
 import numpy as np
+from numpy.typing import NDArray
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 
+FloatArray = NDArray[np.float64]
+
 _MATERIAL = (('youngs_modulus', 'Pa'), ('poissons_ratio', '1'), ('density', 'kg/m^3'))
+TRACKING = 'tracking'
 FIT = 'fit'  # Name of the status that tells how the fit itself stands.
 
 
@@ -45,11 +53,71 @@ def estimates_message(
     return message
 
 
-def covariance_message(result: CalibrationResult) -> Float64MultiArray:
+def tracked_message(
+    scene: Scene, step: TrackStep, change: BodyChange | None, change_count: int
+) -> DiagnosticArray:
+    """Put all that is known after a frame into one stamped snapshot.
+
+    Args:
+        scene: gives what is not fitted.
+        step: of the newest frame.
+        change: of the body, the last one.
+        change_count: changes so far.
+    """
+    tracked = step.tracked
+    message = DiagnosticArray()
+    message.header.stamp = stamp_message(tracked.stamp_ns)
+    values = {
+        'frame': str(step.number),
+        'loss': f'{tracked.cost:.9g}',
+        **_gap_values(tracked.gap),
+        'frames_worth': f'{tracked.frames_worth:.6g}',
+        'used': str(tracked.is_taken).lower(),
+        'found': str(tracked.is_found).lower(),
+        'changes': str(change_count),
+        'change': '' if change is None else in_words(change),
+        'outcome': TRACKING,
+    }
+    level = Level.OK if tracked.is_found else Level.WARN
+    healths = [
+        (FIT, Health(level, TRACKING, values)),
+        *((p.name, _parameter_health(p, TRACKING)) for p in tracked.parameters),
+        *_fixed(scene, {p.name for p in tracked.parameters}),
+    ]
+    message.status = [status_message(name, health) for name, health in healths]
+    return message
+
+
+def change_message(change: BodyChange, count: int) -> DiagnosticArray:
+    """Tell of a change of the body: one status a parameter that changed.
+
+    Args:
+        change: what was seen.
+        count: changes so far, this one included.
+    """
+    message = DiagnosticArray()
+    message.header.stamp = stamp_message(change.stamp_ns)
+    summary = {
+        'number': str(count),
+        'sudden': str(change.is_sudden).lower(),
+        'gap_median_before_mm': f'{1e3 * change.gap_before:.6g}',
+        'gap_median_after_mm': f'{1e3 * change.gap_after:.6g}',
+    }
+    healths = [('change', Health(Level.WARN, in_words(change), summary))]
+    for name, before in change.before.items():
+        values = {'before': f'{before:.9g}', 'after': f'{change.after[name]:.9g}'}
+        healths.append((name, Health(Level.WARN, 'changed', values)))
+    message.status = [status_message(name, health) for name, health in healths]
+    return message
+
+
+def covariance_message(
+    parameters: Sequence[FittedParameter], correlation: FloatArray
+) -> Float64MultiArray:
     """Return the covariance of all parameters in SI units; each axis is labelled with names."""
-    errors = np.array([p.std_error for p in result.parameters])
-    covariance = result.correlation * np.outer(errors, errors)
-    names = ','.join(p.name for p in result.parameters)
+    errors = np.array([p.std_error for p in parameters])
+    covariance = correlation * np.outer(errors, errors)
+    names = ','.join(p.name for p in parameters)
     count = len(errors)
     axes = [
         MultiArrayDimension(label=names, size=count, stride=count * count),
@@ -69,10 +137,7 @@ def _fit_health(record: IterationRecord, result: CalibrationResult | None, stage
     values = {
         'iteration': str(record.number),
         'loss': f'{record.loss:.9g}',
-        'gap_median_mm': f'{1e3 * record.gap.median:.6g}',
-        'gap_rms_mm': f'{1e3 * record.gap.rms:.6g}',
-        'coverage': f'{record.gap.coverage:.6g}',
-        'pixels': str(record.gap.pixels),
+        **_gap_values(record.gap),
         'seconds': f'{record.seconds:.3f}',
         'outcome': 'running' if result is None else result.outcome.value,
     }
@@ -81,6 +146,15 @@ def _fit_health(record: IterationRecord, result: CalibrationResult | None, stage
     values['remedy'] = result.outcome.remedy
     values['warnings'] = '; '.join(result.warnings)
     return Health(Level.OK if result.outcome.is_fitted else Level.WARN, stage, values)
+
+
+def _gap_values(gap: Gap) -> dict[str, str]:
+    return {
+        'gap_median_mm': f'{1e3 * gap.median:.6g}',
+        'gap_rms_mm': f'{1e3 * gap.rms:.6g}',
+        'coverage': f'{gap.coverage:.6g}',
+        'pixels': str(gap.pixels),
+    }
 
 
 def _parameter_health(parameter: FittedParameter, stage: str) -> Health:

@@ -13,8 +13,9 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.health import Level
 from diffcal_ros.live.inputs import CameraTransform, RigPoseMessage
-from diffcal_ros.live.session import Phase, Session, SessionSettings, with_quantization
+from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.session_health import session_health
+from diffcal_ros.live.session_settings import SessionSettings, with_quantization
 import numpy as np
 import pytest
 from support.scenes import beam_scene, CAMERA, DEPTH_FROM_WORLD, MODULUS, noisy, true_depth
@@ -36,14 +37,15 @@ class Drive:
     def __init__(self, scene, settings) -> None:
         self.posted = threading.Event()
         self.background = Background(self.posted.set)
-        self.session = Session(scene, settings, self.background)
+        self.follower = Background(self.posted.set)
+        self.session = Session(scene, settings, self.background, self.follower)
         self.now = 0
 
     def until(self, is_true) -> None:
         while not is_true():
             assert self.posted.wait(_LIMIT), session_health(self.session).message
             self.posted.clear()
-            for event in self.background.events():
+            for event in [*self.background.events(), *self.follower.events()]:
                 self.session.handle(event, self.now)
 
     def film(self, depth, count: int = 2) -> None:
@@ -67,6 +69,7 @@ def drive():
 
     yield make
     for one in made:
+        one.follower.close()
         one.background.close()
 
 

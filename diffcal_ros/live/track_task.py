@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Follow a body from frame to frame in the background, until told to stop."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+import threading
+import time
+
+from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.observation import untruncated
+from diffcal_ros.calibration.tracker import Tracked, Tracker, TrackerSettings
+from diffcal_ros.live.background import Post
+from diffcal_ros.live.fit_task import FitEnd
+from diffcal_ros.live.latest_frame import Arrived, LatestFrame
+from diffcal_ros.live.picture import draw_picture, Picture
+
+_PATIENCE = 0.1  # How soon an end without a frame is noticed [s].
+
+
+@dataclass(frozen=True)
+class TrackStep:
+    """What is known after a frame.
+
+    Attributes:
+        tracked: parameters and what the frame showed.
+        number: of the frame, from 1.
+        arrived_ns: when the frame came, steady time [ns].
+        seconds: that the update took.
+        search_count: searches for a body that changed, so far.
+        picture: what the model sees, where one is due.
+    """
+
+    tracked: Tracked
+    number: int
+    arrived_ns: int
+    seconds: float
+    search_count: int
+    picture: Picture | None
+
+
+@dataclass(frozen=True)
+class TrackRequest:
+    """What to follow.
+
+    Attributes:
+        end: of the fit to start from.
+        settings: how to follow.
+        frames: where they come from.
+        is_picture_due: asked after every frame.
+    """
+
+    end: FitEnd
+    settings: TrackerSettings
+    frames: LatestFrame
+    is_picture_due: Callable[[], bool]
+
+
+def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
+    """Post a `TrackStep` after every frame.
+
+    Raises:
+        InputError: when the fitted values cannot be simulated.
+    """
+    fit = request.end.request
+    # The fit's own model may be in use for a report.
+    observations = [snapshot.observe(fit.scene) for snapshot in fit.snapshots]
+    calibration = Calibration(fit.scene, observations, fit.settings)
+    calibration.coordinates = request.end.calibration.coordinates.copy()
+    tracker = Tracker(calibration, request.end.result.parameters, request.settings)
+    triangles = calibration.model.body(observations[0]).discretisation.surface_triangles
+    camera, number = observations[0].camera, 0
+
+    def draw(arrived: Arrived) -> Picture | None:
+        if not request.is_picture_due():
+            return None
+        return draw_picture(
+            tracker.held.view, arrived.frame.depth, triangles, camera, arrived.frame
+        )
+
+    while not stop.is_set():
+        arrived = request.frames.take(_PATIENCE)
+        if arrived is None:
+            continue
+        begun = time.perf_counter()
+        if arrived.is_restart:
+            tracker.forget()
+        depth = untruncated(arrived.frame.depth, fit.scene.sensor)
+        tracked = tracker.follow(replace(arrived.frame, depth=depth))
+        number += 1
+        seconds = time.perf_counter() - begun
+        post(
+            TrackStep(
+                tracked, number, arrived.arrived_ns, seconds, tracker.search_count, draw(arrived)
+            )
+        )

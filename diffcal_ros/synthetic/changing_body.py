@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Record a body whose modulus changes while the camera looks on, at rest before and after."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+import shutil
+
+from diffcal_ros.atomic_file import replacing, write_text_atomically
+from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import InputError
+from diffcal_ros.recording.bag_writer import BagWriter
+from diffcal_ros.recording.topics import DEPTH_FRAME
+from diffcal_ros.scene.model import Scene
+from diffcal_ros.synthetic.posed_body import pose_body
+from diffcal_ros.synthetic.recorded_scene import scene_text
+from diffcal_ros.synthetic.recorder import RecorderSettings
+from diffcal_ros.synthetic.rig import make_rig, Rig
+import numpy as np
+
+_FIRST_STAMP_NS = 1_700_000_000_000_000_000
+_SECOND = 1_000_000_000  # [ns]
+
+
+def record_changes(
+    scene: Scene, out: Path, factors: Sequence[float], settings: RecorderSettings
+) -> Path:
+    """Record the first posture of a scene in several states, one after the other.
+
+    Args:
+        scene: read from a file, without motion; its start values are the first truth.
+        out: folder to write `bag`, `scene.yaml` with the camera's pose, and the mesh to.
+        factors: by which Young's modulus of every region is multiplied in each state.
+        settings: how to record; `frames` of each state, no colour.
+
+    Returns:
+        The scene file.
+
+    Raises:
+        InputError: when a state cannot be simulated or seen, or `out` cannot be written.
+    """
+    if scene.path is None or not scene.document:
+        raise ValueError('the scene was built in memory: only one read from a file is recorded')
+    if not factors or min(factors) <= 0.0:
+        raise InputError(f'the factors are {list(factors)}: give at least one, above zero')
+    source = scene.path.parent / Path(str(scene.document['mesh']['file'])).expanduser()
+    rigs = _rigs(scene, factors, settings)
+    text = scene_text(
+        scene,
+        bags={rigs[0].name: 'bag'},
+        lidar=settings.lidar,
+        start_factor=settings.start_factor,
+        poses={rigs[0].name: rigs[0].depth_from_world},
+    )
+    _write_bag(out / 'bag', rigs, settings)
+    with replacing(out / source.name) as fresh:
+        shutil.copyfile(source, fresh)
+    write_text_atomically(out / 'scene.yaml', text)
+    return out / 'scene.yaml'
+
+
+def with_modulus(scene: Scene, factor: float) -> Scene:
+    """Return the scene with every start value of Young's modulus multiplied."""
+    regions = tuple(
+        replace(
+            region,
+            youngs_modulus=replace(
+                region.youngs_modulus, start=factor * region.youngs_modulus.start
+            ),
+        )
+        for region in scene.regions
+    )
+    return replace(scene, regions=regions)
+
+
+def _rigs(scene: Scene, factors: Sequence[float], settings: RecorderSettings) -> list[Rig]:
+    """Look at every state from where the first one is seen best."""
+    true_scene = replace(
+        scene,
+        element=settings.element,
+        depth_camera=scene.depth_camera or settings.depth_camera,
+        color_camera=scene.color_camera or settings.color_camera,
+    )
+    setup = true_scene.observations[0]
+    rigs: list[Rig] = []
+    for factor in factors:
+        body = pose_body(with_modulus(true_scene, factor), setup)
+        rig = make_rig(true_scene, setup, body, settings.camera_position if not rigs else None)
+        setup = replace(setup, stored_depth_from_world=rig.depth_from_world)
+        rigs.append(rig)
+    return rigs
+
+
+def _write_bag(path: Path, rigs: Sequence[Rig], settings: RecorderSettings) -> None:
+    period, lidar = round(_SECOND / settings.rate), settings.lidar
+    bias_random = np.random.default_rng([settings.seed, 0])
+    bias = lidar.bias_field(rigs[0].depth_scan.depth.shape, bias_random)
+    with BagWriter(path) as bag:
+        for index in range(len(rigs) * settings.frames):
+            rig = rigs[index // settings.frames]
+            stamp = _FIRST_STAMP_NS + index * period
+            random = np.random.default_rng([settings.seed, 1, index])
+            depth = lidar.measure(rig.depth_scan, bias, random)
+            bag.write_depth_camera(rig.depth_camera, stamp_ns=stamp, frame_id=DEPTH_FRAME)
+            bag.write_depth(DepthFrame(depth, stamp, DEPTH_FRAME), encoding=lidar.encoding)
