@@ -63,7 +63,7 @@ def _run(args: argparse.Namespace) -> int:
     print(f'starting calibration, marker_pose and depth_source, logs in {out / "log"}', flush=True)
     with NodeGroup(out / 'log') as nodes:
         # First, because it compiles kernels, the first time on a machine.
-        nodes.start('calibration', scene=scene, out=out)
+        nodes.start('calibration', scene=scene, out=out, refit='once')
         nodes.start('marker_pose', scene=scene)
         nodes.start('depth_source', bag=bag, wait_for_subscriber=60.0)
         with _listener() as node:

@@ -9,7 +9,8 @@ Jacobians stay what they are while the coordinates stay; a frame is looked up in
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.gap import Gap, measure_gap
-from diffcal_ros.calibration.objective import robust_cost, robust_weights, RobustObjective, Scale
+from diffcal_ros.calibration.objective import robust_cost, robust_weights, RobustObjective
+from diffcal_ros.calibration.residual_scales import Scale
 from diffcal_ros.calibration.robust_residual import Comparison, Residuals
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +70,9 @@ class HeldView:
         self._reach, self._truncation = objective.scales.reach, objective.truncation
         self.coordinates = coordinates.copy()
         self.view = model.views(coordinates)[number]
-        trace = self.view.trace
+        # The tracer may see other views meanwhile: nothing is asked of it later.
+        self._trace = trace = self.view.trace
+        self._outline = outline = trace.outline
         self._read = self._comparer.read(trace, model.sensor(coordinates))
         self._counted, comparable = self._comparer.pixels(self.view)
         self._places = np.flatnonzero(comparable.ravel()).astype(np.int32)
@@ -77,7 +80,6 @@ class HeldView:
         rows, columns = np.divmod(self._places, trace.shape[1])
         pixels = np.stack([columns + trace.columns.start, rows + trace.rows.start], axis=1)
         self._pixels = pixels[:, 1] * trace.buffers.camera.width + pixels[:, 0]
-        outline = trace.outline
         everything = Comparison(
             depth=_unread(pixels, self._places),
             edge=_unread(np.zeros((len(outline.pieces), 2), np.int32), outline.pieces),
@@ -114,15 +116,15 @@ class HeldView:
         for residuals, jacobian, scale, dimension, _ in self._parts(depth):
             weights = robust_weights(residuals, scale, dimension)
             information += jacobian.T @ (jacobian * weights.true_curvature[:, None])
-            patch = scale.correlation**dimension / np.maximum(residuals.weights, 1e-12)
+            patch = scale.patch(dimension) / np.maximum(residuals.weights, 1e-12)
             pull = (weights.gradient * residuals.values) ** 2 * patch
             scatter += jacobian.T @ (jacobian * pull[:, None])
         return FrameInformation(information, scatter)
 
     def gap(self, depth: NDArray[np.float32]) -> Gap:
         """Return how far a frame is from the view."""
-        trace = self.view.trace
-        observed = depth[trace.rows, trace.columns].astype(np.float64)
+        window = depth[self._trace.rows, self._trace.columns]
+        observed = window.astype(np.float64)
         return measure_gap([observed - self._read], [self._counted], self._truncation)
 
     @property
@@ -152,9 +154,8 @@ class HeldView:
 
     def _edges(self) -> tuple[Residuals, NDArray[np.intp]]:
         """Return residuals of the outline's pieces, and which pieces they are of."""
-        outline = self.view.trace.outline
-        edge, _ = self._comparer.edges(outline, self._reach)
-        found = np.searchsorted(outline.pieces, edge.places)
+        edge, _ = self._comparer.edges(self._outline, self._reach)
+        found = np.searchsorted(self._outline.pieces, edge.places)
         values = edge.values + self._edge_bias[found]
         return Residuals(values, edge.weights, edge.pixels, edge.places, edge.missing), found
 

@@ -14,7 +14,7 @@ _LARGEST_USUAL = 8.0
 _LEARNING = 15
 _LEARNING_SHARE = 0.02
 # A camera that becomes noisier is not a body that changes for ever.
-_UNUSUAL_SHARE = 0.002
+_UNUSUAL_SHARE = 0.0005
 _LEAST_NEW = 1e-3
 # Directions that scatter less than this share of the largest are rounding.
 _RANK = 1e-10

@@ -13,7 +13,8 @@ from diffcal_ros.calibration.held_view import FrameEquations, FrameInformation, 
 from diffcal_ros.calibration.innovation import Innovation
 from diffcal_ros.calibration.levenberg_marquardt import gauss_newton_step, minimise, Stop
 from diffcal_ros.calibration.linearisation import Linearisation
-from diffcal_ros.calibration.objective import RobustObjective, Scales
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 from diffcal_ros.depth.tracer import OutOfViewError
@@ -40,6 +41,7 @@ _COST_SHARE = 0.05
 _RETRY = 1_000_000_000
 _MOST_REFINEMENTS = 4
 _INFORMING = 15  # Frames between two looks at how sure a frame is.
+_LONGEST = 0.7  # Step of the logarithm of a modulus.
 _FRESH = 4.0  # Frames that an estimate must be worth before a change is told.
 
 
@@ -107,9 +109,9 @@ class Tracker:
         """Start from a fit.
 
         Args:
-            calibration: of one observation, with the robust loss, at the fitted coordinates; it
-                is the tracker's from now on.
-            fitted: what the fit found.
+            calibration: of one observation, with the robust loss; it is the tracker's from now
+                on.
+            fitted: what a fit of the same parameters found.
             settings: how to follow.
 
         Raises:
@@ -134,8 +136,11 @@ class Tracker:
         )
         self._filter = ForgettingFilter(len(self._parameters), self.settings.memory)
         self._innovation = Innovation()
+        self.coordinates = np.array(
+            [p.coordinate(found.value) for p, found in zip(self._parameters, fitted, strict=True)]
+        )
         self._watch = ChangeWatch(
-            self._parameters, calibration.coordinates, self.settings.change * self._longest / 0.7
+            self._parameters, self.coordinates, self.settings.change * self._longest / _LONGEST
         )
         self._held: HeldView | None = None
         self._information: FrameInformation | None = None
@@ -145,7 +150,6 @@ class Tracker:
         self._usual_cost: float | None = None
         self._since_informed = 0
         self._next_search_ns = 0
-        self.coordinates = calibration.coordinates.copy()
         self.search_count = 0
 
     @property

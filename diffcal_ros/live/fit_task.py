@@ -37,6 +37,15 @@ class FitRequest:
     settings: CalibrationSettings
     start: dict[str, float]
 
+    def calibration(self) -> Calibration:
+        """Prepare the fit.
+
+        Raises:
+            InputError: when something given is wrong.
+        """
+        observations = [snapshot.observe(self.scene) for snapshot in self.snapshots]
+        return Calibration(self.scene, observations, self.settings)
+
 
 @dataclass(frozen=True)
 class FitStep:
@@ -60,13 +69,14 @@ class FitEnd:
     Attributes:
         request: what was asked for.
         result: what was found.
-        calibration: the model, for the report; only the background thread may use it.
+        calibration: the model, for the report; only the background thread may use it. None when
+            it has to be made from the request.
         picture: what the model sees in the end.
     """
 
     request: FitRequest
     result: CalibrationResult
-    calibration: Calibration
+    calibration: Calibration | None
     picture: Picture
 
 
@@ -76,8 +86,8 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
     Raises:
         InputError: when something given is wrong.
     """
-    observations = [snapshot.observe(request.scene) for snapshot in request.snapshots]
-    calibration = Calibration(request.scene, observations, request.settings)
+    calibration = request.calibration()
+    observations = calibration.model.observations
     calibration.coordinates = _start(calibration, request.start)
     last = request.snapshots[-1]
 

@@ -61,7 +61,7 @@ def save_report(end: FitEnd, folder: Path, post: Post, stop: threading.Event) ->
     try:
         from diffcal_ros.report.page import write_report
 
-        write_report(path, end.calibration, end.result)
+        write_report(path, end.calibration or end.request.calibration(), end.result)
     except Exception as error:  # A report that fails must not cost the fit.
         post(ReportWritten(path, f'{path} was not written: {error}'))
         return

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The course of a live calibration: collect frames, fit, tell; one step at a time."""
 
+from dataclasses import replace
 from enum import Enum
 import threading
 from typing import Any
@@ -140,6 +141,15 @@ class Session:
         elif isinstance(event, TaskFailed):
             self._is_ready = True
             self._fail(_told(event.error), now_ns)
+
+    def present(self) -> FitEnd | None:
+        """Return what is known now: the last fit, or where tracking has got to from there."""
+        end, tracking = self.last_end, self.tracking
+        if end is None or tracking is None or tracking.last is None:
+            return end
+        frames = tracking.alike(self.window.frames)
+        request = replace(end.request, snapshots=(self.inputs.snapshot(frames),))
+        return replace(end, request=request, result=tracking.result(end.result), calibration=None)
 
     def enable(self, is_enabled: bool) -> str:
         """Go on, or pause: a fit that runs is given up; return what was done."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import threading
 import time
 
-from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observation import untruncated
 from diffcal_ros.calibration.tracker import Tracked, Tracker, TrackerSettings
 from diffcal_ros.live.background import Post
@@ -64,18 +63,21 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
     """
     fit = request.end.request
     # The fit's own model may be in use for a report.
-    observations = [snapshot.observe(fit.scene) for snapshot in fit.snapshots]
-    calibration = Calibration(fit.scene, observations, fit.settings)
-    calibration.coordinates = request.end.calibration.coordinates.copy()
+    calibration = fit.calibration()
+    (observation,) = calibration.model.observations
     tracker = Tracker(calibration, request.end.result.parameters, request.settings)
-    triangles = calibration.model.body(observations[0]).discretisation.surface_triangles
-    camera, number = observations[0].camera, 0
+    triangles = calibration.model.body(observation).discretisation.surface_triangles
+    number = 0
 
     def draw(arrived: Arrived) -> Picture | None:
         if not request.is_picture_due():
             return None
         return draw_picture(
-            tracker.held.view, arrived.frame.depth, triangles, camera, arrived.frame
+            tracker.held.view,
+            arrived.frame.depth,
+            triangles,
+            observation.camera,
+            arrived.frame,
         )
 
     while not stop.is_set():

@@ -3,11 +3,13 @@
 """A body that is followed on live frames: what is handed over, counted and remembered."""
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import threading
 import time
 
 from diffcal_ros.calibration.body_change import BodyChange
+from diffcal_ros.calibration.calibrate import with_details
+from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.tracker import TrackerSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Background
@@ -16,7 +18,7 @@ from diffcal_ros.live.latest_frame import LatestFrame, Order
 from diffcal_ros.live.track_task import track, TrackRequest, TrackStep
 import numpy as np
 
-_LATENCIES = 2048
+_LATENCIES = 16384  # Nine minutes at 30 Hz.
 _STILL = 30  # So many frames with one stamp are not an accident.
 
 
@@ -84,6 +86,28 @@ class Tracking:
     def told(self, step: TrackStep, now_ns: int) -> None:
         """Note when a step was published, steady time [ns]."""
         self._latencies.append(now_ns - step.arrived_ns)
+
+    def alike(self, frames: tuple[DepthFrame, ...]) -> tuple[DepthFrame, ...]:
+        """Return those frames that show the body as it is now, the newest at least."""
+        if self.change is None:
+            return frames
+        since = self.change.stamp_ns
+        return tuple(frame for frame in frames if frame.stamp_ns >= since) or frames[-1:]
+
+    def result(self, fitted: CalibrationResult) -> CalibrationResult:
+        """Return the result of the fit brought up to date; its history stays."""
+        if self.last is None:
+            return fitted
+        tracked = self.last.tracked
+        return with_details(
+            replace(
+                fitted,
+                parameters=tracked.parameters,
+                gap_end=tracked.gap,
+                correlation=tracked.correlation,
+            ),
+            tracking={'stamp_ns': tracked.stamp_ns, **self.figures()},
+        )
 
     @property
     def problem(self) -> str | None:

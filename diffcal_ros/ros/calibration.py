@@ -219,7 +219,7 @@ class CalibrationNode(LifecycleNode):
         return _answer(response, self._save)
 
     def _save(self) -> str:
-        end = self._required().last_end
+        end = self._required().present()
         if end is None:
             raise InputError('no fit has come to its end yet: there is nothing to save')
         folder = Path(self._settings['out']).expanduser()
@@ -243,9 +243,10 @@ class CalibrationNode(LifecycleNode):
 
     def _diagnose(self) -> str:
         session = self._required()
-        if session.last_end is None:
+        end = session.present()
+        if end is None:
             raise InputError('no fit has come to its end yet: there is nothing to diagnose')
-        seen, folder = session.last_end.request, self._diagnosis_folder()
+        seen, folder = end.request, self._diagnosis_folder()
         self._diagnosis = 'begun'
         self._background.submit(
             lambda post, stop: run_diagnosis(

@@ -28,7 +28,9 @@ def _outcome(messages: list[DiagnosticArray]) -> str:
 def test_the_sample_bag_ends_in_the_same_modulus_as_offline(make_bench, start_node, tmp_path):
     scene = SAMPLE / 'scene.yaml'
     out = tmp_path / 'out'
-    calibration = start_node('calibration', {'scene': scene, 'out': out, 'mesh_error': False})
+    calibration = start_node(
+        'calibration', {'scene': scene, 'out': out, 'mesh_error': False, 'refit': 'once'}
+    )
     marker = start_node('marker_pose', {'scene': scene})
     source = start_node('depth_source', {'bag': SAMPLE / 'bag', 'wait_for_subscriber': 60.0})
     inputs = open_inputs(load_scene(scene), [])
