@@ -81,3 +81,32 @@ def zero_floats(shape: int | tuple[int, ...], device: str) -> Any:
 def zero_ints(shape: int | tuple[int, ...], device: str) -> Any:
     """Return 32-bit integer zeros."""
     return wp.zeros(shape, dtype=wp.int32, device=device)
+
+
+class HostMirror:
+    """A Warp array that is read and written often: on the CPU its memory is looked up once."""
+
+    def __init__(self, array: Any) -> None:
+        self.array = array
+        self._view: NDArray[Any] | None = array.numpy() if array.device.is_cpu else None
+
+    def write(self, values: NDArray[Any]) -> None:
+        """Fill the array."""
+        if self._view is None:
+            self.array.assign(values)
+        else:
+            self._view[...] = values
+
+    def read(self) -> NDArray[Any]:
+        """Return a copy."""
+        if self._view is None:
+            values: NDArray[Any] = self.array.numpy()
+            return values
+        return self._view.copy()
+
+    def clear(self) -> None:
+        """Fill the array with zeros."""
+        if self._view is None:
+            self.array.zero_()
+        else:
+            self._view.fill(0.0)

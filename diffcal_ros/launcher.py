@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Launching the same kernels again and again: arguments are packed once and kept."""
 
+import math
 from typing import Any
 
-import numpy as np
 import warp as wp
 
 
@@ -22,7 +22,7 @@ class Launcher:
 
     def launch(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
         """Launch a kernel; see `warp.launch`."""
-        if not np.prod(dim):
+        if not (dim if isinstance(dim, int) else math.prod(dim)):
             # Warp records nothing for an empty launch, and there would be nothing to repeat.
             return
         arguments = [*inputs, *outputs]

@@ -8,7 +8,7 @@ import time
 
 from diffcal_ros.calibration.demon import minimise_with_demon
 from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.image_objective import ImageObjective
 from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
 from diffcal_ros.calibration.objective import RobustObjective
@@ -39,6 +39,11 @@ _LOW_COVERAGE = 0.80
 # Of a body that is found, more is seen where it is rendered.
 _FOUND = 0.10
 _STRONG_CORRELATION = 0.95
+_RESTING_RATIO = "a body at rest shows only the ratio of Young's modulus to density"
+_MOVING_RATIOS = (
+    "motion under gravity shows only the ratios of Young's modulus and damping to density: weigh "
+    'the body and give its density a prior, or keep density fixed'
+)
 _LONGEST_STEPS = {
     Kind.YOUNGS_MODULUS: 0.7,
     Kind.DENSITY: 0.7,
@@ -60,6 +65,7 @@ class Calibration:
     Attributes:
         coordinates: of the parameters after the last accepted step, shape (k,); the model stands
             there while `on_iteration` is told of it.
+        held_out: observations that are kept from the fit.
     """
 
     def __init__(
@@ -78,6 +84,8 @@ class Calibration:
         Raises:
             InputError: when there is nothing to fit, or a camera does not see the body.
         """
+        self.held_out = tuple(seen for seen in observations if seen.is_held_out)
+        observations = [seen for seen in observations if not seen.is_held_out]
         if not observations:
             raise InputError('there is no observation: a calibration needs at least one recording')
         self.scene = scene
@@ -100,6 +108,7 @@ class Calibration:
             self.parameters,
             solver=self.settings.solver,
             device=self.settings.device,
+            share_tracers=is_robust,
         )
         self.objective: RobustObjective | ImageObjective = (
             RobustObjective(self.model, device=self.settings.device)
@@ -219,6 +228,26 @@ class Calibration:
             correlation=uncertainty.correlation,
             warnings=tuple(warn(outcome, gap_end, fitted, uncertainty)),
             seconds=seconds,
+            gap_held_out=self._held_out_gap(minimum.coordinates),
+        )
+
+    def _held_out_gap(self, coordinates: FloatArray) -> Gap | None:
+        """Measure the gap on frames that the fit did not see."""
+        if not self.held_out:
+            return None
+        settings, seen = self.settings, self.model.observations
+        # Frames that were fitted come first, so that camera poses keep their owners.
+        model = ForwardModel(
+            self.scene,
+            (*seen, *self.held_out),
+            self.parameters,
+            solver=settings.solver,
+            device=settings.device,
+        )
+        objective = RobustObjective(model, device=settings.device)
+        compared = objective.comparisons(coordinates)[len(seen) :]
+        return measure_gap(
+            [c.difference for c in compared], [c.counted for c in compared], objective.truncation
         )
 
 
@@ -313,7 +342,7 @@ def warn(
         warnings.append(f'the data cannot tell apart: {", ".join(uncertainty.blind)}')
         kinds = {name.partition('.')[0] for name in uncertainty.blind}
         if {'youngs_modulus', 'density'} <= kinds:
-            warnings.append("a body at rest shows only the ratio of Young's modulus to density")
+            warnings.append(_MOVING_RATIOS if 'damping' in kinds else _RESTING_RATIO)
     if uncertainty.prior_bound:
         names = ', '.join(uncertainty.prior_bound)
         warnings.append(f'known more from its prior than from the data: {names}')

@@ -39,7 +39,8 @@ class CameraOffsets:
         self._pivots = pivots
         self._owners = pose_owners(observations)
         # One camera that is elsewhere is elsewhere in every view: its offset has one pivot [m].
-        self.offset_pivot: FloatArray = np.mean(pivots, axis=0)
+        poses = sorted(set(self._owners))
+        self.offset_pivot: FloatArray = np.mean([pivots[owner] for owner in poses], axis=0)
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'CameraOffsets':
         """Return the same cameras with other parameters."""

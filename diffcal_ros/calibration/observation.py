@@ -66,6 +66,11 @@ class Observation:
     instant: Instant | None = None
     left_out: NDArray[np.bool_] | None = None
 
+    @property
+    def is_held_out(self) -> bool:
+        """Tell whether it is a frame that is kept from the fit."""
+        return self.instant is not None and self.instant.is_held_out
+
 
 def pose_owners(observations: Sequence[Observation]) -> tuple[int, ...]:
     """Return for each observation the first one that was taken from the same camera pose."""

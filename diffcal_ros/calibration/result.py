@@ -72,6 +72,7 @@ class CalibrationResult:
         parameters: in order, nuisances last.
         gap_start: gap at the start values.
         gap_end: gap at the fitted values.
+        gap_held_out: gap there on frames that were kept from the fit; None without such frames.
         loss: name of the loss.
         history: one record an accepted step, the start first.
         correlation: of the parameters' coordinates, shape (k, k).
@@ -89,6 +90,7 @@ class CalibrationResult:
     correlation: FloatArray
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
+    gap_held_out: Gap | None = None
     details: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -126,7 +128,11 @@ class CalibrationResult:
                 }
                 for p in self.parameters
             },
-            'gap': {'start': self.gap_start.as_dict(), 'end': self.gap_end.as_dict()},
+            'gap': {
+                'start': self.gap_start.as_dict(),
+                'end': self.gap_end.as_dict(),
+                'held_out': self.gap_held_out.as_dict() if self.gap_held_out else None,
+            },
             'loss': {
                 'name': self.loss,
                 'start': self.history[0].loss if self.history else None,

@@ -98,10 +98,11 @@ def estimate_uncertainty(
     both = np.outer(scales, scales)
     information = (linear.information + precision) * both
     scatter = (linear.scatter + precision) * both
-    inverse, blind = _inverse(information, parameters)
-    statistical = inverse @ scatter @ inverse * both
+    inverse, unknown, blind = _inverse(information, parameters)
+    # What the data do not see is as uncertain as its natural scale, whatever their scatter.
+    statistical = (inverse @ scatter @ inverse + _UNKNOWN**2 * unknown) * both
     shift = MESH_SHIFT_FACTOR * mesh_shift
-    data_only, _ = _inverse(linear.information * both, parameters)
+    data_only, *_ = _inverse(linear.information * both, parameters)
     return Uncertainty(
         covariance=statistical + np.outer(shift, shift),
         statistical=statistical,
@@ -113,8 +114,12 @@ def estimate_uncertainty(
 
 def _inverse(
     information: FloatArray, parameters: ParameterSet
-) -> tuple[FloatArray, tuple[str, ...]]:
-    """Invert in natural scales; directions that are not known get their natural scale."""
+) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+    """Invert in natural scales, where unknown directions get a variance of one.
+
+    Returns:
+        The inverse, the projector on what is not known, and the names that take part in that.
+    """
     values, vectors = np.linalg.eigh(information)
     known = values > _UNKNOWN**-2
     names: set[str] = set()
@@ -126,7 +131,8 @@ def _inverse(
         )
     capped = np.where(known, values, _UNKNOWN**-2)
     order = [name for name in parameters.names if name in names]
-    return (vectors / capped) @ vectors.T, tuple(order)
+    dark = vectors[:, ~known]
+    return (vectors / capped) @ vectors.T, dark @ dark.T, tuple(order)
 
 
 def _prior_bound(

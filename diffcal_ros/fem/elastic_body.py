@@ -79,6 +79,16 @@ class ElasticBody:
         """Return the mean of the energy's mu [Pa]: the scale of the body's stiffness."""
         return self._mean_shear_modulus
 
+    @property
+    def shape_on_device(self) -> list[Any]:
+        """Nodes, shape gradients and weights for kernels."""
+        return [self._nodes, self._gradients, self._weights]
+
+    @property
+    def numbers_on_device(self) -> list[Any]:
+        """The energy's mu and lambda for kernels."""
+        return [self._mu, self._lam]
+
     def energy(self, positions: FloatArray) -> float:
         """Return the elastic energy [J] at node positions [m], shape (N, 3)."""
         upload(self._positions, positions)

@@ -130,10 +130,14 @@ class ForceChanges:
     def by_numbers(self, positions: FloatArray, adjoint: FloatArray) -> NeoHookeanNumbers:
         """Return adjoint . d internal forces by the energy's numbers, shape (T,) each."""
         elastic = self._elastic.number_gradient(positions, adjoint)
-        stiffening = self._conditions.shear_modulus_gradient(positions, adjoint)
+        stiffening = self.stiffening_by_mu(positions, adjoint)
         if stiffening is None:
             return elastic
         return NeoHookeanNumbers(elastic.neo_hookean_mu + stiffening, elastic.neo_hookean_lambda)
+
+    def stiffening_by_mu(self, positions: FloatArray, adjoint: FloatArray) -> FloatArray | None:
+        """Return the part of strain stiffening in that by mu, shape (T,); None for none."""
+        return self._conditions.shear_modulus_gradient(positions, adjoint)
 
     def collect(
         self,

@@ -27,15 +27,21 @@ class OfflineInputs:
 
     Attributes:
         scene: loaded.
-        recordings: opened, one an observation.
-        observations: made of them.
+        recordings: opened.
+        takes: observations made of each recording: one of a body at rest, one a frame of a
+            motion.
         notes: what a person should know about them.
     """
 
     scene: Scene
     recordings: tuple[Recording, ...]
-    observations: tuple[Observation, ...]
+    takes: tuple[tuple[Observation, ...], ...]
     notes: tuple[str, ...]
+
+    @property
+    def observations(self) -> tuple[Observation, ...]:
+        """All observations, in the order of the recordings."""
+        return tuple(observation for take in self.takes for observation in take)
 
 
 def open_inputs(
@@ -61,20 +67,24 @@ def open_inputs(
     """
     pairs = _paired(scene, bags)
     recordings: list[Recording] = []
-    observations: list[Observation] = []
+    takes: list[tuple[Observation, ...]] = []
     notes: list[str] = []
     for setup_index, bag in pairs:
         with _naming(bag):
             recording = open_recording(
                 bag, depth_topic=depth_topic, allow_truncated=allow_truncated
             )
-            observation, own_notes = observe(
-                scene, setup_index, recording, pose_source=pose_source
-            )
+            take, own_notes = observe(scene, setup_index, recording, pose_source=pose_source)
         recordings.append(recording)
-        observations.append(observation)
-        notes.extend(f'{observation.name}: {note}' for note in own_notes)
-    return OfflineInputs(scene, tuple(recordings), tuple(observations), tuple(notes))
+        takes.append(take)
+        notes.extend(f'{_name(take)}: {note}' for note in own_notes)
+    return OfflineInputs(scene, tuple(recordings), tuple(takes), tuple(notes))
+
+
+def _name(take: Sequence[Observation]) -> str:
+    """Return a recording's name; frames of a motion have their time after it."""
+    first = take[0]
+    return first.name if first.instant is None else first.name.rpartition(', ')[0]
 
 
 @contextmanager
@@ -126,13 +136,13 @@ def describe_inputs(inputs: OfflineInputs, settings: CalibrationSettings) -> dic
         **describe_fit(inputs.scene, settings),
         'recordings': [
             {
-                'name': observation.name,
+                'name': _name(take),
                 'path': str(recording.path),
                 'sha256': recording.sha256,
                 'depth_topic': recording.depth_topic,
-                'frames': observation.frame_count,
+                'frames': sum(observation.frame_count for observation in take),
             }
-            for recording, observation in zip(inputs.recordings, inputs.observations, strict=True)
+            for recording, take in zip(inputs.recordings, inputs.takes, strict=True)
         ],
         'notes': list(inputs.notes),
     }
@@ -149,6 +159,11 @@ def _paired(scene: Scene, bags: Sequence[Path]) -> list[tuple[int, Path]]:
                 "recordings as arguments, or under 'observations' as 'bag'"
             )
         return [(i, bag) for i, bag in named if bag is not None]
+    if len(setups) == 1 and setups[0].motion is not None and len(bags) > 1:
+        raise SceneError(
+            f'{len(bags)} bags were given for the motion {setups[0].name!r}: each has its own '
+            "release, so list them under 'observations', each with its own 'motion'"
+        )
     if len(setups) == 1:
         return [(0, bag) for bag in bags]
     if len(bags) != len(setups):

@@ -1,25 +1,30 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Make an observation of a recording: fused depth, and where the camera was."""
+"""Make observations of a recording: depth, fused or frame by frame, and where the camera was."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from diffcal_ros.calibration.camera_pose import CameraPose, pose_from_rig, stored_pose
 from diffcal_ros.calibration.observation import (
     fuse_frames,
     FusedDepth,
+    Instant,
     make_observation,
     MAX_FUSED_FRAMES,
     Observation,
+    untruncated,
 )
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError, RecordingError
+from diffcal_ros.offline.frame_times import chosen_frames, FEWEST_FRAMES, frame_times
+from diffcal_ros.offline.motion_check import check_motion
 from diffcal_ros.pose.detection import MarkerDetector
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.marker_target import single_marker
 from diffcal_ros.pose.rig_pose import pose_from_images
 from diffcal_ros.recording.recording import Recording
-from diffcal_ros.scene.model import Marker, Scene
+from diffcal_ros.scene.model import Marker, MotionSetup, Scene
 import numpy as np
 
 POSE_SOURCES = ('estimated', 'stored')
@@ -30,8 +35,8 @@ _FARTHEST = 50.0
 
 def observe(
     scene: Scene, setup_index: int, recording: Recording, *, pose_source: str = 'estimated'
-) -> tuple[Observation, tuple[str, ...]]:
-    """Turn a recording of a body at rest into an observation.
+) -> tuple[tuple[Observation, ...], tuple[str, ...]]:
+    """Turn a recording into observations: one of a body at rest, one a frame of a motion.
 
     Args:
         scene: the set-up.
@@ -40,10 +45,10 @@ def observe(
         pose_source: `estimated` from the marker, or `stored` in the scene.
 
     Returns:
-        The observation, and notes for a person.
+        The observations, and notes for a person.
 
     Raises:
-        InputError: when there is no depth, no marker, or no stored pose.
+        InputError: when there is no depth, no marker, no stored pose, or no motion to be seen.
     """
     camera = scene.depth_camera or recording.depth_camera
     fused = fuse_frames(recording.depth_frames(limit=MAX_FUSED_FRAMES))
@@ -60,18 +65,44 @@ def observe(
     else:
         pose = _estimated_pose(scene, recording, fused, camera)
     setup = scene.observations[setup_index]
-    observation = make_observation(
-        setup.name if len(scene.observations) > 1 else _label(recording.path),
-        setup_index,
-        fused,
-        camera,
-        pose,
-        scene.sensor,
-    )
+    name = setup.name if len(scene.observations) > 1 else _label(recording.path)
+    resting = make_observation(name, setup_index, fused, camera, pose, scene.sensor)
+    observations: tuple[Observation, ...] = (resting,)
+    moving_notes: tuple[str, ...] = ()
+    if setup.motion is not None:
+        observations, moving_notes = _instants(resting, scene, setup.motion, recording)
     skipped = tuple(
         f'{count} frames left out: {reason}' for reason, count in recording.skipped.items()
     )
-    return observation, (*recording.notes, *skipped, *pose.notes)
+    return observations, (*recording.notes, *skipped, *moving_notes, *pose.notes)
+
+
+def _instants(
+    resting: Observation, scene: Scene, motion: MotionSetup, recording: Recording
+) -> tuple[tuple[Observation, ...], tuple[str, ...]]:
+    """Make an observation of each frame that is used; all else is as in one at rest."""
+    times, notes = frame_times(recording.depth_stamps())
+    chosen = chosen_frames(times, motion)
+    read = recording.depth_frames_at([frame.place for frame in chosen])
+    good = [(when, frame) for when, frame in zip(chosen, read, strict=True) if frame is not None]
+    if len(good) < FEWEST_FRAMES:
+        raise RecordingError(
+            f'{len(good)} of {len(chosen)} depth frames can be read: a motion needs at least '
+            f'{FEWEST_FRAMES}'
+        )
+    check_motion([frame for _, frame in good], [when.time for when, _ in good], motion)
+    observations = tuple(
+        replace(
+            resting,
+            name=f'{resting.name}, {when.time:.3f} s',
+            depth=untruncated(frame.depth, scene.sensor),
+            frame_count=1,
+            noise=float('nan'),
+            instant=Instant(when.time, resting.setup_index, when.is_held_out),
+        )
+        for when, frame in good
+    )
+    return observations, tuple(notes)
 
 
 def _check_unit(fused: FusedDepth, recording: Recording) -> None:

@@ -3,7 +3,7 @@
 """An opened recording and its frames."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -100,6 +100,26 @@ class Recording:
             yield frame
         if not count:
             raise self._nothing_good()
+
+    def depth_stamps(self) -> list[int | None]:
+        """Return the header stamps of all depth images [ns], None for an unreadable one."""
+        stamps: list[int | None] = []
+        for raw in self.messages.read(self.depth_topic):
+            try:
+                stamps.append(stamp_ns_of(deserialize(raw.data, raw.type_name)))
+            except ValueError:
+                stamps.append(None)
+        return stamps
+
+    def depth_frames_at(self, places: Sequence[int]) -> Iterator[DepthFrame | None]:
+        """Read the depth images at some places of the recording; None for a bad one."""
+        entries = self.messages.entries(self.depth_topic)
+        for raw in self.messages.read(self.depth_topic, [entries[place] for place in places]):
+            try:
+                yield self._depth_frame(raw)
+            except ValueError as error:
+                self._skipped[self.depth_topic, raw.log_time_ns] = str(error)
+                yield None
 
     def color_frames(self, limit: int | None = None) -> Iterator[ColorFrame]:
         """Read colour images likewise; none is no error."""

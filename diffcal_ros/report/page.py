@@ -105,11 +105,14 @@ def _interval(parameter: FittedParameter) -> str:
 
 def _gap_card(result: CalibrationResult) -> str:
     start, end = result.gap_start, result.gap_end
+    kept = ''
+    if result.gap_held_out is not None:
+        kept = f'; {_gap_words("on frames kept from the fit", result.gap_held_out)}'
     return (
         '<div class="card"><div class="label">gap on the body, median</div>'
         f'<div class="value">{_millimetres(end.median)} <small>mm</small></div>'
-        f'<div class="more">{_gap_words("at the start", start)}; {_gap_words("now", end)}</div>'
-        '</div>'
+        f'<div class="more">{_gap_words("at the start", start)}; {_gap_words("now", end)}{kept}'
+        '</div></div>'
     )
 
 

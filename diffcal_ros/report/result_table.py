@@ -32,12 +32,19 @@ def _fitted(parameter: FittedParameter) -> str:
 
 
 def _figures(result: CalibrationResult) -> list[str]:
-    start, end = result.gap_start, result.gap_end
+    start, end, held_out = result.gap_start, result.gap_end, result.gap_held_out
+    kept = []
+    if held_out is not None:
+        kept = [
+            f'held out    median {_millimetres(held_out.median)} mm, '
+            f'RMS {_millimetres(held_out.rms)} mm on frames kept from the fit'
+        ]
     return [
         f'gap         median {_millimetres(start.median)} -> {_millimetres(end.median)} mm, '
         f'RMS {_millimetres(start.rms)} -> {_millimetres(end.rms)} mm',
         f'coverage    {start.coverage:.1%} -> {end.coverage:.1%} of the body in view '
         f'({end.pixels} pixels)',
+        *kept,
         f'iterations  {result.iterations} in {result.seconds:.2f} s',
     ]
 

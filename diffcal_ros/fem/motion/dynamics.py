@@ -10,7 +10,7 @@ on the free nodes, with a diagonal M (`lumped_mass`).
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
 from diffcal_ros.fem.motion.lumped_mass import lumped_masses, lumped_shares
-from diffcal_ros.fem.motion.viscous_body import ViscousBody
+from diffcal_ros.fem.motion.moving_elements import MovingElements
 from diffcal_ros.fem.static_body import StaticBody
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ class Dynamics:
         self.pattern = body.solver.pattern
         self.free = self.pattern.free_nodes
         self.shares = lumped_shares(body.discretisation)
-        self.viscous = ViscousBody(body.discretisation, self.pattern, body.elastic.device)
+        self.elements = MovingElements(body.elastic, self.pattern)
         self.masses = np.zeros((body.discretisation.node_count, 1))
         self.loads = np.zeros((body.discretisation.node_count, 3))
         self._inputs: MotionInputs | None = None
@@ -52,14 +52,15 @@ class Dynamics:
                 'positive mass everywhere'
             )
         self.masses = masses[:, None]
-        self.viscous.set_damping(inputs.damping.strain_rate)
+        self.elements.set_damping(inputs.damping.strain_rate)
         self._mass_damping = inputs.damping.mass
 
     def forces(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return f(x, v)."""
-        forces = self.body.solver.forces(positions) - self.loads
-        if self.viscous.is_damped:
-            forces += self.viscous.forces(positions, velocities)
+        forces = self.elements.forces(positions, velocities)
+        forces -= self.loads
+        for term in self.body.solver.terms:
+            forces += term.forces(positions)
         if self._mass_damping != 0.0:
             forces += self._mass_damping * self.masses * velocities
         return forces
@@ -82,9 +83,9 @@ class Dynamics:
             inertia: change of acceleration per change of position [1/s^2].
             rate: change of velocity per change of position [1/s].
         """
-        values = self.body.solver.stiffness_values(positions)
-        if self.viscous.is_damped:
-            values += self.viscous.stiffness(positions, velocities, rate)
+        values = self.elements.stiffness(positions, velocities, rate)
+        for term in self.body.solver.terms:
+            values += term.stiffness(positions, is_guarded=False)
         weights = (inertia + self._mass_damping * rate) * self.masses[self.free, 0]
         values[self.pattern.diagonal_slots] += np.repeat(weights, 3)
         return values
@@ -94,8 +95,8 @@ class Dynamics:
     ) -> FloatArray:
         """Return how f follows changes of positions and velocities."""
         forces = self.body.solver.force_tangent(positions, moved)
-        if self.viscous.is_damped:
-            forces += self.viscous.force_tangent(positions, velocities, moved, sped)
+        if self.elements.is_damped:
+            forces += self.elements.viscous_tangent(positions, velocities, moved, sped)
         if self._mass_damping != 0.0:
             forces += self._mass_damping * self.masses * sped
         return forces
@@ -105,20 +106,33 @@ class Dynamics:
     ) -> FloatArray:
         """Return how f follows a change of velocities alone."""
         forces = self._mass_damping * self.masses * sped
-        if self.viscous.is_damped:
-            forces += self.viscous.force_tangent(positions, velocities, np.zeros_like(sped), sped)
+        if self.elements.is_damped:
+            forces += self.elements.viscous_tangent(
+                positions, velocities, np.zeros_like(sped), sped
+            )
         return forces
 
-    def viscous_pull_back(
-        self, positions: FloatArray, velocities: FloatArray, adjoint: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return adjoint . d damping forces by positions, velocities and beta (T,)."""
-        by_positions, by_velocities, by_beta = self.viscous.pull_back(
-            positions, velocities, adjoint
+    def pull_back(
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        adjoint: FloatArray,
+        *,
+        has_positions: bool,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return adjoint . df by positions (zero if not wanted) and by velocities.
+
+        What it gives by the material goes into the sums of `elements`.
+        """
+        by_positions, by_velocities = self.elements.pull_back(
+            positions, velocities, adjoint, has_positions=has_positions
         )
+        if has_positions:
+            for term in self.body.solver.terms:
+                by_positions += term.force_tangent(positions, adjoint)
         if self._mass_damping != 0.0:
             by_velocities += self._mass_damping * self.masses * adjoint
-        return by_positions, by_velocities, by_beta
+        return by_positions, by_velocities
 
     def residual_change(
         self,
@@ -140,7 +154,7 @@ class Dynamics:
             residual += change.conditions.added_masses[:, None] * inertial
         if isinstance(change, MotionChange):
             if change.damping is not None:
-                residual += self.viscous.force_of_damping(positions, velocities, change.damping)
+                residual += self.elements.force_of_damping(positions, velocities, change.damping)
             residual += change.mass_damping * self.masses * velocities
         return residual
 

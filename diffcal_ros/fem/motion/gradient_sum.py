@@ -18,7 +18,8 @@ class GradientSum:
     def __init__(self, dynamics: Dynamics) -> None:
         self._dynamics = dynamics
         nodes, tets = len(dynamics.masses), len(dynamics.shares)
-        self._by_mu, self._by_lambda, self._by_beta = (np.zeros(tets) for _ in range(3))
+        dynamics.elements.begin_sums()
+        self._stiffening = np.zeros(tets)
         self._adjoint = np.zeros((nodes, 3))
         self._by_masses = np.zeros(nodes)
         self._by_mass_damping = 0.0
@@ -29,22 +30,19 @@ class GradientSum:
         velocities: FloatArray,
         accelerations: FloatArray,
         adjoint: FloatArray,
-        by_beta: FloatArray,
     ) -> None:
-        """Add one state.
+        """Add one state, which `Dynamics.pull_back` has seen with the same adjoint.
 
         Args:
             positions: [m], shape (N, 3).
             velocities: [m/s], shape (N, 3).
             accelerations: [m/s^2], shape (N, 3); those of held nodes are not read.
             adjoint: of the equation of motion there, zero on held nodes, shape (N, 3).
-            by_beta: adjoint . d forces by strain-rate damping, shape (T,).
         """
         dynamics = self._dynamics
-        by_numbers = dynamics.body.force_changes.by_numbers(positions, adjoint)
-        self._by_mu += by_numbers.neo_hookean_mu
-        self._by_lambda += by_numbers.neo_hookean_lambda
-        self._by_beta -= by_beta
+        stiffening = dynamics.body.force_changes.stiffening_by_mu(positions, adjoint)
+        if stiffening is not None:
+            self._stiffening += stiffening
         self._adjoint += adjoint
         along_velocity = np.einsum('ni,ni->n', adjoint, velocities)
         self._by_masses -= np.einsum('ni,ni->n', adjoint, accelerations)
@@ -54,8 +52,10 @@ class GradientSum:
     def total(self, start: StaticGradient, release_time: float) -> MotionGradient:
         """Return the gradient, with that of the state at rest before the release."""
         dynamics, inputs = self._dynamics, self._dynamics.inputs
+        numbers, by_beta = dynamics.elements.sums()
+        by_mu = numbers.neo_hookean_mu + self._stiffening
         moving = dynamics.body.force_changes.collect(
-            NeoHookeanNumbers(self._by_mu, self._by_lambda),
+            NeoHookeanNumbers(by_mu, numbers.neo_hookean_lambda),
             self._adjoint,
             inputs.material,
             inputs.gravity,
@@ -67,7 +67,7 @@ class GradientSum:
             poissons_ratio=moving.poissons_ratio + start.poissons_ratio,
             density=moving.density + start.density + inertial,
             gravity=moving.gravity + start.gravity,
-            damping=self._by_beta,
+            damping=-by_beta,
             mass_damping=self._by_mass_damping,
             release_time=release_time,
         )

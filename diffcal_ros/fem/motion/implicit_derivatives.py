@@ -168,12 +168,11 @@ class ImplicitDerivatives:
         side = after.positions + rule.rate * after.velocities + rule.pull * after.filtered
         side += rule.inertia * after.accelerations
         adjoint = self._system.solve(state, side[None], is_transposed=True)[0]
-        by_positions, by_velocities, by_beta = dynamics.viscous_pull_back(
-            state.positions, state.velocities, adjoint
+        by_positions, by_velocities = dynamics.pull_back(
+            state.positions, state.velocities, adjoint, has_positions=by_held is not None
         )
-        total.add(state.positions, state.velocities, state.accelerations, adjoint, by_beta)
+        total.add(state.positions, state.velocities, state.accelerations, adjoint)
         if by_held is not None:
-            by_positions += dynamics.body.solver.force_tangent(state.positions, adjoint)
             by_held(
                 self._trajectory.times[place],
                 held_side[0] - by_positions[held],
@@ -197,11 +196,10 @@ class ImplicitDerivatives:
         held = dynamics.body.held_nodes
         force = (adjoint.filtered + adjoint.accelerations) / dynamics.masses
         force[held] = 0.0
-        by_positions, by_velocities, by_beta = dynamics.viscous_pull_back(
-            state.positions, state.velocities, force
+        by_positions, by_velocities = dynamics.pull_back(
+            state.positions, state.velocities, force, has_positions=True
         )
-        total.add(state.positions, state.velocities, state.accelerations, force, by_beta)
-        by_positions += dynamics.body.solver.force_tangent(state.positions, force)
+        total.add(state.positions, state.velocities, state.accelerations, force)
         start = adjoint.positions - by_positions
         if by_held is not None:
             by_held(

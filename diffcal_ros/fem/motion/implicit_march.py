@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Largest force left on a node, relative to the mean load. Times h^2 / M that is 1e-12 m a step.
-_FORCE_TOLERANCE = 1e-7
+# Largest force left on a node, relative to the mean load. Times h^2 / M that is 1e-11 m a step.
+_FORCE_TOLERANCE = 1e-6
 _MAX_NEWTON_STEPS = 20
-# A factorisation is held while a step leaves no more than this share of the force.
-_HELD_CONTRACTION = 0.2
+# A factorisation is held while a round leaves no more than this share of the force. The first
+# round of a step leaves more even with a fresh one: its start is turned but not unstretched.
+_FIRST_CONTRACTION, _HELD_CONTRACTION = 0.4, 0.2
 _MAX_HALVINGS = 10
 # So many good steps after a halving the step is doubled again.
 _GOOD_STEPS = 4
@@ -121,28 +122,39 @@ def _step(
     tolerance: float,
 ) -> StepState:
     """Take one step by Newton's method with a held factorisation."""
-    nodes, known = dynamics.body.held_nodes, rule.known(begin)
+    free, known = dynamics.free, rule.known(begin)
+    # Without the acceleration: that of a support just gone would turn elements inside out.
     positions = begin.positions + rule.step * begin.velocities
-    positions += 0.5 * rule.step**2 * begin.filtered
-    positions[nodes] = held.positions
+    positions[dynamics.body.held_nodes] = held.positions
     before = np.inf
     for count in range(_MAX_NEWTON_STEPS):
-        end = rule.end(known, positions)
-        end.velocities[nodes] = held.velocities
-        end.filtered[nodes] = end.accelerations[nodes] = 0.0
+        end = _end(dynamics, rule, known, positions, held)
         force = dynamics.masses * end.accelerations
         force += dynamics.forces(positions, end.velocities)
-        largest = float(np.abs(force[dynamics.free]).max())
+        largest = float(np.abs(force[free]).max())
         if largest < tolerance:
             return end
         if not np.isfinite(largest):
             break
-        is_slow = largest > _HELD_CONTRACTION * before
-        if not system.is_ready(rule) or (count > 0 and is_slow):
+        ratio, before = largest / before, largest
+        limit = _FIRST_CONTRACTION if count == 1 else _HELD_CONTRACTION
+        if ratio > limit or not system.is_ready(rule):
             try:
                 system.factor(rule, end)
             except NotPositiveDefiniteError:
                 break
-        before = largest
+            ratio = 1.0
         positions = positions - system.apply(force)
+        if count > 1 and largest * ratio < tolerance:
+            # This round leaves less than the last one did.
+            return _end(dynamics, rule, known, positions, held)
     raise _StepFailedError
+
+
+def _end(
+    dynamics: Dynamics, rule: StepRule, known: StepState, positions: FloatArray, held: HeldState
+) -> StepState:
+    end, nodes = rule.end(known, positions), dynamics.body.held_nodes
+    end.velocities[nodes] = held.velocities
+    end.filtered[nodes] = end.accelerations[nodes] = 0.0
+    return end

@@ -25,6 +25,7 @@ from diffcal_ros.fem.motion.inputs import (
     Release,
 )
 from diffcal_ros.fem.motion.integrator import Integrator
+from diffcal_ros.fem.motion.semi_implicit import SemiImplicitIntegrator
 from diffcal_ros.fem.motion.start import Start
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
@@ -34,8 +35,10 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 TIME_STEP = 1.0 / 240.0
-_MAKERS: dict[str, Callable[[Dynamics, float], Integrator]] = {
-    'implicit': ImplicitIntegrator,
+CHECKPOINT_BYTES = 64_000_000
+_MAKERS: dict[str, Callable[[Dynamics, float, int], Integrator]] = {
+    'implicit': lambda dynamics, time_step, _: ImplicitIntegrator(dynamics, time_step),
+    'semi_implicit': SemiImplicitIntegrator,
 }
 INTEGRATOR_NAMES = tuple(_MAKERS)
 
@@ -69,6 +72,7 @@ class MovingBody:
         *,
         integrator: str = 'implicit',
         time_step: float = TIME_STEP,
+        checkpoint_bytes: int = CHECKPOINT_BYTES,
     ) -> None:
         """Prepare one body.
 
@@ -78,6 +82,8 @@ class MovingBody:
                 t = 0 and then follows the motion of the held vertices.
             integrator: one of `INTEGRATOR_NAMES`.
             time_step: longest step [s].
+            checkpoint_bytes: bound on the states that `semi_implicit` holds for the gradient;
+                `implicit` stores positions and velocities of every step.
 
         Raises:
             ValueError: for an unknown integrator or a time step that is not positive.
@@ -92,7 +98,7 @@ class MovingBody:
         self.release = release
         self._dynamics = Dynamics(static_body)
         self._start = Start(static_body, release)
-        self.integrator = _MAKERS[integrator](self._dynamics, time_step)
+        self.integrator = _MAKERS[integrator](self._dynamics, time_step, checkpoint_bytes)
         self._motion: Motion | None = None
         self._held = HeldNodes(static_body, None, np.zeros(6))
         self._release_time = 0.0

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# The skew part of damping is a thousandth of the matrix: two or three rounds settle it.
-_SKEW_TOLERANCE = 1e-10
+# The skew part of damping is a thousandth of the matrix: a round or two settle it.
+_SKEW_TOLERANCE = 1e-7
 _MAX_SKEW_ROUNDS = 30
 
 
@@ -58,14 +58,14 @@ class StepSystem:
     ) -> FloatArray:
         """Solve exactly at the state factored last, shape (k, N, 3)."""
         solution = self._solve_sides(right_sides)
-        viscous = self._dynamics.viscous
-        if not viscous.is_damped:
+        elements = self._dynamics.elements
+        if not elements.is_damped:
             return solution
         sign = 1.0 if is_transposed else -1.0
         first, rest = solution, solution
         for _ in range(_MAX_SKEW_ROUNDS):
             skew = np.stack(
-                [viscous.skew_product(state.positions, state.velocities, side) for side in rest]
+                [elements.skew_product(state.positions, state.velocities, side) for side in rest]
             )
             rest = sign * self._solve_sides(skew)
             solution = solution + rest

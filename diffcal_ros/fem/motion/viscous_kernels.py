@@ -12,8 +12,8 @@ An implicit step ties dL = rate dF, so that the bilinear form is, with G = L + r
 
     beta (dF' : dF D + sym(F^T dF') : sym(G^T dF)).
 
-It is not symmetric: the strain rate itself depends on the positions. The assembled stiffness is
-its symmetric part; `skew` is the small rest.
+It is not symmetric: the strain rate itself depends on the positions. The stiffness assembled in
+`step_kernels` is its symmetric part; `viscous_skew` is the small rest.
 """
 
 from diffcal_ros.fem.element_kernels import gradient_at
@@ -80,40 +80,6 @@ def viscous_tangent(
 
 
 @wp.kernel
-def viscous_pull_back(
-    # In:
-    nodes: wp.array2d[wp.int32],
-    gradients: wp.array3d[wp.vec3d],
-    weights: wp.array2d[wp.float64],
-    beta: wp.array[wp.float64],
-    positions: wp.array[wp.vec3d],
-    velocities: wp.array[wp.vec3d],
-    adjoint: wp.array[wp.vec3d],  # (N,)
-    # Out:
-    by_positions: wp.array[wp.vec3d],  # (N,) adjoint . d forces / d positions, accumulated
-    by_velocities: wp.array[wp.vec3d],  # (N,) adjoint . d forces / d velocities, accumulated
-    by_beta: wp.array[wp.float64],  # (T,) adjoint . d forces / d beta
-):
-    """Add what an adjoint of the forces pulls back to."""
-    tet = wp.tid()
-    total = wp.float64(0.0)
-    for point in range(weights.shape[1]):
-        F = gradient_at(positions, nodes, gradients, tet, point)
-        L = gradient_at(velocities, nodes, gradients, tet, point)
-        A = gradient_at(adjoint, nodes, gradients, tet, point)
-        D = symmetric(wp.transpose(F) * L)
-        S = symmetric(wp.transpose(F) * A)
-        total += weights[tet, point] * wp.ddot(S, D)
-        scale = weights[tet, point] * beta[tet]
-        P = scale * (A * D + L * S)
-        Q = scale * (F * S)
-        for a in range(nodes.shape[1]):
-            wp.atomic_add(by_positions, nodes[tet, a], P * gradients[tet, point, a])
-            wp.atomic_add(by_velocities, nodes[tet, a], Q * gradients[tet, point, a])
-    by_beta[tet] = total
-
-
-@wp.kernel
 def viscous_skew(
     # In:
     nodes: wp.array2d[wp.int32],
@@ -136,48 +102,3 @@ def viscous_skew(
         P = scale * (F * symmetric(wp.transpose(L) * dF) - L * symmetric(wp.transpose(F) * dF))
         for a in range(nodes.shape[1]):
             wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
-
-
-@wp.kernel
-def viscous_stiffness(
-    # In:
-    nodes: wp.array2d[wp.int32],
-    gradients: wp.array3d[wp.vec3d],
-    weights: wp.array2d[wp.float64],
-    beta: wp.array[wp.float64],
-    positions: wp.array[wp.vec3d],
-    velocities: wp.array[wp.vec3d],
-    rate: wp.float64,  # change of velocity per change of position [1/s]
-    slots: wp.array3d[wp.int32],  # (T, pairs, 9) place of each entry in values, or -1
-    # Out:
-    values: wp.array[wp.float64],  # symmetric part of the step's stiffness [N/m], accumulated
-):
-    """Add the symmetric part of an implicit step's stiffness."""
-    tet = wp.tid()
-    for point in range(weights.shape[1]):
-        scale = weights[tet, point] * beta[tet]
-        F = gradient_at(positions, nodes, gradients, tet, point)
-        L = gradient_at(velocities, nodes, gradients, tet, point)
-        G = L + rate * F
-        D = symmetric(wp.transpose(F) * L)
-        T = wp.float64(0.5) * symmetric(F * wp.transpose(G))
-        pair = wp.int32(0)
-        for a in range(nodes.shape[1]):
-            ga = gradients[tet, point, a]
-            Fa = wp.float64(0.25) * (F * ga)
-            Ga = wp.float64(0.25) * (G * ga)
-            Da = D * ga
-            for b in range(a, nodes.shape[1]):
-                gb = gradients[tet, point, b]
-                block = scale * (
-                    wp.dot(Da, gb) * wp.identity(n=3, dtype=wp.float64)
-                    + wp.dot(ga, gb) * T
-                    + wp.outer(F * gb, Ga)
-                    + wp.outer(G * gb, Fa)
-                )
-                for i in range(3):
-                    for j in range(3):
-                        slot = slots[tet, pair, 3 * i + j]
-                        if slot >= 0:
-                            wp.atomic_add(values, slot, block[i, j])
-                pair += 1

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether depth frames show what a motion's scene says: rest, then a release."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import RecordingError
+from diffcal_ros.scene.model import MotionSetup
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+# A pixel has changed when its depth differs by more than this [m]; noise and steps are finer.
+_CHANGE = 0.006
+# Flying pixels come and go in lines along edges: only patches of this side count [px].
+_PATCH = 4
+# So much later than the latest release a body may begin to move visibly [s]: it falls 10 mm.
+_SLOW = 0.05
+
+
+def has_changed(first: NDArray[np.float32], other: NDArray[np.float32]) -> bool:
+    """Tell whether something moved between two depth images [m], NaN where invalid."""
+    changed = np.abs(other - first) > _CHANGE  # NaN compares false.
+    return bool(ndimage.binary_opening(changed, np.ones((_PATCH, _PATCH))).any())
+
+
+def check_motion(
+    frames: Sequence[DepthFrame], times: Sequence[float], motion: MotionSetup
+) -> None:
+    """Refuse frames in which nothing moves, or something does too early or too late.
+
+    Args:
+        frames: in order of time.
+        times: of them, after the first frame [s].
+        motion: what the scene says.
+
+    Raises:
+        RecordingError: saying what was seen and what to do.
+    """
+    allowed = motion.release_time
+    first = frames[0].depth
+    seen = (
+        time for frame, time in zip(frames, times, strict=True) if has_changed(first, frame.depth)
+    )
+    onset = next(seen, None)
+    if onset is None:
+        raise RecordingError(
+            f'nothing moves in {len(frames)} frames over {times[-1]:.3g} s: the release is never '
+            'seen; record it, or leave `motion` out for a body at rest'
+        )
+    if onset < allowed.lower:
+        raise RecordingError(
+            f'something moves {onset:.3g} s after the first frame, before the earliest release '
+            f'({allowed.lower:.3g} s): the first frames must show the body at rest on its '
+            'support; wait longer before you record, cut the beginning off, or correct `motion.at`'
+        )
+    if onset > allowed.upper + _SLOW + _spacing(times):
+        raise RecordingError(
+            f'nothing moves until {onset:.3g} s after the first frame, and the latest release is '
+            f'{allowed.upper:.3g} s: widen `motion.at`'
+        )
+
+
+def _spacing(times: Sequence[float]) -> float:
+    return float(np.diff(times).max()) if len(times) > 1 else 0.0
