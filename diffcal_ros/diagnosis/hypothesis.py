@@ -115,7 +115,9 @@ def try_effects(
     evidence = nominal.of(nominal.model.with_parameters(scene, parameters))
     best: Refit | None = None
     for more in more_starts(nominal, base, added):
-        found = _refit_from(evidence, base, {**starts, **more}, max_iterations)
+        # A robust fit would fall back from a start that is beyond its reach.
+        is_robust = not evidence.is_measured and 'depth_bias_by_region.bias' not in more
+        found = _refit_from(evidence, base, {**starts, **more}, max_iterations, is_robust)
         if found is None:
             continue
         if best is None or found.log_evidence > best.log_evidence:
@@ -130,14 +132,18 @@ def fitted_on(hypothesis: Hypothesis) -> Hypothesis:
 
 
 def _refit_from(
-    evidence: Evidence, base: Refit, starts: dict[str, float], max_iterations: int
+    evidence: Evidence,
+    base: Refit,
+    starts: dict[str, float],
+    max_iterations: int,
+    is_robust: bool,
 ) -> Refit | None:
     """Refit from a start; tangents may have promised more than the body can bear."""
     for share in _SHARES:
         fewer = {n: v if n.endswith('.height') else share * v for n, v in starts.items()}
         begin = _start(evidence.model.parameters, base, fewer)
         try:
-            if not evidence.is_measured:
+            if is_robust:
                 # What noise to fit patches by is a guess: the robust fit stands as it is.
                 return refit(evidence, evidence.robust_fit(begin), max_iterations=1)
             return refit(evidence, begin, max_iterations=max_iterations)
