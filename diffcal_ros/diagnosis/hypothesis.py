@@ -126,8 +126,16 @@ def try_effects(
 
 
 def fitted_on(hypothesis: Hypothesis) -> Hypothesis:
-    """Fit a model on from where it stands, to the end."""
-    fit = refit(hypothesis.evidence, hypothesis.fit.coordinates)
+    """Fit a model on from where it stands, to the end.
+
+    Returns:
+        The fitted model; the same one where it cannot be simulated again: a state that was
+        reached by small steps is not always found from another one.
+    """
+    try:
+        fit = refit(hypothesis.evidence, hypothesis.fit.coordinates)
+    except (EquilibriumError, OutOfViewError):
+        return hypothesis
     return replace(hypothesis, fit=fit)
 
 
