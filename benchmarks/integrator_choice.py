@@ -135,7 +135,9 @@ class Swing:
         try:
             for _ in range(round(duration / h)):
                 for rule in RULES[name](h, states):
-                    states.append(_step(dynamics, system, rule, states[-1], held, tolerance))
+                    now = states[-1]
+                    guess = now.positions + rule.step * now.velocities
+                    states.append(_step(dynamics, system, rule, now, held, guess, tolerance))
                 del states[:-2]
                 path.append(states[-1].positions[tip])
                 energies.append(self.energy(dynamics, states[-1]))

@@ -19,6 +19,7 @@ class Launcher:
     def __init__(self, device: str) -> None:
         self.device = device
         self._recorded: dict[Any, tuple[Any, list[Any]]] = {}
+        self._dims: dict[Any, Any] = {}
 
     def launch(self, kernel: Any, dim: Any, inputs: list[Any], outputs: list[Any]) -> None:
         """Launch a kernel; see `warp.launch`."""
@@ -39,9 +40,11 @@ class Launcher:
             self._recorded[kernel] = command, arguments
         else:
             command, last = recorded
-            command.set_dim(dim)
+            if self._dims[kernel] != dim:
+                command.set_dim(dim)
             for place, (new, old) in enumerate(zip(arguments, last, strict=True)):
                 if new is not old:
                     command.set_param_at_index(place, new)
                     last[place] = new
+        self._dims[kernel] = dim
         command.launch()

@@ -72,18 +72,15 @@ class Dynamics:
         result[free] = -self.forces(positions, velocities)[free] / self.masses[free]
         return result
 
-    def system_values(
-        self, positions: FloatArray, velocities: FloatArray, inertia: float, rate: float
-    ) -> FloatArray:
-        """Return the symmetric part of a step's matrix in the pattern [N/m], shape (nnz,).
+    def system_values(self, positions: FloatArray, inertia: float, rate: float) -> FloatArray:
+        """Return the main part of a step's matrix in the pattern [N/m], shape (nnz,).
 
         Args:
             positions: where forces are linearised.
-            velocities: there.
             inertia: change of acceleration per change of position [1/s^2].
             rate: change of velocity per change of position [1/s].
         """
-        values = self.elements.stiffness(positions, velocities, rate)
+        values = self.elements.stiffness(positions, rate)
         for term in self.body.solver.terms:
             values += term.stiffness(positions, is_guarded=False)
         weights = (inertia + self._mass_damping * rate) * self.masses[self.free, 0]

@@ -7,7 +7,7 @@ from typing import Any
 from diffcal_ros.device_array import float_array, HostMirror, int_array, zero_floats, zero_points
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.motion.step_kernels import make_step_kernels
-from diffcal_ros.fem.motion.viscous_kernels import viscous_forces, viscous_skew, viscous_tangent
+from diffcal_ros.fem.motion.viscous_kernels import viscous_forces, viscous_rest, viscous_tangent
 from diffcal_ros.fem.sparse_pattern import SparsePattern
 from diffcal_ros.launcher import Launcher
 from diffcal_ros.material import NeoHookeanNumbers
@@ -57,27 +57,41 @@ class MovingElements:
         self._launch(self._kernels.forces, self._numbers(), [], [self._out])
         return self._out.read()
 
-    def stiffness(self, positions: FloatArray, velocities: FloatArray, rate: float) -> FloatArray:
-        """Return the symmetric part of how forces follow positions [N/m], shape (nnz,).
+    def stiffness(self, positions: FloatArray, rate: float) -> FloatArray:
+        """Return the main part of how forces follow positions [N/m], symmetric, shape (nnz,).
 
         Args:
             positions: [m], shape (N, 3).
-            velocities: [m/s], shape (N, 3).
             rate: change of velocities per change of positions in a step [1/s].
         """
-        self._place(positions, velocities)
+        self._positions.write(positions)
         self._values.clear()
-        inputs = [wp.float64(rate), self._slots]
-        self._launch(self._kernels.stiffness, self._numbers(), inputs, [self._values])
+        self._launcher.launch(
+            self._kernels.stiffness,
+            self._tet_count,
+            [
+                *self._elastic.shape_on_device,
+                *self._numbers(),
+                self._positions.array,
+                wp.float64(rate),
+                self._slots,
+            ],
+            [self._values.array],
+        )
         return self._values.read()
 
-    def skew_product(
-        self, positions: FloatArray, velocities: FloatArray, direction: FloatArray
+    def rest_product(
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        direction: FloatArray,
+        *,
+        is_transposed: bool,
     ) -> FloatArray:
         """Return what `stiffness` leaves out times a direction, shape (N, 3)."""
         self._place(positions, velocities)
         self._first.write(direction)
-        self._launch(viscous_skew, [self._beta], [self._first.array], [self._out])
+        self._launch(viscous_rest, [self._beta], [self._first.array, is_transposed], [self._out])
         return self._out.read()
 
     def viscous_tangent(

@@ -83,36 +83,26 @@ def _stiffness_kernel(law: ModuleType) -> Any:
         lam: wp.array[wp.float64],
         beta: wp.array[wp.float64],
         positions: wp.array[wp.vec3d],
-        velocities: wp.array[wp.vec3d],
         rate: wp.float64,  # change of velocity per change of position [1/s]
         slots: wp.array3d[wp.int32],  # (T, pairs, 9) place of each entry in values, or -1
         # Out:
-        values: wp.array[wp.float64],  # symmetric part of the step's stiffness [N/m], accumulated
+        values: wp.array[wp.float64],  # main part of the step's stiffness [N/m], accumulated
     ):
         tet = wp.tid()
+        viscous = wp.float64(0.5) * rate * beta[tet]
         for point in range(weights.shape[1]):
             F = gradient_at(positions, nodes, gradients, tet, point)
-            L = gradient_at(velocities, nodes, gradients, tet, point)
-            G = L + rate * F
-            D = symmetric(wp.transpose(F) * L)
-            T = wp.float64(0.5) * symmetric(F * wp.transpose(G))
+            T = viscous * (F * wp.transpose(F))
             here = evaluate_point(F, mu[tet], lam[tet], False)
             pair = wp.int32(0)
             for a in range(nodes.shape[1]):
                 ga = gradients[tet, point, a]
-                Fa = wp.float64(0.25) * (F * ga)
-                Ga = wp.float64(0.25) * (G * ga)
-                Da = D * ga
+                Fa = viscous * (F * ga)
                 for b in range(a, nodes.shape[1]):
                     gb = gradients[tet, point, b]
                     block = stiffness_block(here, ga, gb)
-                    if beta[tet] > wp.float64(0.0):
-                        block += beta[tet] * (
-                            wp.dot(Da, gb) * wp.identity(n=3, dtype=wp.float64)
-                            + wp.dot(ga, gb) * T
-                            + wp.outer(F * gb, Ga)
-                            + wp.outer(G * gb, Fa)
-                        )
+                    if viscous > wp.float64(0.0):
+                        block += wp.dot(ga, gb) * T + wp.outer(F * gb, Fa)
                     block = weights[tet, point] * block
                     for i in range(3):
                         for j in range(3):

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# The skew part of damping is a thousandth of the matrix: a round or two settle it.
-_SKEW_TOLERANCE = 1e-7
-_MAX_SKEW_ROUNDS = 30
+# What the matrix leaves out of damping is a thousandth of it: a round or two settle that.
+_REST_TOLERANCE = 1e-8
+_MAX_REST_ROUNDS = 30
 
 
 class StepSystem:
@@ -33,25 +33,20 @@ class StepSystem:
         """Tell whether there is a factorisation for steps of this size."""
         return self._step == rule.step
 
-    def factor(self, rule: StepRule, state: StepState) -> None:
-        """Factor the symmetric part of the matrix at a state.
+    def factor(self, rule: StepRule, positions: FloatArray) -> None:
+        """Factor the symmetric main part of the matrix at positions [m], shape (N, 3).
 
         Raises:
             NotPositiveDefiniteError: when the step is too long for the state.
         """
         self._step = None
-        self._solver.factor(
-            self._dynamics.system_values(
-                state.positions, state.velocities, rule.inertia, rule.rate
-            )
-        )
+        values = self._dynamics.system_values(positions, rule.inertia, rule.rate)
+        self._solver.factor(values)
         self._step = rule.step
 
     def apply(self, forces: FloatArray) -> FloatArray:
-        """Solve with the factorisation as it is; shape (N, 3), zero on held nodes."""
-        solution = np.zeros_like(forces)
-        solution[self._free] = self._solver.solve(forces[self._free].ravel()).reshape(-1, 3)
-        return solution
+        """Solve with the factorisation as it is for forces (3 M,) on free nodes; shape (M, 3)."""
+        return self._solver.solve(forces).reshape(-1, 3)
 
     def solve(
         self, state: StepState, right_sides: FloatArray, *, is_transposed: bool
@@ -61,15 +56,18 @@ class StepSystem:
         elements = self._dynamics.elements
         if not elements.is_damped:
             return solution
-        sign = 1.0 if is_transposed else -1.0
-        first, rest = solution, solution
-        for _ in range(_MAX_SKEW_ROUNDS):
-            skew = np.stack(
-                [elements.skew_product(state.positions, state.velocities, side) for side in rest]
-            )
-            rest = sign * self._solve_sides(skew)
-            solution = solution + rest
-            if np.abs(rest).max() <= _SKEW_TOLERANCE * np.abs(first).max():
+        place = state.positions, state.velocities
+        last, size = solution, float(np.abs(solution).max())
+        for _ in range(_MAX_REST_ROUNDS):
+            products = [
+                elements.rest_product(*place, side, is_transposed=is_transposed) for side in last
+            ]
+            before = float(np.abs(last).max())
+            last = -self._solve_sides(np.stack(products))
+            solution = solution + last
+            now = float(np.abs(last).max())
+            # The next round is smaller than this one by as much as this one than the last.
+            if now * now <= _REST_TOLERANCE * size * before:
                 return solution
         raise MotionError(
             'damping outweighs inertia and stiffness in a step: lower the strain-rate damping or '
@@ -94,7 +92,7 @@ def factor_at(system: StepSystem, rule: StepRule, state: StepState) -> None:
         MotionError: when the matrix is indefinite there.
     """
     try:
-        system.factor(rule, state)
+        system.factor(rule, state.positions)
     except NotPositiveDefiniteError as error:
         raise MotionError(
             'a step passes a state of unstable equilibrium, where it has no derivative: lower '

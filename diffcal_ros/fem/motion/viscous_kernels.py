@@ -8,12 +8,9 @@ With F the deformation gradient, L = dF/dt and D = sym(F^T L), the stress is bet
 
     beta (dF D + F sym(dF^T L + F^T dL)).
 
-An implicit step ties dL = rate dF, so that the bilinear form is, with G = L + rate F,
-
-    beta (dF' : dF D + sym(F^T dF') : sym(G^T dF)).
-
-It is not symmetric: the strain rate itself depends on the positions. The stiffness assembled in
-`step_kernels` is its symmetric part; `viscous_skew` is the small rest.
+An implicit step ties dL = rate dF. Its main part, rate beta F sym(F^T dF), is symmetric and is
+assembled in `step_kernels`; the rest, which is smaller by strain per step, is not symmetric and
+is left to `viscous_rest`.
 """
 
 from diffcal_ros.fem.element_kernels import gradient_at
@@ -80,7 +77,7 @@ def viscous_tangent(
 
 
 @wp.kernel
-def viscous_skew(
+def viscous_rest(
     # In:
     nodes: wp.array2d[wp.int32],
     gradients: wp.array3d[wp.vec3d],
@@ -89,16 +86,21 @@ def viscous_skew(
     positions: wp.array[wp.vec3d],
     velocities: wp.array[wp.vec3d],
     direction: wp.array[wp.vec3d],  # (N,)
+    is_transposed: wp.bool,
     # Out:
-    internal: wp.array[wp.vec3d],  # (N,) skew part of the step's stiffness, accumulated
+    internal: wp.array[wp.vec3d],  # (N,) accumulated
 ):
-    """Add the skew part of an implicit step's stiffness times a direction."""
+    """Add what the assembled stiffness leaves out, times a direction."""
     tet = wp.tid()
     for point in range(weights.shape[1]):
         F = gradient_at(positions, nodes, gradients, tet, point)
         L = gradient_at(velocities, nodes, gradients, tet, point)
         dF = gradient_at(direction, nodes, gradients, tet, point)
-        scale = wp.float64(0.5) * weights[tet, point] * beta[tet]
-        P = scale * (F * symmetric(wp.transpose(L) * dF) - L * symmetric(wp.transpose(F) * dF))
+        P = dF * symmetric(wp.transpose(F) * L)
+        if is_transposed:
+            P += L * symmetric(wp.transpose(F) * dF)
+        else:
+            P += F * symmetric(wp.transpose(L) * dF)
+        P = weights[tet, point] * beta[tet] * P
         for a in range(nodes.shape[1]):
             wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])

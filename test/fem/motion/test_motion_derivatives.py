@@ -49,4 +49,4 @@ def test_adjoint_agrees_with_the_tangents(element, random) -> None:
     tangents = case.body.tangents(list(changes.values()))
     for name, tangent in zip(NAMES, tangents, strict=True):
         forward = float((tangent * by_positions).sum())
-        assert gradient.along(changes[name]) == pytest.approx(forward, rel=1e-8), name
+        assert gradient.along(changes[name]) == pytest.approx(forward, rel=1e-6), name

@@ -86,20 +86,23 @@ def test_tangent_by_positions_and_velocities(moving, random) -> None:
     assert abs(slope - 2.0) < _SLOPE_ERROR or errors[0] < 1e-9, errors
 
 
-def test_stiffness_and_its_skew_rest_make_the_tangent(moving, random) -> None:
+def test_stiffness_and_what_it_leaves_out_make_the_tangent(moving, random) -> None:
     rate = 130.0
     state = moving.positions, moving.velocities
-    direction = random.normal(size=moving.positions.shape)
-    values = moving.elements.stiffness(*state, rate)
+    direction, other = (random.normal(size=moving.positions.shape) for _ in range(2))
+    values = moving.elements.stiffness(moving.positions, rate)
     pattern = moving.pattern
     upper = csr_matrix((values, pattern.row_indices, pattern.column_starts))
     full = upper + upper.T
     full.setdiag(upper.diagonal())
     product = (full @ direction.ravel()).reshape(-1, 3)
-    product += moving.elements.skew_product(*state, direction)
+    rest = moving.elements.rest_product(*state, direction, is_transposed=False)
     tangent = moving.body.elastic.force_tangent(moving.positions, direction)
     tangent += moving.elements.viscous_tangent(*state, direction, rate * direction)
-    np.testing.assert_allclose(product, tangent, atol=1e-10 * np.abs(tangent).max())
+    np.testing.assert_allclose(product + rest, tangent, atol=1e-10 * np.abs(tangent).max())
+    turned = moving.elements.rest_product(*state, other, is_transposed=True)
+    forward, backward = float((other * rest).sum()), float((turned * direction).sum())
+    assert backward == pytest.approx(forward, rel=1e-10)
 
 
 def test_pull_back_is_the_transpose(moving, random) -> None:
