@@ -45,6 +45,7 @@ def main() -> None:
         builder.particle_mass[vertex] = 0.0
     begun = time.perf_counter()
     model = builder.finalize(device='cpu', requires_grad=True)
+    model.particle_grid = None  # Else its particles push each other away.
     solver = newton.solvers.SolverSemiImplicit(model, enable_tri_contact=False)
     steps = round(duration / dt)
     states = [model.state(requires_grad=True) for _ in range(steps + 1)]
