@@ -18,6 +18,7 @@ import tempfile
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.lidar import LidarModel
 from diffcal_ros.synthetic.recorder import record, RecorderSettings
 from diffcal_ros.tet_mesh import TetMesh
@@ -42,9 +43,8 @@ _HEADER = '# The bundled sample, made by bags/make_sample.py: synthetic, no came
 # captures.
 _COLOR_CAMERA = PinholeCamera(640, 360, fx=451.5, fy=451.0, cx=322.5, cy=178.75)
 _SETTINGS = RecorderSettings(
-    frames=12,
+    timing=Timing(frames=12, rate=10.0),
     color_frames=4,
-    rate=10.0,
     seed=20240229,
     is_refined=True,
     start_factor=1.4,

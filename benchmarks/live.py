@@ -19,6 +19,7 @@ from typing import Any
 from diffcal_ros.fem.element import Element
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.changing_body import record_changes
+from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.lidar import LidarModel
 from diffcal_ros.synthetic.recorder import RecorderSettings
 from live_scene import MODULUS, write_scene
@@ -61,9 +62,8 @@ def run(element: Element, factors: tuple[float, ...], seconds: float) -> dict[st
         folder = Path(text)
         scene = load_scene(write_scene(folder / 'true', element))
         settings = RecorderSettings(
-            frames=_RATE * _BAG_SECONDS // len(factors),
+            timing=Timing(_RATE * _BAG_SECONDS // len(factors), _RATE),
             color_frames=0,
-            rate=_RATE,
             element=element,
             lidar=LidarModel(encoding='16UC1'),
         )
@@ -82,7 +82,7 @@ def run(element: Element, factors: tuple[float, ...], seconds: float) -> dict[st
             figures = {'tets': scene.mesh.tet_count, **watch.figures(seconds)}
             if len(factors) > 1:
                 truths = [MODULUS * factor for factor in factors]
-                figures['steps'] = watch.steps(truths, settings.frames, _RATE)
+                figures['steps'] = watch.steps(truths, settings.timing.frames, _RATE)
     rclpy.shutdown()
     return figures
 

@@ -28,6 +28,7 @@ def add_parser(subparsers: Any) -> None:
         '--overwrite', action='store_true', help='replace a recording that is there'
     )
     _add_body_options(parser.add_argument_group('the true body'))
+    _add_motion_options(parser.add_argument_group('a body that moves'))
     _add_camera_options(parser.add_argument_group('the cameras'))
     parser.set_defaults(run=run)
 
@@ -47,7 +48,40 @@ def _add_body_options(group: Any) -> None:
         metavar='X',
         type=float,
         default=1.4,
-        help='by which moduli and densities of OUT/scene.yaml are off (default: 1.4)',
+        help='by which moduli, densities and damping of OUT/scene.yaml are off (default: 1.4)',
+    )
+
+
+def _add_motion_options(group: Any) -> None:
+    group.add_argument(
+        '--integrator',
+        choices=('implicit', 'semi_implicit'),
+        help="that moves the true body (default: the scene's)",
+    )
+    group.add_argument(
+        '--time-step', metavar='S', type=float, help="of that [s] (default: the scene's)"
+    )
+    group.add_argument(
+        '--exposure',
+        metavar='S',
+        type=float,
+        default=0.0,
+        help='over which the lines of a depth image are taken one after the other, around the '
+        'stamp [s] (default: 0)',
+    )
+    group.add_argument(
+        '--stamp-jitter',
+        metavar='S',
+        type=float,
+        default=0.0,
+        help='standard deviation of the error of a time stamp [s] (default: 0)',
+    )
+    group.add_argument(
+        '--drop',
+        metavar='SHARE',
+        type=float,
+        default=0.0,
+        help='share of the depth images that get lost (default: 0)',
     )
 
 
@@ -101,17 +135,25 @@ def run(args: argparse.Namespace) -> int:
     """Record and say what was written; return the exit code."""
     from diffcal_ros.fem.element import Element
     from diffcal_ros.scene.load import load_scene
+    from diffcal_ros.synthetic.filming import Timing
     from diffcal_ros.synthetic.lidar import lidar_of
     from diffcal_ros.synthetic.recorder import record, RecorderSettings
 
     scene = load_scene(args.scene)
     lidar = lidar_of(scene.sensor, encoding=args.encoding, noise=args.noise)
     settings = RecorderSettings(
-        frames=args.frames,
+        timing=Timing(
+            frames=args.frames,
+            rate=args.rate,
+            exposure=args.exposure,
+            stamp_jitter=args.stamp_jitter,
+            drop_share=args.drop,
+        ),
         color_frames=-(-args.frames // 3) if args.color_frames is None else args.color_frames,
-        rate=args.rate,
         seed=args.seed,
         element=Element(args.element),
+        integrator=args.integrator,
+        time_step=args.time_step,
         is_refined=args.refine,
         start_factor=args.start_factor,
         camera_position=tuple(args.camera_position) if args.camera_position else None,
@@ -120,7 +162,7 @@ def run(args: argparse.Namespace) -> int:
     made = record(scene, args.out, settings, overwrite=args.overwrite)
     print(f'scene  {made.scene}')
     for bag in made.bags.values():
-        print(f'bag    {bag}: {settings.frames} depth, {settings.color_frames} colour frames')
+        print(f'bag    {bag}: {args.frames} depth, {settings.color_frames} colour frames')
     print(f'truth  {made.truth}')
     for note in made.notes:
         print(f'diffcal simulate: note: {note}', file=sys.stderr)

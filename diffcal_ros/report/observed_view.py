@@ -21,6 +21,7 @@ IntArray = NDArray[np.int32]
 _EDGE_REACH = 30  # How far from the simulated outline the measured one is looked for [px].
 _MARGIN = 0.10  # Around the body, over the longer side of its window.
 _LEAST_MARGIN = 12  # [px]
+_FRAMES_SHOWN = 4  # Of a motion.
 
 
 @dataclass(frozen=True)
@@ -74,22 +75,23 @@ class ObservedView:
 
 
 def observed_views(calibration: Calibration, result: CalibrationResult) -> list[ObservedView]:
-    """Simulate every observation at the start and at the fitted values."""
+    """Simulate observations at the start and at the fitted values; of a motion, a few frames."""
+    shown = shown_numbers(calibration.model.observations)
     fitted = {p.name: p.value for p in result.parameters}
     start = result.history[0].values if result.history else fitted
     comparers = _Comparers(calibration)
     starts, ends = (
         comparers.pictures(
-            np.array([p.coordinate(values[p.name]) for p in calibration.parameters])
+            np.array([p.coordinate(values[p.name]) for p in calibration.parameters]), shown
         )
         for values in (start, fitted)
     )
     views = []
-    for number, observation in enumerate(calibration.model.observations):
+    for number in shown:
         rows, columns = _window(starts[number].depth, ends[number].depth)
         views.append(
             ObservedView(
-                observation=observation,
+                observation=calibration.model.observations[number],
                 number=number,
                 start=starts[number],
                 fitted=ends[number],
@@ -99,6 +101,19 @@ def observed_views(calibration: Calibration, result: CalibrationResult) -> list[
             )
         )
     return views
+
+
+def shown_numbers(observations: Sequence[Observation]) -> list[int]:
+    """Return which observations are drawn: those at rest, and a few frames of each motion."""
+    shown = [number for number, seen in enumerate(observations) if seen.instant is None]
+    recordings: dict[int, list[int]] = {}
+    for number, seen in enumerate(observations):
+        if seen.instant is not None:
+            recordings.setdefault(seen.instant.recording, []).append(number)
+    for own in recordings.values():
+        places = np.linspace(0, len(own) - 1, min(_FRAMES_SHOWN, len(own))).round()
+        shown += [own[int(place)] for place in places]
+    return sorted(shown)
 
 
 class _Comparers:
@@ -114,13 +129,18 @@ class _Comparers:
         """Return what is left out of a view."""
         return self._comparers[number].mask
 
-    def pictures(self, coordinates: FloatArray) -> list[Picture]:
+    def pictures(self, coordinates: FloatArray, shown: Sequence[int]) -> dict[int, Picture]:
+        """Return what some of the views show, by their numbers."""
         views: Sequence[View] = self._model.views(coordinates)
         sensor = self._model.sensor(coordinates)
-        return [
-            self._picture(number, view, self._comparers[number].compare(view, self._reach, sensor))
-            for number, view in enumerate(views)
-        ]
+        return {
+            number: self._picture(
+                number,
+                views[number],
+                self._comparers[number].compare(views[number], self._reach, sensor),
+            )
+            for number in shown
+        }
 
     def _picture(self, number: int, view: View, comparison: Comparison) -> Picture:
         trace, camera = view.trace, self._model.observations[number].camera

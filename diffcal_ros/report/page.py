@@ -146,7 +146,7 @@ def _pictures(calibration: Calibration, views: list[ObservedView]) -> str:
         name = escape(view.observation.name)
         heading = f'<h3>{name}</h3>\n' if len(views) > 1 else ''
         caption = (
-            f'{view.observation.frame_count} depth frames made into one. Top: depth, one scale. '
+            f'{_source(view)} Top: depth, one scale. '
             'Bottom: outlines, and residuals, also in one scale; dark ends of the scale mark '
             f'residuals beyond {RESIDUAL_LIMIT:g} mm, pink marks simulated pixels without a '
             'measured depth, hatching what the fit leaves out.'
@@ -154,6 +154,13 @@ def _pictures(calibration: Calibration, views: list[ObservedView]) -> str:
         figure = depth_figure(view, limits)
         text += heading + _figure(figure, f'Depth and residual images of {name}', caption)
     return text
+
+
+def _source(view: ObservedView) -> str:
+    instant = view.observation.instant
+    if instant is None:
+        return f'{view.observation.frame_count} depth frames made into one.'
+    return f'The depth frame {instant.time:.3f} s after the first one.'
 
 
 def _remaining_gap(calibration: Calibration, views: list[ObservedView]) -> str:

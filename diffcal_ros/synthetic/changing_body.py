@@ -32,7 +32,7 @@ def record_changes(
         scene: read from a file, without motion; its start values are the first truth.
         out: folder to write `bag`, `scene.yaml` with the camera's pose, and the mesh to.
         factors: by which Young's modulus of every region is multiplied in each state.
-        settings: how to record; `frames` of each state, no colour.
+        settings: how to record; the frames of `timing` for each state, no colour.
 
     Returns:
         The scene file.
@@ -93,12 +93,12 @@ def _rigs(scene: Scene, factors: Sequence[float], settings: RecorderSettings) ->
 
 
 def _write_bag(path: Path, rigs: Sequence[Rig], settings: RecorderSettings) -> None:
-    period, lidar = round(_SECOND / settings.rate), settings.lidar
+    period, lidar = round(_SECOND / settings.timing.rate), settings.lidar
     bias_random = np.random.default_rng([settings.seed, 0])
     bias = lidar.bias_field(rigs[0].depth_scan.depth.shape, bias_random)
     with BagWriter(path) as bag:
-        for index in range(len(rigs) * settings.frames):
-            rig = rigs[index // settings.frames]
+        for index in range(len(rigs) * settings.timing.frames):
+            rig = rigs[index // settings.timing.frames]
             stamp = _FIRST_STAMP_NS + index * period
             random = np.random.default_rng([settings.seed, 1, index])
             depth = lidar.measure(rig.depth_scan, bias, random)

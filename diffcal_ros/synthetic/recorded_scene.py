@@ -8,6 +8,7 @@ from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import FloatArray
+from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.synthetic.lidar import LidarModel
 import yaml
@@ -19,6 +20,7 @@ _HEADER = """\
 _OFF = ('youngs_modulus', 'density', 'damping')
 _POSE = 'stored_depth_from_world'
 _DIGITS = 9  # Nanometres.
+_RELEASE_SHIFT = 0.02  # By which a release that is fitted starts too late [s].
 
 
 def scene_text(
@@ -47,6 +49,8 @@ def scene_text(
     _set_sensor(document, lidar)
     for name in _names_off(scene):
         _move_start(document, scene, name, start_factor)
+    if any(name.partition('.')[0] == RELEASE_TIME for name in scene.fit):
+        _move_releases(document, scene)
     owners = document.get('observations') or [document]
     for owner in (document, *owners):
         for key in ('bag', _POSE):
@@ -88,6 +92,27 @@ def _move_start(document: dict[str, Any], scene: Scene, name: str, factor: float
         section[key]['start'] = float(f'{inside[0]:.6g}')
     else:
         section[key] = float(f'{inside[0]:.6g}')
+
+
+def _move_releases(document: dict[str, Any], scene: Scene) -> None:
+    """Start each time of release too late, or too early where the bounds leave no room."""
+    owners = document.get('observations') or [document]
+    moved: list[int] = []
+    for owner, setup in zip(owners, scene.observations, strict=True):
+        if setup.motion is None:
+            continue
+        section = owner['motion'] if 'motion' in owner else document['motion']
+        if id(section) in moved:
+            continue
+        moved.append(id(section))
+        quantity = setup.motion.release_time
+        fits = quantity.start + _RELEASE_SHIFT <= quantity.upper
+        start = quantity.start + (_RELEASE_SHIFT if fits else -_RELEASE_SHIFT)
+        start = round(max(start, quantity.lower), 6)
+        if isinstance(section['at'], dict):
+            section['at']['start'] = start
+        else:
+            section['at'] = start
 
 
 def _set_sensor(document: dict[str, Any], lidar: LidarModel) -> None:

@@ -3,7 +3,7 @@
 """Record a simulated body: depth, colour and camera poses, the truth in a file of its own."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 import json
 from pathlib import Path
 import shutil
@@ -12,24 +12,27 @@ from typing import Any
 from diffcal_ros import __version__
 from diffcal_ros.atomic_file import replacing, write_text_atomically
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.depth_frame import DepthFrame
-from diffcal_ros.errors import InputError, RecordingError
+from diffcal_ros.errors import InputError, RecordingError, SceneError
 from diffcal_ros.fem.element import Element
 from diffcal_ros.recording.bag_writer import BagWriter
 from diffcal_ros.recording.color_frame import ColorFrame
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
-from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.synthetic.color_picture import expose
+from diffcal_ros.synthetic.filming import line_by_line, Timing
 from diffcal_ros.synthetic.lidar import LidarModel
-from diffcal_ros.synthetic.posed_body import pose_body, PosedBody, refined_scene
+from diffcal_ros.synthetic.moving_body import move_body, MovingBodyFilm
+from diffcal_ros.synthetic.posed_body import pose_body, refined_scene
 from diffcal_ros.synthetic.recorded_scene import scene_text
 from diffcal_ros.synthetic.rig import make_rig, Rig
+from diffcal_ros.synthetic.scan import Scan
 from diffcal_ros.synthetic.viewpoint import COLOR_CAMERA, DEPTH_CAMERA, DEPTH_FROM_COLOR
 import numpy as np
 
 _FIRST_STAMP_NS = 1_700_000_000_000_000_000
 _COLOR_DELAY_NS = 4_000_000
-_SECOND = 1_000_000_000  # [ns]
 
 
 @dataclass(frozen=True)
@@ -37,11 +40,12 @@ class RecorderSettings:
     """How to record.
 
     Attributes:
-        frames: depth images.
+        timing: of the depth images.
         color_frames: colour images, evenly among them.
-        rate: depth images a second [Hz].
         seed: of the noise.
         element: that the true body is made of.
+        integrator: that moves it; None: the scene's.
+        time_step: of that [s]; None: the scene's.
         is_refined: simulate it at half the mesh size.
         start_factor: by which the written scene starts away from the truth.
         camera_position: of the depth camera in the world [m]; None: the scene's stored pose, or
@@ -51,11 +55,12 @@ class RecorderSettings:
         lidar: the depth camera's errors.
     """
 
-    frames: int = 15
+    timing: Timing = field(default_factory=Timing)
     color_frames: int = 5
-    rate: float = 30.0
     seed: int = 0
     element: Element = Element.QUADRATIC
+    integrator: str | None = None
+    time_step: float | None = None
     is_refined: bool = False
     start_factor: float = 1.4
     camera_position: tuple[float, float, float] | None = None
@@ -64,13 +69,13 @@ class RecorderSettings:
     lidar: LidarModel = field(default_factory=LidarModel)
 
     def __post_init__(self) -> None:
-        if self.frames < 1 or not 0 <= self.color_frames <= self.frames:
+        if not 0 <= self.color_frames <= self.timing.frames:
             raise InputError(
-                f'{self.frames} depth and {self.color_frames} colour frames were asked for: '
-                'give at least one depth frame and no more colour than depth frames'
+                f'{self.timing.frames} depth and {self.color_frames} colour frames were asked '
+                'for: give no more colour than depth frames'
             )
-        if not 0.1 <= self.rate <= 1000.0:
-            raise InputError(f'the frame rate is {self.rate:g} Hz: give 0.1 to 1000')
+        if self.time_step is not None and not 1e-6 <= self.time_step <= 0.1:
+            raise InputError(f'the time step is {self.time_step:g} s: give 1e-6 to 0.1')
         if self.seed < 0:
             raise InputError(f'the seed is {self.seed}: give 0 or more')
         if not 0.1 <= self.start_factor <= 10.0:
@@ -123,10 +128,10 @@ def record(
     )
     if settings.is_refined:
         true_scene = refined_scene(true_scene)
-    bodies = [pose_body(true_scene, setup) for setup in true_scene.observations]
+    films = [_film(true_scene, setup, settings) for setup in true_scene.observations]
     rigs = [
-        make_rig(true_scene, setup, body, settings.camera_position)
-        for setup, body in zip(true_scene.observations, bodies, strict=True)
+        make_rig(true_scene, setup, film.first, settings.camera_position, film.positions)
+        for setup, film in zip(true_scene.observations, films, strict=True)
     ]
     is_only = len(rigs) == 1
     bags = {rig.name: out / ('bag' if is_only else f'bag_{rig.name}') for rig in rigs}
@@ -138,11 +143,11 @@ def record(
         poses=_stored_poses(scene, rigs),
     )
     for number, rig in enumerate(rigs):
-        _write_bag(rig, bags[rig.name], settings, number, overwrite)
+        _write_bag(rig, films[number], bags[rig.name], settings, number, overwrite)
     with replacing(out / source.name) as fresh:
         shutil.copyfile(source, fresh)
     truth = out / 'truth.json'
-    content = _truth(true_scene, rigs, bodies, settings)
+    content = _truth(true_scene, rigs, films, settings)
     write_text_atomically(truth, json.dumps(content, indent=2) + '\n')
     write_text_atomically(out / 'scene.yaml', text)
     return SyntheticRecording(out / 'scene.yaml', bags, truth, _notes(scene, rigs))
@@ -169,14 +174,38 @@ def _stored_poses(scene: Scene, rigs: Sequence[Rig]) -> dict[str, Any]:
     }
 
 
+def _film(scene: Scene, setup: ObservationSetup, settings: RecorderSettings) -> MovingBodyFilm:
+    """Simulate the body at all instants at which it is looked at; once where it is at rest."""
+    if setup.motion is None:
+        body = pose_body(scene, setup)
+        return MovingBodyFilm(body, body.positions[None])
+    timing = settings.timing
+    times = timing.times()[:, None] + timing.instants()
+    return move_body(
+        scene,
+        setup,
+        times.ravel(),
+        integrator=settings.integrator,
+        time_step=settings.time_step,
+    )
+
+
 def _write_bag(
-    rig: Rig, path: Path, settings: RecorderSettings, number: int, overwrite: bool
+    rig: Rig,
+    film: MovingBodyFilm,
+    path: Path,
+    settings: RecorderSettings,
+    number: int,
+    overwrite: bool,
 ) -> None:
-    period = round(_SECOND / settings.rate)
+    timing = settings.timing
     # Each image has its own source of noise: more frames do not change the earlier ones.
     bias_random = np.random.default_rng([settings.seed, number, 0])
     bias = settings.lidar.bias_field(rig.depth_scan.depth.shape, bias_random)
-    places = np.linspace(0, settings.frames - 1, settings.color_frames).round().astype(int)
+    later_ns = timing.stamps_ns(np.random.default_rng([settings.seed, number, 3]))
+    kept = timing.kept(np.random.default_rng([settings.seed, number, 4]))
+    places = np.linspace(0, len(kept) - 1, min(settings.color_frames, len(kept))).round()
+    colored = {kept[int(place)] for place in places}
     with BagWriter(path, overwrite=overwrite) as bag:
         bag.write_depth_from_color(
             DEPTH_FROM_COLOR,
@@ -184,15 +213,15 @@ def _write_bag(
             color_frame=COLOR_FRAME,
             stamp_ns=_FIRST_STAMP_NS,
         )
-        for index in range(settings.frames):
-            stamp = _FIRST_STAMP_NS + index * period
+        for index in kept:
+            stamp = _FIRST_STAMP_NS + later_ns[index]
             random = np.random.default_rng([settings.seed, number, 1, index])
-            depth = settings.lidar.measure(rig.depth_scan, bias, random)
+            depth = settings.lidar.measure(_scan(rig, film, timing, index), bias, random)
             bag.write_depth_camera(rig.depth_camera, stamp_ns=stamp, frame_id=DEPTH_FRAME)
             bag.write_depth(
                 DepthFrame(depth, stamp, DEPTH_FRAME), encoding=settings.lidar.encoding
             )
-            if index in places:
+            if index in colored:
                 later = stamp + _COLOR_DELAY_NS
                 random = np.random.default_rng([settings.seed, number, 2, index])
                 picture = expose(rig.color_image, random)
@@ -200,8 +229,22 @@ def _write_bag(
                 bag.write_color(ColorFrame(picture, later, COLOR_FRAME))
 
 
+def _scan(rig: Rig, film: MovingBodyFilm, timing: Timing, index: int) -> Scan:
+    """Return what the depth camera sees in one frame."""
+    if len(film.positions) == 1:
+        return rig.depth_scan
+    count = len(timing.instants())
+    try:
+        scans = [rig.scan(film.at(index * count + k)) for k in range(count)]
+    except OutOfViewError as error:
+        raise SceneError(
+            f'the body of {rig.name} leaves the view of the synthetic camera: {error}'
+        ) from error
+    return line_by_line(scans)
+
+
 def _truth(
-    scene: Scene, rigs: Sequence[Rig], bodies: Sequence[PosedBody], settings: RecorderSettings
+    scene: Scene, rigs: Sequence[Rig], films: Sequence[MovingBodyFilm], settings: RecorderSettings
 ) -> dict[str, Any]:
     """Say what the recording was made with, in SI units."""
     lidar = settings.lidar
@@ -210,7 +253,8 @@ def _truth(
         'parameters': {
             region.name: {
                 name: getattr(region, name).start
-                for name in ('youngs_modulus', 'poissons_ratio', 'density')
+                for name in ('youngs_modulus', 'poissons_ratio', 'density', 'damping')
+                if getattr(region, name) is not None
             }
             for region in scene.regions
         },
@@ -219,16 +263,24 @@ def _truth(
         'law': scene.law,
         'lame_convention': scene.convention.value,
         'seed': settings.seed,
+        'timing': asdict(settings.timing),
         'sensor': {name: getattr(lidar, name) for name in lidar.__dataclass_fields__},
         'depth_from_color': DEPTH_FROM_COLOR.tolist(),
         'observations': {
             rig.name: {
                 'depth_from_world': rig.depth_from_world.tolist(),
-                'largest_displacement': body.largest_displacement,
+                'largest_displacement': film.first.largest_displacement,
+                **_motion_truth(setup),
             }
-            for rig, body in zip(rigs, bodies, strict=True)
+            for rig, film, setup in zip(rigs, films, scene.observations, strict=True)
         },
     }
+
+
+def _motion_truth(setup: ObservationSetup) -> dict[str, Any]:
+    if setup.motion is None:
+        return {}
+    return {'release_time': setup.motion.release_time.start}
 
 
 def _notes(scene: Scene, rigs: Sequence[Rig]) -> tuple[str, ...]:

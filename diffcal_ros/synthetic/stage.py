@@ -64,7 +64,8 @@ class Stage:
 def make_stage(scene: Scene, setup: ObservationSetup) -> Stage:
     """Put up what a scene implies for one posture."""
     rest = world_positions(scene.mesh, setup)
-    blocks = tuple(_block(scene, setup, part, rest) for part in setup.held)
+    # A support that lets go is below the body, and hides nothing.
+    blocks = tuple(_block(scene, setup, part, rest) for part in setup.staying)
     return Stage(blocks, None if scene.marker is None else _plate(scene.marker))
 
 

@@ -69,7 +69,7 @@ def test_a_recording_that_is_there_is_kept_unless_overwriting(simulate, tmp_path
 @pytest.mark.parametrize(
     ('options', 'sentence'),
     [
-        (('--frames', 0), '0 depth and 0 colour frames were asked for: give at least one'),
+        (('--frames', 0), '0 depth frames were asked for: give at least one'),
         (('--rate', 0), 'the frame rate is 0 Hz: give 0.1 to 1000'),
         (('--start-factor', -1), 'the start factor is -1: give 0.1 to 10'),
         (('--noise', -0.1), 'noise'),

@@ -11,6 +11,7 @@ from diffcal_ros.ros.depth_source import DepthSourceNode
 from diffcal_ros.ros.qos import LATCHED
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.changing_body import record_changes
+from diffcal_ros.synthetic.filming import Timing
 import pytest
 from support.recorded_beam import MODULUS, SETTINGS, write_beam_scene
 
@@ -30,9 +31,8 @@ def recorded(tmp_path_factory):
     )
     settings = replace(
         SETTINGS,
-        frames=int(RATE) * SECONDS // 2,
+        timing=Timing(int(RATE) * SECONDS // 2, RATE),
         color_frames=0,
-        rate=RATE,
         element=scene.element,
     )
     return record_changes(scene, folder / 'out', (1.0, STEP), settings)

@@ -9,6 +9,7 @@ from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.recorder import record, RecorderSettings, SyntheticRecording
 import yaml
 
@@ -18,7 +19,7 @@ MODULUS = 90e3
 DEPTH_CAMERA = PinholeCamera(400, 300, 290.0, 294.0, 203.5, 146.25)
 COLOR_CAMERA = PinholeCamera(640, 360, 452.0, 449.0, 322.5, 178.75)
 SETTINGS = RecorderSettings(
-    frames=4, color_frames=2, depth_camera=DEPTH_CAMERA, color_camera=COLOR_CAMERA, seed=5
+    timing=Timing(4), color_frames=2, depth_camera=DEPTH_CAMERA, color_camera=COLOR_CAMERA, seed=5
 )
 _DOCUMENT: dict[str, Any] = {
     'format': 1,
@@ -41,7 +42,7 @@ def write_beam_scene(folder: Path, changes: dict[str, Any] | None = None) -> Pat
     folder.mkdir(parents=True, exist_ok=True)
     (folder / 'beam.tet').write_text('\n'.join(lines) + '\n')
     document = copy.deepcopy(_DOCUMENT)
-    for dotted, value in (changes or {}).items():
+    for dotted, value in copy.deepcopy(changes or {}).items():
         *sections, key = dotted.split('.')
         section = document
         for name in sections:
@@ -56,8 +57,14 @@ def write_beam_scene(folder: Path, changes: dict[str, Any] | None = None) -> Pat
 
 
 def record_beam(
-    folder: Path, changes: dict[str, Any] | None = None, **settings: Any
+    folder: Path,
+    changes: dict[str, Any] | None = None,
+    *,
+    frames: int | None = None,
+    **settings: Any,
 ) -> SyntheticRecording:
     """Film the beam into `folder`/recorded."""
+    if frames is not None:
+        settings['timing'] = Timing(frames)
     scene = load_scene(write_beam_scene(folder, changes))
     return record(scene, folder / 'recorded', replace(SETTINGS, **settings))

@@ -8,6 +8,7 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.changing_body import record_changes
+from diffcal_ros.synthetic.filming import Timing
 import numpy as np
 import pytest
 from support.recorded_beam import MODULUS, SETTINGS, write_beam_scene
@@ -17,14 +18,14 @@ FACTORS = (1.0, 1.5, 1.0)
 
 def test_states_follow_one_another_before_one_camera(tmp_path):
     scene = load_scene(write_beam_scene(tmp_path / 'true', {'marker': ...}))
-    settings = replace(SETTINGS, frames=2, color_frames=0)
+    settings = replace(SETTINGS, timing=Timing(2), color_frames=0)
     written = load_scene(record_changes(scene, tmp_path / 'out', FACTORS, settings))
     assert written.regions[0].youngs_modulus.start == pytest.approx(1.4 * MODULUS)
     assert written.observations[0].stored_depth_from_world is not None
     recording = open_recording(tmp_path / 'out' / 'bag')
     frames = list(recording.depth_frames())
     stamps = np.array([frame.stamp_ns for frame in frames])
-    np.testing.assert_array_equal(np.diff(stamps), round(1e9 / settings.rate))
+    np.testing.assert_array_equal(np.diff(stamps), round(1e9 / settings.timing.rate))
     first, second, third = (frames[2 * state].depth for state in range(3))
     body = np.isfinite(first) & (first < np.nanquantile(first, 0.05) + 0.1)
 

@@ -10,6 +10,7 @@ from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.rigid_transform import angle_between, apply, inverse
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.lidar import LidarModel
 from diffcal_ros.synthetic.posed_body import pose_body
 from diffcal_ros.synthetic.recorder import record
@@ -206,9 +207,8 @@ def test_a_turned_clamp_turns_its_block_too(tmp_path):
 @pytest.mark.parametrize(
     ('change', 'message'),
     [
-        ({'frames': 0}, r'0 depth and 2 colour frames'),
         ({'color_frames': 9}, r'4 depth and 9 colour frames .*no more colour than depth'),
-        ({'rate': 0.0}, r'frame rate is 0 Hz: give 0\.1 to 1000'),
+        ({'time_step': 1.0}, r'time step is 1 s: give 1e-6 to 0\.1'),
         ({'seed': -1}, r'seed is -1'),
         ({'start_factor': 0.0}, r'start factor is 0: give 0\.1 to 10'),
     ],
@@ -225,7 +225,7 @@ def test_a_recording_that_is_there_is_not_written_over(tmp_path):
     with pytest.raises(RecordingError, match=r'exists already: .* --overwrite'):
         record(source, made.scene.parent, SETTINGS)
     assert made.scene.read_bytes() == before
-    again = replace(SETTINGS, start_factor=2.0, frames=1, color_frames=1)
+    again = replace(SETTINGS, start_factor=2.0, timing=Timing(1), color_frames=1)
     record(source, made.scene.parent, again, overwrite=True)
     assert made.scene.read_bytes() != before
 

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From a bag of a released beam to its parameters, and what is said of bags that do not do."""
+
+from dataclasses import replace
+import json
+
+from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.errors import RecordingError, SceneError
+from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
+from diffcal_ros.report.naming import interval_95
+from diffcal_ros.report.page import write_report
+from diffcal_ros.report.result_table import result_text
+from diffcal_ros.scene.load import load_scene
+from diffcal_ros.synthetic.filming import Timing
+import pytest
+from support.released_beam import DAMPING, record_release, RELEASE_TIME
+
+TRUTH = {'youngs_modulus': 200e3, 'damping': DAMPING, 'density': 1080.0}
+
+
+@pytest.fixture(scope='module')
+def released(tmp_path_factory):
+    return record_release(tmp_path_factory.mktemp('released'), integrator='semi_implicit')
+
+
+@pytest.fixture(scope='module')
+def fitted(released, tmp_path_factory):
+    out = tmp_path_factory.mktemp('fit')
+    inputs = open_inputs(load_scene(released.scene), list(released.bags.values()))
+    calibration, result = run_calibration(inputs, CalibrationSettings(), out)
+    return calibration, result, out
+
+
+def test_frames_keep_their_stamps_and_some_are_held_out(released):
+    inputs = open_inputs(load_scene(released.scene), list(released.bags.values()))
+    instants = [observation.instant for observation in inputs.observations]
+    assert [instant.time for instant in instants] == pytest.approx([k / 30.0 for k in range(12)])
+    assert [k for k, instant in enumerate(instants) if instant.is_held_out] == [2, 6, 10]
+    assert inputs.observations[3].name.endswith(', 0.100 s')
+
+
+def test_the_parameters_come_back_with_honest_errors(fitted):
+    _, result, out = fitted
+    assert result.outcome is Outcome.CONVERGED
+    for name, true in TRUTH.items():
+        found = result[name]
+        low, high = interval_95(name, found.value, found.std_error)
+        assert low < true < high, name
+        assert abs(found.value / true - 1.0) < 0.15, name
+    # A hundredth of the time between two frames.
+    assert result['release_time'].value == pytest.approx(RELEASE_TIME, abs=0.003)
+    assert result.gap_held_out.median < 2.0 * result.gap_end.median
+    held_out = json.loads((out / 'result.json').read_text())['gap']['held_out']
+    assert held_out['pixels'] == result.gap_held_out.pixels
+    assert 'held out    median' in result_text('beam', result)
+
+
+def test_the_report_shows_a_few_frames(fitted, tmp_path):
+    calibration, result, _ = fitted
+    write_report(tmp_path / 'report.html', calibration, result)
+    page = (tmp_path / 'report.html').read_text()
+    assert page.count('Depth and residual images of') == 4
+    assert 'on frames kept from the fit' in page
+
+
+def test_without_a_prior_motion_shows_only_ratios(released):
+    scene = load_scene(released.scene)
+    region = scene.regions[0]
+    unknown = replace(region.density, prior_mean=None, prior_std=None)
+    scene = replace(scene, regions=(replace(region, density=unknown),))
+    inputs = open_inputs(scene, list(released.bags.values()))
+    settings = CalibrationSettings(with_mesh_error=False)
+    _, result = run_calibration(inputs, settings, released.scene.parent / 'ratios')
+    assert result.outcome is Outcome.NOT_IDENTIFIABLE
+    assert any('only the ratios' in warning for warning in result.warnings)
+    # As uncertain as a natural scale of the logarithm, shared by three.
+    assert result['density'].std_error > 0.3 * result['density'].value
+
+
+def test_a_release_that_is_not_in_the_bag_is_told(tmp_path):
+    made = record_release(tmp_path, {'motion.at': {'start': 0.15, 'max': 0.2}}, Timing(4))
+    with pytest.raises(RecordingError, match=r'release is expected at 0\.17 s: it is never seen'):
+        open_inputs(load_scene(made.scene), list(made.bags.values()))
+
+
+def test_a_body_that_does_not_rest_first_is_told(released):
+    scene = load_scene(released.scene)
+    (setup,) = scene.observations
+    late = replace(setup.motion.release_time, start=0.25, lower=0.2, upper=0.3)
+    motion = replace(setup.motion, release_time=late)
+    scene = replace(scene, observations=(replace(setup, motion=motion),))
+    with pytest.raises(RecordingError, match='must show the body at rest on its support'):
+        open_inputs(scene, list(released.bags.values()))
+
+
+def test_two_bags_of_one_motion_are_refused(released):
+    bags = [*released.bags.values(), *released.bags.values()]
+    with pytest.raises(SceneError, match='each has its own release, so list them under'):
+        open_inputs(load_scene(released.scene), bags)
