@@ -127,6 +127,10 @@ class HeldView:
         observed = window.astype(np.float64)
         return measure_gap([observed - self._read], [self._counted], self._truncation)
 
+    def read_depth(self) -> FloatArray:
+        """Return the depth that the sensor would read [m], shape (H, W), NaN beside the body."""
+        return self._trace.in_image(self._read)
+
     @property
     def _size(self) -> int:
         return len(self.coordinates)

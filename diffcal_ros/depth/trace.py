@@ -82,9 +82,20 @@ class Trace:
 
     def full_depth(self) -> FloatArray:
         """Return z over the whole image [m], shape (H, W); NaN beside the body."""
+        return self.in_image(self.depth)
+
+    def in_image(self, values: FloatArray) -> FloatArray:
+        """Put values of the window's pixels in their place in the image, NaN elsewhere.
+
+        Args:
+            values: shape `shape`.
+
+        Returns:
+            The same over the whole image, shape (H, W).
+        """
         camera = self.buffers.camera
         image = np.full((camera.height, camera.width), np.nan)
-        image[self.rows, self.columns] = self.depth
+        image[self.rows, self.columns] = values
         return image
 
     @cached_property

@@ -19,7 +19,7 @@ class Picture:
     """The shown observation as the model sees it.
 
     Attributes:
-        rendered: depth [m], shape (H, W), NaN beside the body.
+        rendered: depth that the sensor would read [m], shape (H, W), NaN beside the body.
         residual: observed less rendered depth [m], shape (H, W), NaN where either is missing.
         points: nodes of the deformed body in the depth camera's frame [m], shape (N, 3).
         triangles: its surface, shape (F, 3).
@@ -39,6 +39,7 @@ class Picture:
 
 def draw_picture(
     view: View,
+    read: FloatArray,
     observed: DepthArray,
     triangles: NDArray[np.int32],
     camera: PinholeCamera,
@@ -48,12 +49,13 @@ def draw_picture(
 
     Args:
         view: of the model.
+        read: depth that the sensor would read there [m], shape (H, W), NaN beside the body.
         observed: depth [m], shape (H, W), NaN where invalid.
         triangles: the body's surface, shape (F, 3).
         camera: of the depth images.
         newest: frame used; gives stamp and frame.
     """
-    rendered = view.trace.full_depth().astype(np.float32)
+    rendered = read.astype(np.float32)
     return Picture(
         rendered=rendered,
         residual=observed - rendered,

@@ -9,9 +9,10 @@ import time
 
 from diffcal_ros.calibration.observation import untruncated
 from diffcal_ros.calibration.tracker import Tracked, Tracker, TrackerSettings
+from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.fit_task import FitEnd
-from diffcal_ros.live.latest_frame import Arrived, LatestFrame
+from diffcal_ros.live.latest_frame import LatestFrame
 from diffcal_ros.live.picture import draw_picture, Picture
 
 _PATIENCE = 0.1  # How soon an end without a frame is noticed [s].
@@ -69,15 +70,16 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
     triangles = calibration.model.body(observation).discretisation.surface_triangles
     number = 0
 
-    def draw(arrived: Arrived) -> Picture | None:
+    def draw(frame: DepthFrame) -> Picture | None:
         if not request.is_picture_due():
             return None
         return draw_picture(
             tracker.held.view,
-            arrived.frame.depth,
+            tracker.held.read_depth(),
+            frame.depth,
             triangles,
             observation.camera,
-            arrived.frame,
+            frame,
         )
 
     while not stop.is_set():
@@ -88,11 +90,12 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
         if arrived.is_restart:
             tracker.forget()
         depth = untruncated(arrived.frame.depth, fit.scene.sensor)
-        tracked = tracker.follow(replace(arrived.frame, depth=depth))
+        frame = replace(arrived.frame, depth=depth)
+        tracked = tracker.follow(frame)
         number += 1
         seconds = time.perf_counter() - begun
         post(
             TrackStep(
-                tracked, number, arrived.arrived_ns, seconds, tracker.search_count, draw(arrived)
+                tracked, number, arrived.arrived_ns, seconds, tracker.search_count, draw(frame)
             )
         )

@@ -112,6 +112,36 @@ def test_what_was_captured_is_fitted_together(drive, depth):
     assert len(running.session.last_end.request.snapshots) == 2
 
 
+def test_pictures_show_what_the_sensor_would_read(depth):
+    # The sensor reads too far and cuts off millimetres: both are in the scene, neither is left.
+    far = 0.02
+    scene = replace(
+        beam_scene(modulus=1.3 * MODULUS), effects={'depth_affine': {'scale': 0.0, 'bias': far}}
+    )
+    cut = (np.floor((depth + far) / 0.001) * 0.001).astype(np.float32)
+    running = Drive(
+        scene,
+        replace(SETTINGS, refit='tracking', depth_quantization='truncate_millimetres'),
+    )
+    try:
+        running.until(lambda: running.session.phase is not Phase.PREPARING)
+        running.give_camera_and_pose()
+        running.film(cut)
+        assert running.session.poll(running.now)
+        running.until(lambda: running.session.phase is Phase.TRACKING)
+        running.session.tracking.has_onlookers = True
+        running.film(cut, 1)
+        running.until(lambda: running.session.tracking.last is not None)
+        drawn = [running.session.last_end.picture, running.session.tracking.last.picture]
+    finally:
+        running.follower.close()
+        running.background.close()
+    for picture in drawn:
+        seen = np.isfinite(picture.residual)
+        assert np.abs(np.median(picture.residual[seen])) < 0.0003
+        assert np.median((picture.rendered - depth)[seen]) == pytest.approx(far, abs=0.0003)
+
+
 def test_paused_it_takes_nothing(drive, depth):
     running = drive()
     assert running.session.enable(False) == 'paused'
