@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects put to work on one body: its terms, its shape without stress, and how forces follow."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.fem.body_axes import BodyAxes
-from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
+from diffcal_ros.fem.cable import CableTerm
+from diffcal_ros.fem.conditions import CableState, Conditions, NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumSolver
 from diffcal_ros.fem.potential_terms import ContactTerm, PotentialTerm, StiffeningTerm
 from diffcal_ros.fem.rest_shape import bent_discretisation
@@ -32,6 +34,8 @@ class ConditionsChange:
         strain_stiffening: change of C2 / C1.
         plane_height: [m].
         plane_normal: change of the plane's normal, shape (3,).
+        cable_rest_lengths: [m], shape (c,), one a cable of the body.
+        cable_stiffnesses: [N/m], shape (c,).
     """
 
     clamp_motion: FloatArray | None = None
@@ -41,13 +45,18 @@ class ConditionsChange:
     strain_stiffening: float = 0.0
     plane_height: float = 0.0
     plane_normal: FloatArray | None = None
+    cable_rest_lengths: FloatArray | None = None
+    cable_stiffnesses: FloatArray | None = None
 
 
 class AppliedConditions:
     """Keeps a body's equilibrium solver up to date with the effects on it."""
 
-    def __init__(self, mesh: TetMesh, solver: EquilibriumSolver) -> None:
+    def __init__(
+        self, mesh: TetMesh, solver: EquilibriumSolver, cables: Sequence[CableTerm] = ()
+    ) -> None:
         self.now = NO_CONDITIONS
+        self.cables = tuple(cables)
         self._mesh = mesh
         self._solver = solver
         self._stiffening: StiffeningTerm | None = None
@@ -71,6 +80,7 @@ class AppliedConditions:
                 body.discretisation, self._solver.pattern, conditions.plane
             )
             terms.append(self._contact)
+        terms += self._pulling_cables(conditions)
         self._solver.terms = tuple(terms)
         if not np.array_equal(conditions.rest_curvature, self._curvature):
             self._bend(conditions.rest_curvature, axes)
@@ -91,6 +101,12 @@ class AppliedConditions:
             force -= self._contact.force_of_normal(positions, change.plane_normal)
         if change.rest_curvature is not None:
             force -= self._force_of_curvature(positions, change.rest_curvature, axes)
+        if change.cable_rest_lengths is not None:
+            for cable, rate in zip(self.cables, change.cable_rest_lengths, strict=True):
+                force -= rate * cable.force_of_rest_length(positions)
+        if change.cable_stiffnesses is not None:
+            for cable, rate in zip(self.cables, change.cable_stiffnesses, strict=True):
+                force -= rate * cable.force_of_stiffness(positions)
         return force
 
     def force_of_shear_moduli(self, positions: FloatArray, change: FloatArray) -> FloatArray:
@@ -108,6 +124,26 @@ class AppliedConditions:
         if ratio == 0.0:
             return None
         return ratio * self._stiffening_term().shear_modulus_gradient(positions, adjoint)
+
+    def cable_gradient(
+        self, positions: FloatArray, adjoint: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return -adjoint . d forces by rest lengths and by stiffnesses, shape (c,) each."""
+        lengths = [-(adjoint * c.force_of_rest_length(positions)).sum() for c in self.cables]
+        stiffnesses = [-(adjoint * c.force_of_stiffness(positions)).sum() for c in self.cables]
+        return np.array(lengths), np.array(stiffnesses)
+
+    def _pulling_cables(self, conditions: Conditions) -> list[CableTerm]:
+        """Take the cables' states; return those that have any stiffness."""
+        states = conditions.cables or [CableState(c.route_length, 0.0) for c in self.cables]
+        if len(states) != len(self.cables):
+            raise ValueError(
+                f'{len(states)} cables are given for a body with {len(self.cables)}: give one '
+                'state for each, or none'
+            )
+        for cable, state in zip(self.cables, states, strict=True):
+            cable.state = state
+        return [cable for cable in self.cables if cable.state.stiffness != 0.0]
 
     def _stiffening_term(self) -> StiffeningTerm:
         if self._stiffening is None:

@@ -28,6 +28,19 @@ class Plane:
 
 
 @dataclass(frozen=True)
+class CableState:
+    """What a cable in the body is like.
+
+    Attributes:
+        rest_length: beyond which it pulls [m].
+        stiffness: pull per stretch [N/m].
+    """
+
+    rest_length: float
+    stiffness: float
+
+
+@dataclass(frozen=True)
 class Conditions:
     """Effects on one body; absent ones leave the model bit for bit as it is.
 
@@ -40,6 +53,7 @@ class Conditions:
             [1/m], shape (2,).
         strain_stiffening: C2 / C1 of a Yeoh term, C1 being half the shear modulus.
         plane: an obstacle, or None.
+        cables: one for each cable of the body, or none: then no cable pulls.
     """
 
     clamp_motion: FloatArray = field(default_factory=lambda: _nothing(6))
@@ -48,6 +62,7 @@ class Conditions:
     rest_curvature: FloatArray = field(default_factory=lambda: _nothing(2))
     strain_stiffening: float = 0.0
     plane: Plane | None = None
+    cables: tuple[CableState, ...] = ()
 
     @property
     def moves_clamp(self) -> bool:

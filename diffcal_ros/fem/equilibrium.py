@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Static equilibrium by a guarded Newton iteration, and exact linear solves at it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.fem.elastic_body import ElasticBody
@@ -57,7 +58,22 @@ class Equilibrium:
 class EquilibriumSolver:
     """Finds where elastic forces balance the loads while some nodes are held."""
 
-    def __init__(self, body: ElasticBody, held_nodes: IntArray, *, solver: str = 'auto') -> None:
+    def __init__(
+        self,
+        body: ElasticBody,
+        held_nodes: IntArray,
+        *,
+        solver: str = 'auto',
+        coupled_nodes: Sequence[NDArray[np.integer]] = (),
+    ) -> None:
+        """Prepare pattern and solver.
+
+        Args:
+            body: whose energy is minimised.
+            held_nodes: shape (h,).
+            solver: name of the sparse solver.
+            coupled_nodes: groups of nodes that a term may couple, each with each.
+        """
         if len(held_nodes) < 3:
             raise ValueError(
                 f'{len(held_nodes)} nodes are held: a body at rest needs at least three that are '
@@ -65,7 +81,9 @@ class EquilibriumSolver:
             )
         self.body = body
         self.held_nodes = np.asarray(held_nodes, dtype=np.int32)
-        self.pattern = make_pattern(body.discretisation, self.held_nodes)
+        self.pattern = make_pattern(
+            body.discretisation, self.held_nodes, coupled_nodes=coupled_nodes
+        )
         self._free = self.pattern.free_nodes
         self._stiffness = body.make_stiffness(self.pattern)
         self._solver = make_solver(self.pattern, solver)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How the forces on a body at given positions follow its material, its weight and effects."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
 from diffcal_ros.fem.body_axes import BodyAxes
@@ -43,20 +43,27 @@ class StaticGradient:
         poissons_ratio: shape (T,).
         density: [m^3/kg], shape (T,).
         gravity: [s^2/m], shape (3,).
+        cable_rest_lengths: by the rest length of each cable [1/m], shape (c,).
+        cable_stiffnesses: [m/N], shape (c,).
     """
 
     youngs_modulus: FloatArray
     poissons_ratio: FloatArray
     density: FloatArray
     gravity: FloatArray
+    cable_rest_lengths: FloatArray = field(default_factory=lambda: np.zeros(0), kw_only=True)
+    cable_stiffnesses: FloatArray = field(default_factory=lambda: np.zeros(0), kw_only=True)
 
     def along(self, change: Change) -> float:
-        """Return the derivative along a change of the inputs."""
+        """Return the derivative along a change of the inputs; of effects, only by cables."""
+        conditions = change.conditions or ConditionsChange()
         pairs = (
             (self.youngs_modulus, change.youngs_modulus),
             (self.poissons_ratio, change.poissons_ratio),
             (self.density, change.density),
             (self.gravity, change.gravity),
+            (self.cable_rest_lengths, conditions.cable_rest_lengths),
+            (self.cable_stiffnesses, conditions.cable_stiffnesses),
         )
         return sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
 
@@ -125,7 +132,9 @@ class ForceChanges:
             material: one value per tetrahedron.
             gravity: [m/s^2], shape (3,).
         """
-        return self.collect(self.by_numbers(positions, adjoint), adjoint, material, gravity)
+        gradient = self.collect(self.by_numbers(positions, adjoint), adjoint, material, gravity)
+        by_rest_length, by_stiffness = self._conditions.cable_gradient(positions, adjoint)
+        return replace(gradient, cable_rest_lengths=by_rest_length, cable_stiffnesses=by_stiffness)
 
     def by_numbers(self, positions: FloatArray, adjoint: FloatArray) -> NeoHookeanNumbers:
         """Return adjoint . d internal forces by the energy's numbers, shape (T,) each."""

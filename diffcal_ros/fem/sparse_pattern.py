@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fixed sparsity pattern of the stiffness and the place of every element entry in it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -47,8 +48,19 @@ class SparsePattern:
         return self.column_starts[:-1]
 
 
-def make_pattern(discretisation: Discretisation, held_nodes: IntArray) -> SparsePattern:
-    """Find the pattern of the free nodes' stiffness."""
+def make_pattern(
+    discretisation: Discretisation,
+    held_nodes: IntArray,
+    *,
+    coupled_nodes: Sequence[NDArray[np.integer]] = (),
+) -> SparsePattern:
+    """Find the pattern of the free nodes' stiffness.
+
+    Args:
+        discretisation: elements, each of which couples its nodes.
+        held_nodes: that are no unknowns, shape (h,).
+        coupled_nodes: groups of nodes that something else couples, each with each.
+    """
     nodes = discretisation.nodes
     is_free = np.ones(discretisation.node_count, dtype=bool)
     is_free[held_nodes] = False
@@ -61,7 +73,9 @@ def make_pattern(discretisation: Discretisation, held_nodes: IntArray) -> Sparse
     low, high = np.minimum(a, b), np.maximum(a, b)
     both_free = low >= 0
     keys = low * len(free_nodes) + high
-    unique, position = np.unique(keys[both_free], return_inverse=True)
+    more = [_pair_keys(number[group], len(free_nodes)) for group in coupled_nodes]
+    unique, position = np.unique(np.concatenate([keys[both_free], *more]), return_inverse=True)
+    position = position[: int(both_free.sum())]
     owner, neighbour = np.divmod(unique, max(len(free_nodes), 1))
 
     block_counts = np.bincount(owner, minlength=len(free_nodes))
@@ -96,3 +110,11 @@ def make_pattern(discretisation: Discretisation, held_nodes: IntArray) -> Sparse
         row_indices=row_indices,
         slots=slots.reshape(*low.shape, 9),
     )
+
+
+def _pair_keys(numbers: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """Return the key of each pair of free nodes in a group; -1 numbers are held."""
+    free = np.unique(numbers[numbers >= 0])
+    first, second = np.triu_indices(len(free))
+    keys: NDArray[np.int64] = free[first] * count + free[second]
+    return keys

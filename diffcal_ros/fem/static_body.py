@@ -3,12 +3,16 @@
 """A clamped body at rest: equilibrium under gravity, its tangents and its adjoint."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from types import ModuleType
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions
 from diffcal_ros.fem.body_axes import body_axes
+from diffcal_ros.fem.cable import CableTerm
+from diffcal_ros.fem.cable_route import CableRoute
+from diffcal_ros.fem.cable_tightening import loosen, needs_steps, tighten
 from diffcal_ros.fem.clamp import Clamp
-from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
+from diffcal_ros.fem.conditions import CableState, Conditions, NO_CONDITIONS
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
@@ -42,6 +46,7 @@ class StaticBody:
         law: ModuleType = stable_neo_hookean,
         solver: str = 'auto',
         device: str = 'cpu',
+        cables: Sequence[CableRoute] = (),
     ) -> None:
         """Prepare elements, pattern and solver.
 
@@ -52,6 +57,7 @@ class StaticBody:
             law: energy law module.
             solver: name of the sparse solver.
             device: Warp device.
+            cables: that run through the body; their states are among the conditions.
         """
         self.mesh = mesh
         self.discretisation = discretise(mesh, element)
@@ -62,15 +68,29 @@ class StaticBody:
             is_held[self.discretisation.node_parents].all(axis=1)
         ).astype(np.int32)
         self.elastic = ElasticBody(self.discretisation, law=law, device=device)
-        self.solver = EquilibriumSolver(self.elastic, self.held_nodes, solver=solver)
+        self.cables = tuple(CableTerm(route, self.discretisation) for route in cables)
+        self.solver = EquilibriumSolver(
+            self.elastic,
+            self.held_nodes,
+            solver=solver,
+            coupled_nodes=[cable.nodes for cable in self.cables],
+        )
+        for cable in self.cables:
+            cable.use_pattern(self.solver.pattern)
         self.axes = body_axes(self.discretisation.rest_nodes, self.held_nodes)
-        self._conditions = AppliedConditions(mesh, self.solver)
+        self._conditions = AppliedConditions(mesh, self.solver, self.cables)
         self.force_changes = ForceChanges(self.elastic, self._conditions, self.axes)
         self.clamp = Clamp(self.discretisation.rest_nodes[self.held_nodes])
         self._clamp_was_moved = False
         self._held_path: HeldPath | None = None
         self._make_guide: Callable[[], StaticBody] = lambda: StaticBody(
-            mesh, Element.LINEAR, self.held_vertices, law=law, solver=solver, device=device
+            mesh,
+            Element.LINEAR,
+            self.held_vertices,
+            law=law,
+            solver=solver,
+            device=device,
+            cables=cables,
         )
         self._material: Material | None = None
         self._gravity = np.zeros(3)
@@ -285,15 +305,36 @@ class StaticBody:
 
     def _from_rest(self, loads: FloatArray, held_path: HeldPath | None) -> Equilibrium:
         rest = self.discretisation.rest_nodes
+        if not needs_steps(self.cables, rest):
+            return self._with_slack_cables(loads, held_path)
+        if self.discretisation.element is Element.QUADRATIC:
+            # Where that fails, the steps below are slower and surer.
+            with suppress(EquilibriumError):
+                return self._guided(loads, held_path, self._conditions.now.cables)
+        wanted = loosen(self.cables, rest)
+        slack = self._with_slack_cables(loads, held_path)
+        return tighten(self.cables, wanted, self.solver, loads, slack.positions)
+
+    def _with_slack_cables(self, loads: FloatArray, held_path: HeldPath | None) -> Equilibrium:
+        rest = self.discretisation.rest_nodes
         if held_path is None:
             return self.solver.solve(loads, rest)
-        held = self.held_positions(held_path(1.0))
         if self.discretisation.element is Element.LINEAR:
             return self._follow(loads, held_path)
-        # Linear elements follow the clamp 20 times faster and end close enough to start from.
-        guide = self._make_guide()
-        followed = guide.settle(self._current_material(), self._gravity, held_path=held_path)
+        return self._guided(loads, held_path, ())
+
+    def _guided(
+        self, loads: FloatArray, held_path: HeldPath | None, cables: tuple[CableState, ...]
+    ) -> Equilibrium:
+        """Start where linear elements end: they take steps 20 times faster, and end close."""
+        followed = self._make_guide().settle(
+            self._current_material(),
+            self._gravity,
+            held_path=held_path,
+            conditions=Conditions(cables=cables),
+        )
         start = followed.positions[self.discretisation.node_parents].mean(axis=1)
+        held = None if held_path is None else self.held_positions(held_path(1.0))
         return self.solver.solve(loads, start, held_positions=held)
 
     def _follow(self, loads: FloatArray, held_path: HeldPath) -> Equilibrium:
