@@ -22,7 +22,7 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed']},
+    package_data={PACKAGE: ['py.typed', 'reproduction/rows/*.yaml']},
     python_requires='>=3.10',
     install_requires=Path('requirements.txt').read_text().split(),
     extras_require={

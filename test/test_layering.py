@@ -20,7 +20,16 @@ ALLOWED = {
     'recording': {'scene', 'pose', 'calibration', 'depth', 'fem'},
     'synthetic': {'recording', 'pose', 'calibration', 'depth', 'fem', 'scene'},
     'diagnosis': {'calibration', 'fem', 'depth', 'scene', 'recording'},
-    'report': {'diagnosis', 'calibration', 'fem', 'depth', 'scene', 'recording'},
+    'reproduction': {
+        'offline',
+        'synthetic',
+        'recording',
+        'calibration',
+        'depth',
+        'fem',
+        'scene',
+    },
+    'report': {'reproduction', 'diagnosis', 'calibration', 'fem', 'depth', 'scene', 'recording'},
 }
 NOUN_PACKAGES = {'scene'}
 HEAVY = {

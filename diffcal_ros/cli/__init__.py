@@ -10,6 +10,7 @@ from diffcal_ros.cli import (
     check_command,
     diagnose_command,
     import_command,
+    reproduce_command,
     revert_command,
     simulate_command,
 )
@@ -22,4 +23,5 @@ COMMANDS: tuple[ModuleType, ...] = (
     diagnose_command,
     accept_command,
     revert_command,
+    reproduce_command,
 )
