@@ -3,25 +3,27 @@
 """Follow a body live: 1024x768 depth at 30 Hz through DDS, two nodes, parameters out.
 
 Build first and source install/setup.bash, as `make demo` does. A recording of ten seconds is
-replayed in a loop with stamps that go on. Once the body stays the same, once its modulus steps
-by 30 % in mid-recording and back at each end. Writes results/live.json.
+replayed in a loop with stamps that go on. Four streams: a body that stays the same; the same,
+while somebody looks at the pictures every other ten seconds; one whose modulus goes up and down
+by 30 %; and one that gets a payload. Writes results/live.json.
 
-    python benchmarks/live.py [--seconds 300] [--step-seconds 60] [--element linear]
+    python benchmarks/live.py [--seconds 300] [--short 60] [--elements linear quadratic]
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 import sys
 import tempfile
-import time
 from typing import Any
 
 from diffcal_ros.fem.element import Element
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.synthetic.changing_body import record_changes
+from diffcal_ros.synthetic.changing_body import BodyState, record_changes
 from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.lidar import LidarModel
 from diffcal_ros.synthetic.recorder import RecorderSettings
+from live_figures import latency_figures, step_figures, stream_figures, TrueState
 from live_scene import MODULUS, write_scene
 from live_watch import LiveWatch
 from measuring import write
@@ -32,29 +34,36 @@ sys.path.insert(0, str(ROOT / 'demo'))
 from node_process import join_quiet_domain, NodeGroup  # noqa: E402
 
 _RATE, _BAG_SECONDS = 30, 10
-_STEP = 1.3
+_LOOK = 10.0  # How long somebody looks, and does not [s].
+_PAYLOAD = 0.010  # [kg]
+_STEPS = (BodyState(), BodyState(1.3), BodyState(), BodyState(0.7))
+_LOADS = (BodyState(), BodyState(payload=_PAYLOAD))
 
 
 def main() -> None:
-    """Run both streams with each element asked for."""
+    """Run all streams with each element asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--seconds', type=float, default=300.0)
-    parser.add_argument('--step-seconds', type=float, default=60.0)
+    parser.add_argument('--seconds', type=float, default=300.0, help='of the steady stream')
+    parser.add_argument('--short', type=float, default=60.0, help='of each other stream')
     parser.add_argument('--elements', nargs='+', default=['linear', 'quadratic'])
+    parser.add_argument('--streams', nargs='+', default=['steady', 'pictures', 'steps', 'payload'])
     parser.add_argument('--name', default='live')
     arguments = parser.parse_args()
     join_quiet_domain()
     figures: dict[str, Any] = {'rate_hz': _RATE, 'image': '1024x768 16UC1'}
     for name in arguments.elements:
-        element = Element(name)
-        figures[name] = {
-            'steady': run(element, (1.0,), arguments.seconds),
-            'step': run(element, (1.0, _STEP), arguments.step_seconds),
-        }
-    write(arguments.name, figures)
+        figures[name] = {}
+        for stream in arguments.streams:
+            seconds = arguments.seconds if stream == 'steady' else arguments.short
+            states = {'steps': _STEPS, 'payload': _LOADS}.get(stream, _STEPS[:1])
+            figures[name][stream] = run(Element(name), states, seconds, stream == 'pictures')
+            # After every stream: what was measured is kept, whatever comes.
+            write(arguments.name, figures)
 
 
-def run(element: Element, factors: tuple[float, ...], seconds: float) -> dict[str, Any]:
+def run(
+    element: Element, states: Sequence[BodyState], seconds: float, has_onlookers: bool
+) -> dict[str, Any]:
     """Replay one stream and say how it was followed."""
     rclpy.init()
     node = rclpy.create_node('live_benchmark')
@@ -62,12 +71,12 @@ def run(element: Element, factors: tuple[float, ...], seconds: float) -> dict[st
         folder = Path(text)
         scene = load_scene(write_scene(folder / 'true', element))
         settings = RecorderSettings(
-            timing=Timing(_RATE * _BAG_SECONDS // len(factors), _RATE),
+            timing=Timing(_RATE * _BAG_SECONDS // len(states), _RATE),
             color_frames=0,
             element=element,
             lidar=LidarModel(encoding='16UC1'),
         )
-        fitted = record_changes(scene, folder / 'recorded', factors, settings)
+        fitted = record_changes(scene, folder / 'recorded', states, settings)
         with NodeGroup(folder / 'log') as nodes:
             nodes.start('calibration', scene=fitted, pose_source='stored')
             watch = LiveWatch(node, nodes)
@@ -75,16 +84,48 @@ def run(element: Element, factors: tuple[float, ...], seconds: float) -> dict[st
             nodes.start(
                 'depth_source', bag=fitted.parent / 'bag', loop=True, wait_for_subscriber=60.0
             )
-            watch.until(lambda: bool(watch.tracked), 120.0)
+            watch.until(lambda: bool(watch.told), 120.0)
             watch.begin(nodes.process_id('calibration'))
-            end = time.monotonic() + seconds
-            watch.until(lambda: time.monotonic() > end, seconds + 10.0)
-            figures = {'tets': scene.mesh.tet_count, **watch.figures(seconds)}
-            if len(factors) > 1:
-                truths = [MODULUS * factor for factor in factors]
-                figures['steps'] = watch.steps(truths, settings.timing.frames, _RATE)
+            begun = watch.counts()
+            _listen(watch, seconds, has_onlookers)
+            figures = {'tets': scene.mesh.tet_count, **stream_figures(watch, begun, seconds)}
+            if has_onlookers:
+                figures['pictures'] = _picture_figures(watch)
+            if len(states) > 1:
+                truths = [_truth(state) for state in states]
+                figures['changes_of_the_body'] = step_figures(
+                    watch.told, truths, settings.timing.frames, _RATE
+                )
     rclpy.shutdown()
     return figures
+
+
+def _listen(watch: LiveWatch, seconds: float, has_onlookers: bool) -> None:
+    if has_onlookers:
+        for number in range(round(seconds / _LOOK)):
+            watch.look(number % 2 == 1)
+            watch.listen(_LOOK)
+    else:
+        watch.listen(seconds)
+
+
+def _picture_figures(watch: LiveWatch) -> dict[str, Any]:
+    """Compare the frames during which somebody looked with the others."""
+    return {
+        'received': watch.picture_count,
+        'frame_to_parameters_looked_at': latency_figures(
+            watch, [told for told in watch.told if told.is_looked_at]
+        ),
+        'frame_to_parameters_alone': latency_figures(
+            watch, [told for told in watch.told if not told.is_looked_at]
+        ),
+    }
+
+
+def _truth(state: BodyState) -> TrueState:
+    if state.payload:
+        return TrueState(f'{1e3 * state.payload:g} g payload', None)
+    return TrueState(f'modulus x {state.factor:g}', state.factor * MODULUS)
 
 
 if __name__ == '__main__':

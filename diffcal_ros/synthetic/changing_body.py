@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Record a body whose modulus changes while the camera looks on, at rest before and after."""
+"""Record a body that changes while the camera looks on, and is at rest before and after."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 import shutil
 
@@ -23,15 +23,35 @@ _FIRST_STAMP_NS = 1_700_000_000_000_000_000
 _SECOND = 1_000_000_000  # [ns]
 
 
+@dataclass(frozen=True)
+class BodyState:
+    """What became of a body.
+
+    Attributes:
+        factor: by which Young's modulus of every region is multiplied.
+        payload: mass that hangs on its far end [kg].
+    """
+
+    factor: float = 1.0
+    payload: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.factor > 0.0 or not self.payload >= 0.0:
+            raise InputError(
+                f"the modulus' factor is {self.factor:g} and the payload {self.payload:g} kg: "
+                'give a factor above zero, and no negative payload'
+            )
+
+
 def record_changes(
-    scene: Scene, out: Path, factors: Sequence[float], settings: RecorderSettings
+    scene: Scene, out: Path, states: Sequence[BodyState], settings: RecorderSettings
 ) -> Path:
     """Record the first posture of a scene in several states, one after the other.
 
     Args:
         scene: read from a file, without motion; its start values are the first truth.
         out: folder to write `bag`, `scene.yaml` with the camera's pose, and the mesh to.
-        factors: by which Young's modulus of every region is multiplied in each state.
+        states: of the body, at least one.
         settings: how to record; the frames of `timing` for each state, no colour.
 
     Returns:
@@ -42,10 +62,10 @@ def record_changes(
     """
     if scene.path is None or not scene.document:
         raise ValueError('the scene was built in memory: only one read from a file is recorded')
-    if not factors or min(factors) <= 0.0:
-        raise InputError(f'the factors are {list(factors)}: give at least one, above zero')
+    if not states:
+        raise InputError('no state of the body was given: give at least one')
     source = scene.path.parent / Path(str(scene.document['mesh']['file'])).expanduser()
-    rigs = _rigs(scene, factors, settings)
+    rigs = _rigs(scene, states, settings)
     text = scene_text(
         scene,
         bags={rigs[0].name: 'bag'},
@@ -74,7 +94,7 @@ def with_modulus(scene: Scene, factor: float) -> Scene:
     return replace(scene, regions=regions)
 
 
-def _rigs(scene: Scene, factors: Sequence[float], settings: RecorderSettings) -> list[Rig]:
+def _rigs(scene: Scene, states: Sequence[BodyState], settings: RecorderSettings) -> list[Rig]:
     """Look at every state from where the first one is seen best."""
     true_scene = replace(
         scene,
@@ -84,8 +104,9 @@ def _rigs(scene: Scene, factors: Sequence[float], settings: RecorderSettings) ->
     )
     setup = true_scene.observations[0]
     rigs: list[Rig] = []
-    for factor in factors:
-        body = pose_body(with_modulus(true_scene, factor), setup)
+    for state in states:
+        load = {'added_mass': {'mass': state.payload, 'at': 1.0}}
+        body = pose_body(with_modulus(true_scene, state.factor), setup, effects=load)
         rig = make_rig(true_scene, setup, body, settings.camera_position if not rigs else None)
         setup = replace(setup, stored_depth_from_world=rig.depth_from_world)
         rigs.append(rig)

@@ -4,7 +4,10 @@
 
 from dataclasses import dataclass, replace
 
+from diffcal_ros.calibration.effect_model import Amplitudes, EffectModel
+from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.errors import SceneError
+from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
@@ -84,8 +87,20 @@ def start_material(scene: Scene) -> Material:
 _CONSTANTS = ('youngs_modulus', 'poissons_ratio', 'density')
 
 
-def pose_body(scene: Scene, setup: ObservationSetup, *, solver: str = 'auto') -> PosedBody:
+def pose_body(
+    scene: Scene,
+    setup: ObservationSetup,
+    *,
+    solver: str = 'auto',
+    effects: Amplitudes | None = None,
+) -> PosedBody:
     """Let the body come to rest in one posture.
+
+    Args:
+        scene: its start values are the truth.
+        setup: the posture, under the name of one of the scene's.
+        solver: name of the sparse solver.
+        effects: amplitudes of what else acts on the body, by effect and component.
 
     Raises:
         SceneError: when it finds no rest under the start values.
@@ -101,8 +116,17 @@ def pose_body(scene: Scene, setup: ObservationSetup, *, solver: str = 'auto') ->
     path: HeldPath | None = None
     if any(part.turn is not None for part in setup.held):
         path = lambda fraction: held_targets(setup, rest, fraction).positions  # noqa: E731
+    conditions = NO_CONDITIONS
+    if effects:
+        model = EffectModel(scene, ParameterSet())
+        index = [other.name for other in scene.observations].index(setup.name)
+        body.axes = model.axes(index)
+        nodes = body.discretisation.rest_nodes
+        conditions = model.conditions(effects, index, nodes, setup.gravity)
     try:
-        state = body.settle(start_material(scene), setup.gravity, held_path=path)
+        state = body.settle(
+            start_material(scene), setup.gravity, held_path=path, conditions=conditions
+        )
     except EquilibriumError as error:
         raise SceneError(
             f'the start values of {setup.name} cannot be simulated: {error}'

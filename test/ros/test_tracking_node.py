@@ -10,7 +10,7 @@ from diffcal_ros.ros.conversion import stamp_ns
 from diffcal_ros.ros.depth_source import DepthSourceNode
 from diffcal_ros.ros.qos import LATCHED
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.synthetic.changing_body import record_changes
+from diffcal_ros.synthetic.changing_body import BodyState, record_changes
 from diffcal_ros.synthetic.filming import Timing
 import pytest
 from support.recorded_beam import MODULUS, SETTINGS, write_beam_scene
@@ -35,7 +35,7 @@ def recorded(tmp_path_factory):
         color_frames=0,
         element=scene.element,
     )
-    return record_changes(scene, folder / 'out', (1.0, STEP), settings)
+    return record_changes(scene, folder / 'out', (BodyState(), BodyState(STEP)), settings)
 
 
 def _values(status):
