@@ -30,6 +30,7 @@ ALLOWED = {
         'scene',
     },
     'report': {'reproduction', 'diagnosis', 'calibration', 'fem', 'depth', 'scene', 'recording'},
+    'prediction': {'report', 'synthetic', 'recording', 'calibration', 'fem', 'depth', 'scene'},
 }
 NOUN_PACKAGES = {'scene'}
 HEAVY = {

@@ -45,6 +45,11 @@ class SensorModel:
         """Tell whether it reads what is there."""
         return not (self.scale or self.bias or self.region_bias)
 
+    def reading(self, depth: FloatArray, is_second: NDArray[np.bool_]) -> FloatArray:
+        """Return what is read [m] of true depths [m], and where they are of another material."""
+        wrong = self.scale * depth + self.bias
+        return depth + wrong + self.region_bias * is_second
+
 
 EXACT_SENSOR = SensorModel()
 

@@ -147,8 +147,7 @@ class ViewComparer:
         """Return the rendered depth as the sensor would read it [m], NaN beside the body."""
         if sensor.is_exact:
             return trace.depth
-        wrong = sensor.scale * trace.depth + sensor.bias
-        return trace.depth + wrong + sensor.region_bias * self.is_second(trace)
+        return sensor.reading(trace.depth, self.is_second(trace))
 
     def pixels(self, view: View) -> tuple[BoolArray, BoolArray]:
         """Tell which pixels of the window are unmasked body, and which of them are compared.

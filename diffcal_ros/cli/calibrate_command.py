@@ -189,7 +189,6 @@ def _tell(out: Path, calibration: 'Calibration', result: 'CalibrationResult') ->
     from diffcal_ros.report.page import write_report
     from diffcal_ros.report.result_table import result_text
     from diffcal_ros.report.scene_table import format_rows
-    from diffcal_ros.scene.fit_names import MATERIAL_NAMES
     from diffcal_ros.scene.save import save_fitted_scene
 
     print(result_text(calibration.scene.name, result), flush=True)
@@ -197,12 +196,7 @@ def _tell(out: Path, calibration: 'Calibration', result: 'CalibrationResult') ->
     write_report(out / _REPORT, calibration, result)
     rows.append(('report', str(out / _REPORT)))
     if result.outcome.is_fitted:
-        material = {
-            name: value
-            for name, value in result.values().items()
-            if name.partition('.')[0] in MATERIAL_NAMES
-        }
-        save_fitted_scene(calibration.scene, out / _FITTED_SCENE, material)
+        save_fitted_scene(calibration.scene, out / _FITTED_SCENE, result.values())
         rows.append(('scene', str(out / _FITTED_SCENE)))
     print(format_rows(rows))
     return 0 if result.outcome.is_fitted else _EXIT_NOT_FITTED

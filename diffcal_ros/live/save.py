@@ -12,7 +12,6 @@ from diffcal_ros.calibration.result import save_result
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.fit_task import FitEnd
 from diffcal_ros.live.inputs import Snapshot
-from diffcal_ros.scene.fit_names import MATERIAL_NAMES
 from diffcal_ros.scene.save import save_fitted_scene
 
 RESULT, FITTED_SCENE, REPORT = 'result.json', 'fitted_scene.yaml', 'report.html'
@@ -45,12 +44,7 @@ def save_numbers(end: FitEnd, folder: Path) -> tuple[Path, ...]:
     written = [folder / RESULT]
     save_result(with_details(end.result, **details), folder / RESULT)
     if end.result.outcome.is_fitted:
-        material = {
-            name: value
-            for name, value in end.result.values().items()
-            if name.partition('.')[0] in MATERIAL_NAMES
-        }
-        save_fitted_scene(end.request.scene, folder / FITTED_SCENE, material)
+        save_fitted_scene(end.request.scene, folder / FITTED_SCENE, end.result.values())
         written.append(folder / FITTED_SCENE)
     return tuple(written)
 

@@ -3,13 +3,12 @@
 """Write a scene again with fitted values in place of the start values."""
 
 from collections.abc import Mapping
-import copy
 import os
 from pathlib import Path
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
-from diffcal_ros.scene.fit_names import MATERIAL_NAMES
+from diffcal_ros.scene.fitted_values import with_values
 from diffcal_ros.scene.model import Scene
 import yaml
 
@@ -29,19 +28,17 @@ def save_fitted_scene(
         scene: as `load_scene` gave it.
         path: where to write; its folder is made when it is missing.
         values: fitted values by name, `youngs_modulus.body` for one region and
-            `youngs_modulus` for all of them.
+            `youngs_modulus` for all of them; see `with_values`.
 
     Raises:
-        ValueError: for a name that is no material number of the scene, or a scene that was
-            not read from a file.
+        ValueError: for a name that has no place in the scene, or a scene that was not read from
+            a file.
         InputError: when the file cannot be written.
     """
     if scene.path is None or not scene.document:
         raise ValueError('the scene was built in memory: only one read from a file is written')
     target = Path(path)
-    document = copy.deepcopy(scene.document)
-    for name, value in values.items():
-        _replace_start(document, name, value, [region.name for region in scene.regions])
+    document = with_values(scene, values)
     _move_paths(document, scene.path.resolve().parent, target.resolve().parent)
     header = _HEADER.format(
         source=scene.path.name,
@@ -49,21 +46,6 @@ def save_fitted_scene(
     )
     body = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=99)
     write_text_atomically(target, header + body)
-
-
-def _replace_start(document: dict[str, Any], name: str, value: float, regions: list[str]) -> None:
-    key, _, region = name.partition('.')
-    if key not in MATERIAL_NAMES or (region and region not in regions):
-        raise ValueError(
-            f'{name} is no material number of the scene: give {", ".join(MATERIAL_NAMES)}, '
-            f'each with one of {", ".join(regions)} after a dot, or for all regions without'
-        )
-    for owner in [region] if region else regions:
-        section = document['regions'][owner]
-        if isinstance(section[key], dict):
-            section[key]['start'] = float(value)
-        else:
-            section[key] = float(value)
 
 
 def _move_paths(document: dict[str, Any], old_folder: Path, new_folder: Path) -> None:

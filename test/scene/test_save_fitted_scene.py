@@ -43,6 +43,59 @@ def test_only_the_named_start_values_change(write_scene, tmp_path):
     assert 'youngs_modulus.low = 58512.2' in text
 
 
+MOTION = {'released': ['clamp'], 'at': {'start': 0.1, 'min': 0.0, 'max': 0.3}}
+
+
+def moving(**changes):
+    held = {
+        'clamp': {'box': {'x': [0.08, float('inf')]}},
+        'root': {'box': {'x': [-float('inf'), -0.08]}},
+    }
+    return {'held': held, 'regions.body.damping': 50.0, 'motion': MOTION, **changes}
+
+
+def test_damping_and_release_are_fitted_values_too(write_scene, tmp_path):
+    scene = load_scene(write_scene(moving()))
+    save_fitted_scene(scene, tmp_path / 'fitted.yaml', {'damping': 62.5, 'release_time': 0.123})
+    again = load_scene(tmp_path / 'fitted.yaml')
+    assert again.regions[0].damping.start == 62.5
+    release = again.observations[0].motion.release_time
+    assert release == dataclasses.replace(scene.observations[0].motion.release_time, start=0.123)
+
+
+def test_each_observation_has_its_own_release(write_scene, tmp_path):
+    names = ['a', 'b', 'c']
+    scene = load_scene(write_scene(moving(observations=[{'name': name} for name in names])))
+    fitted = {'release_time.a': 0.11, 'release_time.c': 0.13}
+    save_fitted_scene(scene, tmp_path / 'fitted.yaml', fitted)
+    again = load_scene(tmp_path / 'fitted.yaml')
+    starts = [setup.motion.release_time.start for setup in again.observations]
+    assert starts == [0.11, 0.1, 0.13]
+
+
+def test_effects_that_were_fitted_or_accepted_are_part_of_it(write_scene, tmp_path):
+    scene = load_scene(write_scene({'effects': {'added_mass': {'mass': 0.004, 'at': 0.9}}}))
+    # Accepted effects stand in another file beside the scene, which the copy leaves behind.
+    effects = {**scene.effects, 'depth_affine': {'scale': 0.0, 'bias': 0.003}}
+    scene = dataclasses.replace(scene, effects=effects, fit=(*scene.fit, 'depth_affine.bias'))
+    fitted = {'added_mass.mass': 0.005, 'gravity_tilt.a': 0.02, 'rigid_offset.x': 0.01}
+    save_fitted_scene(scene, tmp_path / 'fitted.yaml', fitted)
+    again = load_scene(tmp_path / 'fitted.yaml')
+    assert again.effects == {
+        'added_mass': {'mass': 0.005, 'at': 0.9},
+        'depth_affine': {'scale': 0.0, 'bias': 0.003},
+        'gravity_tilt': {'a': 0.02, 'b': 0.0},
+    }
+    assert again.fit == scene.fit
+
+
+def test_an_offset_is_kept_where_the_model_has_one(write_scene, tmp_path):
+    scene = load_scene(write_scene({'effects': {'camera_offset': {'x': 0.002, 'rz': 0.1}}}))
+    save_fitted_scene(scene, tmp_path / 'fitted.yaml', {'rigid_offset.x': 0.004})
+    offset = load_scene(tmp_path / 'fitted.yaml').effects['camera_offset']
+    assert (offset['x'], offset['rz']) == (0.004, 0.1)
+
+
 def test_paths_still_lead_to_the_same_files_from_another_folder(write_scene, tmp_path):
     changes = {
         'bag': 'bag',
@@ -73,7 +126,9 @@ def test_the_scene_in_memory_stays_as_it_was(write_scene, tmp_path):
     assert scene.document['regions']['low']['youngs_modulus']['start'] == 6e4
 
 
-@pytest.mark.parametrize('name', ['youngs_modulus.middle', 'rigid_offset', 'stiffness'])
+@pytest.mark.parametrize(
+    'name', ['youngs_modulus.middle', 'rigid_offset', 'stiffness', 'added_mass']
+)
 def test_unknown_names_are_refused_and_nothing_is_written(write_scene, tmp_path, name):
     scene = load_scene(write_scene(TWO_REGIONS))
     with pytest.raises(ValueError, match=f'{name} is no material number of the scene'):

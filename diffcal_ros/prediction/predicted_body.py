@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The body of each observation of a scene, simulated at the scene's own values."""
+
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.observation import Instant, Observation
+from diffcal_ros.calibration.parameters import ParameterSet
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.errors import SceneError
+from diffcal_ros.fem.element import Discretisation
+from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.prediction.film_times import FilmTimes
+from diffcal_ros.scene.model import ObservationSetup, Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Nothing is seen yet: the cameras are put up when it is known where the body goes.
+_NO_CAMERA = PinholeCamera(1, 1, 1.0, 1.0, 0.0, 0.0)
+_NO_DEPTH = np.full((1, 1), np.nan, dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class PredictedBody:
+    """One observation's body at the times of its frames.
+
+    Attributes:
+        setup: the observation.
+        times: [s], shape (F,).
+        positions: of the nodes in the world frame [m], shape (F, N, 3).
+        discretisation: elements and surface.
+        held_nodes: that stay in the clamp, shape (h,).
+    """
+
+    setup: ObservationSetup
+    times: FloatArray
+    positions: FloatArray
+    discretisation: Discretisation
+    held_nodes: NDArray[np.int32]
+
+    @property
+    def largest_displacement(self) -> float:
+        """How far any node gets from its place without load [m]."""
+        moved = self.positions - self.discretisation.rest_nodes
+        return float(np.linalg.norm(moved, axis=2).max())
+
+
+def predict_bodies(
+    scene: Scene, film: FilmTimes, *, solver: str = 'auto', device: str = 'cpu'
+) -> list[PredictedBody]:
+    """Simulate every observation of a scene.
+
+    Args:
+        scene: its start values and effects are taken as they are.
+        film: when a moving body is looked at.
+        solver: name of the sparse solver.
+        device: Warp device.
+
+    Raises:
+        SceneError: when a body has no equilibrium or cannot be followed in its motion.
+    """
+    times = [film.of(setup) for setup in scene.observations]
+    return [
+        _predict(scene, index, own, solver=solver, device=device)
+        for index, own in enumerate(times)
+    ]
+
+
+def _predict(
+    scene: Scene, index: int, times: FloatArray, *, solver: str, device: str
+) -> PredictedBody:
+    setup = scene.observations[index]
+    frames = [_frame(setup, index, float(time)) for time in times]
+    model = ForwardModel(scene, frames, ParameterSet(), solver=solver, device=device)
+    try:
+        model.views(np.zeros(0))
+    except (EquilibriumError, MotionError) as error:
+        raise SceneError(f'{setup.name} cannot be simulated: {error}') from error
+    posture = model.bodies[index]
+    return PredictedBody(
+        setup=setup,
+        times=times,
+        positions=np.stack([posture.positions(state) for state in range(len(times))]),
+        discretisation=posture.body.discretisation,
+        held_nodes=posture.body.held_nodes,
+    )
+
+
+def _frame(setup: ObservationSetup, index: int, time: float) -> Observation:
+    return Observation(
+        name=setup.name,
+        setup_index=index,
+        depth=_NO_DEPTH,
+        camera=_NO_CAMERA,
+        depth_from_world=np.eye(4),
+        instant=None if setup.motion is None else Instant(time, index),
+    )

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where in a scene's document each fitted value stands."""
+
+from collections.abc import Mapping
+import copy
+from typing import Any
+
+from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.scene.fit_names import MATERIAL_NAMES, RELEASE_TIME, RIGID_OFFSET
+from diffcal_ros.scene.model import Scene
+
+_CAMERA_OFFSET = 'camera_offset'
+
+
+def with_values(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
+    """Return the scene's document with fitted values in place of start values.
+
+    Effects that were accepted for the scene become part of the document. An offset of the camera
+    belongs to a recording: it is left out unless the scene states one.
+
+    Args:
+        scene: as read from a file.
+        values: by name, as a fit names its parameters.
+
+    Raises:
+        ValueError: for a name that no scene has a place for.
+    """
+    document = copy.deepcopy(scene.document)
+    if scene.effects:
+        document['effects'] = copy.deepcopy(scene.effects)
+    if 'fit' in document or scene.effects:
+        document['fit'] = list(scene.fit)
+    for name, value in values.items():
+        key, _, part = name.partition('.')
+        if key == RELEASE_TIME:
+            _put_release(document, scene, part, float(value))
+        elif key == RIGID_OFFSET and part:
+            if _CAMERA_OFFSET in scene.effects:
+                document['effects'][_CAMERA_OFFSET][part] = float(value)
+        elif key in EFFECTS and part:
+            document.setdefault('effects', {}).setdefault(key, {})[part] = float(value)
+        else:
+            _put_material(document, scene, name, float(value))
+    return document
+
+
+def _put_material(document: dict[str, Any], scene: Scene, name: str, value: float) -> None:
+    key, _, region = name.partition('.')
+    regions = [region.name for region in scene.regions]
+    if key not in MATERIAL_NAMES or (region and region not in regions):
+        raise ValueError(
+            f'{name} is no material number of the scene: give {", ".join(MATERIAL_NAMES)}, '
+            f'each with one of {", ".join(regions)} after a dot, or for all regions without'
+        )
+    for owner in [region] if region else regions:
+        _put(document['regions'][owner], key, value)
+
+
+def _put_release(document: dict[str, Any], scene: Scene, name: str, value: float) -> None:
+    """Set when the support of one observation lets go; without a name, of all that move."""
+    owners = document.get('observations') or [document]
+    for owner, setup in zip(owners, scene.observations, strict=True):
+        if setup.motion is None or name not in ('', setup.name):
+            continue
+        # One that shares the scene's motion gets a copy of its own.
+        section = owner.setdefault('motion', copy.deepcopy(document.get('motion')))
+        _put(section, 'at', value)
+
+
+def _put(section: dict[str, Any], key: str, value: float) -> None:
+    if isinstance(section[key], dict):
+        section[key]['start'] = value
+    else:
+        section[key] = value
