@@ -2,23 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Make observations of a recording: depth, fused or frame by frame, and where the camera was."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from diffcal_ros.calibration.camera_pose import CameraPose, pose_from_rig, stored_pose
+from diffcal_ros.calibration.frame_times import chosen_frames, frame_times
+from diffcal_ros.calibration.motion_frames import observe_motion
 from diffcal_ros.calibration.observation import (
     fuse_frames,
     FusedDepth,
-    Instant,
     make_observation,
     MAX_FUSED_FRAMES,
     Observation,
-    untruncated,
 )
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError, RecordingError
-from diffcal_ros.offline.frame_times import chosen_frames, FEWEST_FRAMES, frame_times
-from diffcal_ros.offline.motion_check import check_motion
 from diffcal_ros.pose.detection import MarkerDetector
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.marker_target import single_marker
@@ -80,29 +77,10 @@ def observe(
 def _instants(
     resting: Observation, scene: Scene, motion: MotionSetup, recording: Recording
 ) -> tuple[tuple[Observation, ...], tuple[str, ...]]:
-    """Make an observation of each frame that is used; all else is as in one at rest."""
     times, notes = frame_times(recording.depth_stamps())
     chosen = chosen_frames(times, motion)
-    read = recording.depth_frames_at([frame.place for frame in chosen])
-    good = [(when, frame) for when, frame in zip(chosen, read, strict=True) if frame is not None]
-    if len(good) < FEWEST_FRAMES:
-        raise RecordingError(
-            f'{len(good)} of {len(chosen)} depth frames can be read: a motion needs at least '
-            f'{FEWEST_FRAMES}'
-        )
-    check_motion([frame for _, frame in good], [when.time for when, _ in good], motion)
-    observations = tuple(
-        replace(
-            resting,
-            name=f'{resting.name}, {when.time:.3f} s',
-            depth=untruncated(frame.depth, scene.sensor),
-            frame_count=1,
-            noise=float('nan'),
-            instant=Instant(when.time, resting.setup_index, when.is_held_out),
-        )
-        for when, frame in good
-    )
-    return observations, tuple(notes)
+    read = list(recording.depth_frames_at([frame.place for frame in chosen]))
+    return observe_motion(resting, scene.sensor, motion, chosen, read), tuple(notes)
 
 
 def _check_unit(fused: FusedDepth, recording: Recording) -> None:

@@ -4,8 +4,8 @@
 
 import json
 
+from diffcal_ros.calibration.motion_check import has_changed
 from diffcal_ros.errors import InputError
-from diffcal_ros.offline.motion_check import has_changed
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.filming import line_by_line, Timing

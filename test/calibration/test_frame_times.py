@@ -4,8 +4,8 @@
 
 from dataclasses import replace
 
+from diffcal_ros.calibration.frame_times import chosen_frames, frame_times, FrameTime
 from diffcal_ros.errors import RecordingError
-from diffcal_ros.offline.frame_times import chosen_frames, frame_times, FrameTime
 from diffcal_ros.scene.model import MotionSetup, Quantity
 import numpy as np
 import pytest
