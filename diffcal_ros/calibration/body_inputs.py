@@ -2,20 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """From parameters to what the simulated body takes: material, gravity, and their changes."""
 
+from dataclasses import replace
+
 from diffcal_ros.calibration.effect_model import EffectModel
 from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet, TILT_AXES
+from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.fem.conditions import CableState
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.motion.inputs import MotionChange
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import rotation_matrix
+from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+_CABLE = (Kind.REST_LENGTH, Kind.CABLE_STIFFNESS)
 _MATERIAL = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY)
 
 
@@ -61,6 +67,19 @@ class BodyInputs:
                 column[tets] = parameter.value(coordinate)
         return column
 
+    def cables(self, setup_index: int, coordinates: FloatArray) -> tuple[CableState, ...]:
+        """Return what the cables are like in one posture."""
+        setup = self._scene.observations[setup_index]
+        states = list(start_cables(self._scene, setup))
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            number, value = parameter.target, parameter.value(coordinate)
+            if parameter.kind is Kind.REST_LENGTH:
+                pull = setup.pulls.get(self._scene.cables[number].name, 0.0)
+                states[number] = replace(states[number], rest_length=value - pull)
+            elif parameter.kind is Kind.CABLE_STIFFNESS:
+                states[number] = replace(states[number], stiffness=value)
+        return tuple(states)
+
     def release_time(self, setup_index: int, coordinates: FloatArray) -> float:
         """Return when the support of one posture lets go, after its first frame [s]."""
         motion = self._scene.observations[setup_index].motion
@@ -99,6 +118,8 @@ class BodyInputs:
             return Change(gravity=np.cross(axis, self.gravity(setup_index, coordinates)))
         if parameter.kind in (Kind.DAMPING, Kind.RELEASE_TIME):
             return self._motion_change(parameter, setup_index, coordinates[place])
+        if parameter.kind in _CABLE:
+            return Change(conditions=self._cable_change(parameter, coordinates[place]))
         if parameter.kind not in _MATERIAL:
             return None
         column = np.zeros(self._scene.mesh.tet_count)
@@ -109,6 +130,12 @@ class BodyInputs:
         if parameter.kind is Kind.DENSITY:
             return Change(density=column * parameter.value(coordinates[place]))
         return Change(poissons_ratio=column)
+
+    def _cable_change(self, parameter: Parameter, coordinate: float) -> ConditionsChange:
+        own = np.eye(len(self._scene.cables))[parameter.target]
+        if parameter.kind is Kind.REST_LENGTH:
+            return ConditionsChange(cable_rest_lengths=own)
+        return ConditionsChange(cable_stiffnesses=parameter.value(coordinate) * own)
 
     def _motion_change(
         self, parameter: Parameter, setup_index: int, coordinate: float

@@ -17,6 +17,7 @@ from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters import Kind, make_parameters, Parameter, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.calibration.slack_start import taut_start
 from diffcal_ros.calibration.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
@@ -50,6 +51,8 @@ _LONGEST_STEPS = {
     Kind.DAMPING: 1.5,
     Kind.RELEASE_TIME: 0.03,
     Kind.POISSONS_RATIO: 0.05,
+    Kind.REST_LENGTH: 0.01,
+    Kind.CABLE_STIFFNESS: 1.0,
     Kind.GRAVITY_TILT: 0.1,
     Kind.EDGE_BIAS: 2.0,
 }
@@ -116,6 +119,7 @@ class Calibration:
             else ImageObjective(self.model, self.settings.loss)
         )
         self.coordinates = self.parameters.start()
+        self._notes: tuple[str, ...] = ()
 
     def run(self, on_iteration: Progress | None = None) -> CalibrationResult:
         """Fit, starting from `coordinates`.
@@ -143,6 +147,8 @@ class Calibration:
             return on_iteration is None or on_iteration(record)
 
         try:
+            start, self._notes = taut_start(self.model, self.parameters, start)
+            self.coordinates = start
             gap_start = self.objective.gap(start)
             minimum = self._minimise(start, tell)
         except (EquilibriumError, MotionError, OutOfViewError) as error:
@@ -226,7 +232,7 @@ class Calibration:
             loss=self.settings.loss,
             history=tuple(history),
             correlation=uncertainty.correlation,
-            warnings=tuple(warn(outcome, gap_end, fitted, uncertainty)),
+            warnings=(*self._notes, *warn(outcome, gap_end, fitted, uncertainty)),
             seconds=seconds,
             gap_held_out=self._held_out_gap(minimum.coordinates),
         )

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
+from dataclasses import replace
 
 from diffcal_ros.calibration.body_inputs import BodyInputs
 from diffcal_ros.calibration.camera_offsets import CameraOffsets
@@ -264,10 +265,11 @@ class ForwardModel:
         gravity = self.inputs.gravity(index, coordinates)
         rest = self.bodies[index].body.discretisation.rest_nodes
         amplitudes = self.effects.amplitudes(coordinates)
+        conditions = self.effects.conditions(amplitudes, index, rest, gravity)
         return PostureInputs(
             material=self.inputs.material(coordinates),
             gravity=gravity,
-            conditions=self.effects.conditions(amplitudes, index, rest, gravity),
+            conditions=replace(conditions, cables=self.inputs.cables(index, coordinates)),
             damping=self.inputs.damping(coordinates),
             release_time=self.inputs.release_time(index, coordinates),
         )

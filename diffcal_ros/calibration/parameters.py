@@ -11,8 +11,8 @@ from enum import Enum
 
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.effects import Component, EFFECTS
-from diffcal_ros.scene.fit_names import EFFECT_NAMES
-from diffcal_ros.scene.model import Quantity, Region, Scene
+from diffcal_ros.scene.fit_names import CABLE_NAMES, EFFECT_NAMES
+from diffcal_ros.scene.model import Cable, Quantity, Region, Scene
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,6 +34,8 @@ class Kind(str, Enum):
     DENSITY = 'density'
     DAMPING = 'damping'
     RELEASE_TIME = 'release_time'
+    REST_LENGTH = 'rest_length'
+    CABLE_STIFFNESS = 'cable_stiffness'
     GRAVITY_TILT = 'gravity_tilt'
     RIGID_OFFSET = 'rigid_offset'
     CAMERA_POSE = 'camera_pose'
@@ -47,16 +49,19 @@ UNITS = {
     Kind.DENSITY: 'kg/m^3',
     Kind.DAMPING: 'Pa s',
     Kind.RELEASE_TIME: 's',
+    Kind.REST_LENGTH: 'm',
+    Kind.CABLE_STIFFNESS: 'N/m',
     Kind.GRAVITY_TILT: 'rad',
     Kind.EDGE_BIAS: 'px',
 }
-_LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY, Kind.DAMPING)
+_LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY, Kind.DAMPING, Kind.CABLE_STIFFNESS)
 _PER_REGION = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY, Kind.DAMPING)
 FIT_NAMES = (
     *(kind.value for kind in _PER_REGION),
     'gravity_tilt',
     'release_time',
     'rigid_offset',
+    *CABLE_NAMES,
     *EFFECT_NAMES,
 )
 
@@ -68,7 +73,7 @@ class Parameter:
     Attributes:
         name: as in results, for example `youngs_modulus.tip`.
         kind: what it acts on.
-        target: number of its region, axis, observation or posture.
+        target: number of its region, cable, axis, observation or posture.
         unit: SI.
         quantity: start, bounds and prior, in that unit.
         axis: second index, for poses.
@@ -212,6 +217,8 @@ def _named(scene: Scene, name: str) -> list[Parameter]:
     head, _, region_name = name.partition('.')
     if head in EFFECT_NAMES:
         return _effect(scene, head, region_name)
+    if head in CABLE_NAMES:
+        return _cables(scene, head, region_name)
     if head not in FIT_NAMES or (region_name and head not in [k.value for k in _PER_REGION]):
         raise SceneError(
             f"cannot fit {name!r}: use one of {', '.join(FIT_NAMES)}; a single region's as "
@@ -262,6 +269,29 @@ def _quantity(region: Region, kind: Kind) -> Quantity:
             f'cannot fit {kind.value!r}: region {region.name!r} gives none to start from'
         )
     return quantity
+
+
+def _cables(scene: Scene, head: str, cable_name: str) -> list[Parameter]:
+    kind = Kind(head)
+    chosen = [
+        (index, cable)
+        for index, cable in enumerate(scene.cables)
+        if cable_name in ('', cable.name)
+    ]
+    if not chosen:
+        known = ', '.join(cable.name for cable in scene.cables) or 'none'
+        name = f'{head}.{cable_name}' if cable_name else head
+        raise SceneError(f'cannot fit {name!r}: the cables of the scene are {known}')
+
+    def quantity(cable: Cable) -> Quantity:
+        return cable.rest_length if kind is Kind.REST_LENGTH else cable.stiffness
+
+    is_single = len(scene.cables) == 1
+    names = [head if is_single else f'{head}.{cable.name}' for _, cable in chosen]
+    return [
+        Parameter(name, kind, index, UNITS[kind], quantity(cable))
+        for name, (index, cable) in zip(names, chosen, strict=True)
+    ]
 
 
 def _release_times(scene: Scene) -> list[Parameter]:

@@ -16,6 +16,7 @@ from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
 from diffcal_ros.material import Material
+from diffcal_ros.scene.cables import cable_routes
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
 from diffcal_ros.tet_mesh import TetMesh
@@ -81,6 +82,7 @@ class RestingPosture:
             law=find_law(scene.law),
             solver=solver,
             device=device,
+            cables=cable_routes(scene),
         )
         self._path = clamp_path(setup, rest)
 
@@ -109,7 +111,8 @@ class RestingPosture:
     def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
         """Return how a better mesh would move the nodes [m], shape (1, N, 3)."""
         error = MeshError(self.body, solver=solver)
-        return error.displacement(inputs.material, inputs.gravity, self._path)[None]
+        cables = inputs.conditions.cables
+        return error.displacement(inputs.material, inputs.gravity, self._path, cables)[None]
 
 
 def clamp_path(setup: ObservationSetup, rest_world: FloatArray) -> HeldPath | None:

@@ -29,6 +29,8 @@ _NATURAL_SCALE = {
     Kind.DENSITY: 1.0,
     Kind.DAMPING: 1.0,
     Kind.RELEASE_TIME: 0.1,
+    Kind.REST_LENGTH: 0.05,
+    Kind.CABLE_STIFFNESS: 1.0,
     Kind.POISSONS_RATIO: 0.2,
     Kind.GRAVITY_TILT: 0.5,
     Kind.EDGE_BIAS: 10.0,

@@ -69,7 +69,8 @@ def asked_fit(args: argparse.Namespace, scene: 'Scene') -> tuple[str, ...] | Non
         return None
     fit = tuple(name for item in args.fit for name in item.split(',') if name)
     regions = [region.name for region in scene.regions]
-    problems = fit_problems(fit, regions, scene.observations)
+    cables = [cable.name for cable in scene.cables]
+    problems = fit_problems(fit, regions, scene.observations, cables)
     swallowed = [name for name in fit if Path(name).exists()]
     if problems and swallowed:
         raise InputError(

@@ -8,11 +8,15 @@ equilibrium, solved by conjugate gradients with two levels: the coarse factorisa
 diagonal. A few percent of accuracy are enough for an error bar.
 """
 
+from diffcal_ros.fem.cable import CableTerm
+from diffcal_ros.fem.cable_route import route_through
+from diffcal_ros.fem.conditions import CableState, Conditions
 from diffcal_ros.fem.elastic_body import ElasticBody
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.element import Discretisation, Element
 from diffcal_ros.fem.prolongation import Enrichment, refine
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
 from diffcal_ros.material import Material, NeoHookeanNumbers
+from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
@@ -38,12 +42,17 @@ class MeshError:
                 law=body.elastic.law,
                 solver=solver,
                 device=device,
+                cables=body.cable_routes,
             )
         else:
             self._refined = _RefinedBody(body, device)
 
     def displacement(
-        self, material: Material, gravity: FloatArray, held_path: HeldPath | None = None
+        self,
+        material: Material,
+        gravity: FloatArray,
+        held_path: HeldPath | None = None,
+        cables: tuple[CableState, ...] = (),
     ) -> FloatArray:
         """Return how far a better discretisation would move each node [m], shape (N, 3).
 
@@ -51,11 +60,14 @@ class MeshError:
             material: of the tetrahedra; the body must have settled under it.
             gravity: [m/s^2], shape (3,).
             held_path: motion of the clamp, as the body was given.
+            cables: their states, as the body was given.
         """
         if self._refined is not None:
-            return self._refined.displacement(material, gravity)
+            return self._refined.displacement(material, gravity, cables)
         assert self._quadratic is not None
-        better = self._quadratic.settle(material, gravity, held_path=held_path)
+        better = self._quadratic.settle(
+            material, gravity, held_path=held_path, conditions=Conditions(cables=cables)
+        )
         return better.positions[: self._body.mesh.vertex_count] - self._body.state.positions
 
 
@@ -67,12 +79,15 @@ class _RefinedBody:
         self._enrichment: Enrichment = refine(body.mesh, body.discretisation)
         fine = self._enrichment.fine
         self._elastic = ElasticBody(fine, law=body.elastic.law, device=device)
+        self._cables = _cables_through(body, fine)
         is_held = np.zeros(body.discretisation.node_count, dtype=bool)
         is_held[body.held_nodes] = True
         self._free = _depends_on_free(self._enrichment.fine_from_coarse, ~is_held)
         self._coarse_places = self._find_coarse_places()
 
-    def displacement(self, material: Material, gravity: FloatArray) -> FloatArray:
+    def displacement(
+        self, material: Material, gravity: FloatArray, cables: tuple[CableState, ...]
+    ) -> FloatArray:
         """Take one Newton step on the fine nodes; return it at the coarse ones."""
         enrichment, fine = self._enrichment, self._enrichment.fine
         numbers, parents = material.numbers(), enrichment.parents
@@ -83,6 +98,9 @@ class _RefinedBody:
         shares = fine.load_shares * material.density[parents][:, None]
         masses = np.bincount(fine.nodes.ravel(), shares.ravel(), fine.node_count)
         unbalanced = masses[:, None] * gravity - self._elastic.forces(positions)
+        for cable, state in zip(self._cables, cables, strict=bool(cables)):
+            cable.state = state
+            unbalanced -= cable.forces(positions)
         unbalanced[~self._free] = 0.0
         change = self._solve(positions, unbalanced)
         return change[self._coarse_places]
@@ -98,6 +116,8 @@ class _RefinedBody:
             if weight <= _TOLERANCE**2 * first:
                 break
             image = self._elastic.force_tangent(positions, search)
+            for cable in self._cables:
+                image += cable.force_tangent(positions, search)
             image[~self._free] = 0.0
             curvature = float((search * image).sum())
             if curvature <= 0.0:  # The fine body would buckle: keep what is there.
@@ -124,6 +144,18 @@ class _RefinedBody:
         exact = interpolation.data == 1.0
         places[interpolation.col[exact]] = interpolation.row[exact]
         return places
+
+
+def _cables_through(body: StaticBody, fine: Discretisation) -> tuple[CableTerm, ...]:
+    """Lead a body's cables through finer elements."""
+    mesh = TetMesh(fine.rest_nodes, fine.nodes[:, :4])
+    routes = [
+        route_through(
+            mesh, cable.via_positions(body.discretisation.rest_nodes), may_cross_gaps=True
+        )
+        for cable in body.cables
+    ]
+    return tuple(CableTerm(route, fine) for route in routes)
 
 
 def _depends_on_free(

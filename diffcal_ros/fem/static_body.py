@@ -68,6 +68,7 @@ class StaticBody:
             is_held[self.discretisation.node_parents].all(axis=1)
         ).astype(np.int32)
         self.elastic = ElasticBody(self.discretisation, law=law, device=device)
+        self.cable_routes = tuple(cables)
         self.cables = tuple(CableTerm(route, self.discretisation) for route in cables)
         self.solver = EquilibriumSolver(
             self.elastic,

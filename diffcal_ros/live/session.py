@@ -205,7 +205,8 @@ class Session:
         LiveInputs(self.scene, settings.pose_source, settings.observation)
         regions = [region.name for region in self.scene.regions]
         names = settings.fit.fit or self.scene.fit
-        problems = fit_problems(names, regions, self.scene.observations)
+        cables = [cable.name for cable in self.scene.cables]
+        problems = fit_problems(names, regions, self.scene.observations, cables)
         if problems:
             raise InputError('; '.join(f'fit {problem}' for problem in problems))
 

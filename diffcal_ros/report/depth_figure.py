@@ -5,7 +5,13 @@
 from typing import Any
 
 from diffcal_ros.report import palette
-from diffcal_ros.report.depth_panel import hatch_mask, scale_bar, shade_mask, show_image
+from diffcal_ros.report.depth_panel import (
+    draw_cables,
+    hatch_mask,
+    scale_bar,
+    shade_mask,
+    show_image,
+)
 from diffcal_ros.report.figure_png import new_figure
 from diffcal_ros.report.observed_view import ObservedView, Picture
 import numpy as np
@@ -44,6 +50,8 @@ def depth_figure(view: ObservedView, limits: tuple[float, float]) -> Any:
     for panel, depth, title in zip(axes[0], depths, titles, strict=True):
         image = show_image(panel, view, 1e3 * depth, palette.depth_map(), limits)
         panel.set_title(title, fontsize=12)
+    draw_cables(axes[0, 1], view.start.cables)
+    draw_cables(axes[0, 2], view.fitted.cables)
     _bar(figure, image, axes[0], 'depth [mm]', 'grey: nearer or farther than the body')
     _outlines(axes[1, 0], view, observed, limits)
     span = (-RESIDUAL_LIMIT, RESIDUAL_LIMIT)

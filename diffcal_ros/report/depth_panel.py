@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One picture of an observation: an image, and what is drawn over it."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from diffcal_ros.report import palette
@@ -65,6 +66,19 @@ def hatch_mask(panel: Any, view: ObservedView, mask: BoolArray) -> None:
         colors='none',
         hatches=['////'],
     )
+
+
+def draw_cables(panel: Any, cables: Sequence[FloatArray]) -> None:
+    """Draw cables with their via points, column and row [px], shape (n, 2) each."""
+    for points in cables:
+        panel.plot(
+            points[:, 0],
+            points[:, 1],
+            color=palette.CABLE,
+            linewidth=1.4,
+            marker='o',
+            markersize=3.0,
+        )
 
 
 def scale_bar(panel: Any, view: ObservedView) -> None:

@@ -19,6 +19,8 @@ _TITLES = {
     'rigid_offset': 'rigid offset',
     'camera_pose': 'camera pose',
     'edge_bias': 'edge bias',
+    'rest_length': 'rest length',
+    'cable_stiffness': 'cable stiffness',
 }
 _TURNS = {'rx': 'turn about x', 'ry': 'turn about y', 'rz': 'turn about z'}
 _SYMBOLS = {
@@ -26,8 +28,10 @@ _SYMBOLS = {
     'poissons_ratio': 'nu',
     'density': 'density',
     'damping': 'damping',
+    'rest_length': 'rest length',
+    'cable_stiffness': 'cable stiffness',
 }
-_LOGARITHMIC = ('youngs_modulus', 'density', 'damping')
+_LOGARITHMIC = ('youngs_modulus', 'density', 'damping', 'cable_stiffness')
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ def title(name: str) -> str:
 
 
 def is_material(name: str) -> bool:
-    """Tell whether a parameter belongs to the material, not to the rig."""
+    """Tell whether a parameter belongs to the body and its cables, not to the rig."""
     return name.partition('.')[0] in _SYMBOLS
 
 
@@ -91,6 +95,8 @@ def short_values(values: Mapping[str, float]) -> str:
         head, _, region = name.partition('.')
         if head == 'youngs_modulus':
             words.append(f'{_subject("E", region)} {1e-3 * value:.1f} kPa')
+        elif head == 'rest_length':
+            words.append(f'{_subject("rest length", region)} {1e3 * value:.1f} mm')
         elif head in _SYMBOLS:
             words.append(f'{_subject(_SYMBOLS[head], region)} {value:.4g}')
     offset = [value for name, value in values.items() if name in _SHIFTS]

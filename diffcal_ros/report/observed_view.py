@@ -38,6 +38,7 @@ class Picture:
         edge_points: the measured outline where it was found, shape (Q, 2).
         edge_residuals: how far it lies outside the simulated one [m], shape (Q,).
         edge_vertices: a surface vertex beside each, shape (Q,).
+        cables: column and row [px] of each cable's via points, shape (n, 2) each.
     """
 
     depth: FloatArray
@@ -49,6 +50,7 @@ class Picture:
     edge_points: FloatArray
     edge_residuals: FloatArray
     edge_vertices: IntArray
+    cables: tuple[FloatArray, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -157,6 +159,7 @@ class _Comparers:
         pixels = edge.values / comparison.edge_scale
         points = outline.points[found, :2] + pixels[:, None] * outline.normals[found]
         edges = self._model.tracers[number].edge_vertices
+        body = self._model.body(self._model.observations[number])
         return Picture(
             depth=depth,
             residual=residual,
@@ -167,6 +170,7 @@ class _Comparers:
             edge_points=points,
             edge_residuals=edge.values,
             edge_vertices=edges[outline.edges[found], 0],
+            cables=tuple(camera.project(c.via_positions(view.points)) for c in body.cables),
         )
 
 

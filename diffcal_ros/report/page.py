@@ -151,6 +151,8 @@ def _pictures(calibration: Calibration, views: list[ObservedView]) -> str:
             f'residuals beyond {RESIDUAL_LIMIT:g} mm, pink marks simulated pixels without a '
             'measured depth, hatching what the fit leaves out.'
         )
+        if view.fitted.cables:
+            caption += ' Lines with dots: cables and their via points.'
         figure = depth_figure(view, limits)
         text += heading + _figure(figure, f'Depth and residual images of {name}', caption)
     return text

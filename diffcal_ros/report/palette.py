@@ -9,6 +9,7 @@ START = '#b45309'
 FITTED = '#1d4ed8'
 MEASURED = '#111827'
 MEASURED_EDGE = '#facc15'
+CABLE = '#c026d3'
 MISSING = '#f5d0fe'
 # From "too near" over grey to "too far"; beyond the scale each end turns dark.
 _NEAR, _MIDDLE, _FAR = '#2b6cb0', '#e5e7eb', '#dd7a1c'

@@ -21,6 +21,7 @@ from diffcal_ros.report.scene_layout import (
 )
 from diffcal_ros.report.scene_legend import (
     add_legend,
+    CABLE_COLOR,
     CAMERA_COLOR,
     GRAVITY_COLOR,
     HELD_COLOR,
@@ -28,7 +29,7 @@ from diffcal_ros.report.scene_legend import (
     TURNED_COLOR,
 )
 from diffcal_ros.report.view import paint, View, visible_vertices
-from diffcal_ros.rigid_transform import inverse
+from diffcal_ros.rigid_transform import apply, inverse
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
 import numpy as np
@@ -193,6 +194,9 @@ def _draw_body(
         )
     )
     axes.update_datalim(painted.corners.reshape(-1, 2))
+    for cable in scene.cables:
+        points = apply(setup.world_from_object, cable.via_points)
+        _line(axes, view, points, color=CABLE_COLOR, linewidth=1.4, marker='.', zorder=3.2)
     for part in setup.held:
         color = HELD_COLOR if part.turn is None else TURNED_COLOR
         shown = visible_vertices(view, rest, triangles, part.vertices)

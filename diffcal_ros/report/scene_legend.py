@@ -4,8 +4,10 @@
 
 from typing import Any
 
+from diffcal_ros.report import palette
 from diffcal_ros.report.scene_layout import world_triad
 from diffcal_ros.rigid_transform import apply
+from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import world_positions
 import numpy as np
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+CABLE_COLOR = palette.CABLE
 HELD_COLOR = '#1c1c1c'
 TURNED_COLOR = '#d62728'
 GRAVITY_COLOR = '#00796b'
@@ -47,6 +50,7 @@ def add_legend(
     handles = [
         *_region_handles(scene),
         *_held_handles(setup),
+        *_cable_handles(scene, setup),
         *_rig_handles(scene, setup, depth_from_world),
     ]
     figure.legend(handles=handles, loc='lower center', ncol=_COLUMNS, fontsize=9.5, frameon=False)
@@ -83,6 +87,25 @@ def _held_handles(setup: ObservationSetup) -> list[Any]:
             color = TURNED_COLOR
         handles.append(Line2D([], [], color=color, marker='.', linestyle='', label=text))
     return handles
+
+
+def _cable_handles(scene: Scene, setup: ObservationSetup) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], color=CABLE_COLOR, marker='.', label=f'cable {cable.name}: {text}')
+        for cable, text in zip(scene.cables, cable_texts(scene, setup), strict=True)
+    ]
+
+
+def cable_texts(scene: Scene, setup: ObservationSetup) -> list[str]:
+    """Say how far each cable is shortened in one posture."""
+    texts = []
+    for cable, state in zip(scene.cables, start_cables(scene, setup), strict=True):
+        pull = 1e3 * (cable.length - state.rest_length)
+        how = f'shortened by {pull:.4g} mm' if pull > 0.0 else f'{-pull + 0.0:.4g} mm slack'
+        texts.append(f'route {1e3 * cable.length:.4g} mm, {how}')
+    return texts
 
 
 def _rig_handles(

@@ -3,7 +3,7 @@
 """A scene in a few lines of text, for `diffcal check` and the head of a report."""
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.report.scene_legend import size_text
+from diffcal_ros.report.scene_legend import cable_texts, size_text
 from diffcal_ros.report.view import View
 from diffcal_ros.scene.model import MotionSetup, ObservationSetup, Quantity, Scene
 from diffcal_ros.scene.posing import world_positions
@@ -95,6 +95,8 @@ def _observation_rows(scene: Scene, setup: ObservationSetup) -> list[Row]:
             axis = ', '.join(f'{value:.3g}' for value in part.turn.axis)
             text += f', turned by {np.rad2deg(part.turn.angle):.4g} deg about ({axis})'
         rows.append(('', text))
+    for cable, text in zip(scene.cables, cable_texts(scene, setup), strict=True):
+        rows.append(('', f'cable {cable.name}: {text}'))
     if setup.motion is not None:
         rows += _motion_rows(setup.motion)
     if setup.bag is not None:

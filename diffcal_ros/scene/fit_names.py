@@ -15,13 +15,18 @@ RIGID_OFFSET = 'rigid_offset'
 GRAVITY_TILT = 'gravity_tilt'
 DAMPING = 'damping'
 RELEASE_TIME = 'release_time'
+REST_LENGTH = 'rest_length'
+CABLE_STIFFNESS = 'cable_stiffness'
+CABLE_NAMES = (REST_LENGTH, CABLE_STIFFNESS)
 # Every other effect of the library has its identifier for a name.
 EFFECT_NAMES = tuple(name for name in EFFECTS if name not in FIT_NAME_OF and name != GRAVITY_TILT)
 DEFAULT_FIT = ('youngs_modulus', RIGID_OFFSET)
 
 
-def allowed_fit_names(region_names: Sequence[str]) -> tuple[str, ...]:
-    """List every name: of a material number in all regions or in one, and of the pose."""
+def allowed_fit_names(
+    region_names: Sequence[str], cable_names: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """List every name: of a material number in all regions or in one, of cables, of the pose."""
     in_one = [f'{name}.{region}' for name in MATERIAL_NAMES for region in region_names]
     effects = [
         name
@@ -31,13 +36,20 @@ def allowed_fit_names(region_names: Sequence[str]) -> tuple[str, ...]:
             *(f'{identifier}.{c.name}' for c in EFFECTS[identifier].components),
         )
     ]
-    return (*MATERIAL_NAMES, *in_one, RIGID_OFFSET, GRAVITY_TILT, RELEASE_TIME, *effects)
+    cables = [
+        name
+        for kind in CABLE_NAMES
+        for name in (kind, *(f'{kind}.{cable}' for cable in cable_names))
+        if cable_names
+    ]
+    return (*MATERIAL_NAMES, *in_one, *cables, RIGID_OFFSET, GRAVITY_TILT, RELEASE_TIME, *effects)
 
 
 def fit_problems(
     names: Sequence[str],
     region_names: Sequence[str],
     observations: Sequence[ObservationSetup],
+    cable_names: Sequence[str] = (),
 ) -> list[str]:
     """Say what is wrong with a list of names to fit; empty when it can be done.
 
@@ -45,10 +57,11 @@ def fit_problems(
         names: as in `fit` of the scene file or after `--fit`.
         region_names: regions of the scene.
         observations: loads that the fit can learn from.
+        cable_names: cables of the scene, which load the body, too.
     """
     if not names:
         return ['is empty: name at least one parameter to fit']
-    allowed = allowed_fit_names(region_names)
+    allowed = allowed_fit_names(region_names, cable_names)
     problems = [
         f'has {name!r}{suggestion(name, allowed)} (allowed: {listed(allowed)})'
         for name in names
@@ -57,10 +70,12 @@ def fit_problems(
     repeated = {name for name in names if names.count(name) > 1}
     repeated |= {name for name in names if name.partition('.')[0] in names and '.' in name}
     problems += [f'has {name!r} twice: keep one of each' for name in sorted(repeated)]
-    return problems + _load_problems(names, observations)
+    return problems + _load_problems(names, observations, has_cables=bool(cable_names))
 
 
-def _load_problems(names: Sequence[str], observations: Sequence[ObservationSetup]) -> list[str]:
+def _load_problems(
+    names: Sequence[str], observations: Sequence[ObservationSetup], *, has_cables: bool
+) -> list[str]:
     has_gravity = any(np.any(setup.gravity) for setup in observations)
     has_turn = any(part.turn for setup in observations for part in setup.held)
     has_motion = any(setup.motion is not None for setup in observations)
@@ -77,9 +92,10 @@ def _load_problems(names: Sequence[str], observations: Sequence[ObservationSetup
                 f'has {name!r} while gravity is zero in every observation: give gravity, or '
                 'leave it out'
             )
-        elif material in MATERIAL_NAMES and not has_gravity and not has_turn:
+        elif material in MATERIAL_NAMES and not (has_gravity or has_turn or has_cables):
             problems.append(
-                f'has {name!r} while nothing loads the body: give gravity or turn a held part'
+                f'has {name!r} while nothing loads the body: give gravity, turn a held part or '
+                'pull a cable'
             )
     return problems
 

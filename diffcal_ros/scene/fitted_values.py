@@ -7,7 +7,13 @@ import copy
 from typing import Any
 
 from diffcal_ros.scene.effects import EFFECTS
-from diffcal_ros.scene.fit_names import MATERIAL_NAMES, RELEASE_TIME, RIGID_OFFSET
+from diffcal_ros.scene.fit_names import (
+    CABLE_NAMES,
+    MATERIAL_NAMES,
+    RELEASE_TIME,
+    REST_LENGTH,
+    RIGID_OFFSET,
+)
 from diffcal_ros.scene.model import Scene
 
 _CAMERA_OFFSET = 'camera_offset'
@@ -35,6 +41,8 @@ def with_values(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
         key, _, part = name.partition('.')
         if key == RELEASE_TIME:
             _put_release(document, scene, part, float(value))
+        elif key in CABLE_NAMES:
+            _put_cable(document, scene, name, float(value))
         elif key == RIGID_OFFSET and part:
             if _CAMERA_OFFSET in scene.effects:
                 document['effects'][_CAMERA_OFFSET][part] = float(value)
@@ -55,6 +63,22 @@ def _put_material(document: dict[str, Any], scene: Scene, name: str, value: floa
         )
     for owner in [region] if region else regions:
         _put(document['regions'][owner], key, value)
+
+
+def _put_cable(document: dict[str, Any], scene: Scene, name: str, value: float) -> None:
+    key, _, cable = name.partition('.')
+    cables = [cable.name for cable in scene.cables]
+    if not cables or (cable and cable not in cables):
+        raise ValueError(
+            f'{name} is of no cable of the scene: its cables are {", ".join(cables) or "none"}'
+        )
+    key = key if key == REST_LENGTH else 'stiffness'
+    for owner in [cable] if cable else cables:
+        section = document['cables'][owner]
+        section.setdefault(key, value)
+        _put(section, key, value)
+        if key == REST_LENGTH:
+            section.pop('pull', None)
 
 
 def _put_release(document: dict[str, Any], scene: Scene, name: str, value: float) -> None:

@@ -10,10 +10,11 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.laws import law_names, USUAL_LAW
 from diffcal_ros.material import LameConvention
+from diffcal_ros.scene.cables import read_cables
 from diffcal_ros.scene.fit_names import damping_problems, DEFAULT_FIT, fit_problems
 from diffcal_ros.scene.held_parts import read_held
 from diffcal_ros.scene.mesh_files import MeshFile, read_mesh, UNITS_PER_METRE
-from diffcal_ros.scene.model import ObservationSetup, Region, Scene
+from diffcal_ros.scene.model import Cable, ObservationSetup, Region, Scene
 from diffcal_ros.scene.model_file import (
     effects_in_force,
     fit_names_in_force,
@@ -90,7 +91,9 @@ def _read_scene(root: Section, folder: Path) -> Scene:
     regions = read_regions(root, mesh)
     # A part that is wrong is missing here; an observation that names it is not to blame.
     blameless = () if root.problems.touch('held') else held
-    observations = read_observations(root, blameless, folder, mesh)
+    cables, cable_notes = read_cables(root, mesh)
+    observations = read_observations(root, blameless, cables, folder, mesh)
+    _check_motions(root, cables, observations)
     depth_camera = read_camera(root, 'camera', may_be_distorted=False)
     law, convention = _read_law(root)
     return Scene(
@@ -101,7 +104,7 @@ def _read_scene(root: Section, folder: Path) -> Scene:
         convention=convention,
         law=law,
         observations=observations,
-        fit=_read_fit(root, regions, observations),
+        fit=_read_fit(root, regions, cables, observations),
         marker=read_marker(root),
         depth_camera=depth_camera,
         color_camera=read_camera(root, 'color_camera', may_be_distorted=True),
@@ -109,7 +112,8 @@ def _read_scene(root: Section, folder: Path) -> Scene:
         sensor=read_sensor(root),
         rigid_offset=read_rigid_offset(root),
         effects=read_effects(root),
-        notes=() if mesh_file is None else mesh_file.notes,
+        cables=cables,
+        notes=(*(() if mesh_file is None else mesh_file.notes), *cable_notes),
     )
 
 
@@ -153,6 +157,18 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
     return (None if faults else read), element
 
 
+def _check_motions(
+    root: Section, cables: tuple[Cable, ...], observations: tuple[ObservationSetup, ...]
+) -> None:
+    moving = [setup.name for setup in observations if setup.motion is not None]
+    if cables and moving:
+        root.problems.add(
+            'cables',
+            f'are given while the body moves in {moving[0]!r}: cables are modelled for a body at '
+            'rest only, leave them or the motion out',
+        )
+
+
 def _read_law(root: Section) -> tuple[str, LameConvention]:
     usual = LameConvention.CONSISTENT
     section = root.child('law')
@@ -168,7 +184,10 @@ def _read_law(root: Section) -> tuple[str, LameConvention]:
 
 
 def _read_fit(
-    root: Section, regions: tuple[Region, ...], observations: tuple[ObservationSetup, ...]
+    root: Section,
+    regions: tuple[Region, ...],
+    cables: tuple[Cable, ...],
+    observations: tuple[ObservationSetup, ...],
 ) -> tuple[str, ...]:
     if not root.has('fit'):
         return DEFAULT_FIT
@@ -180,9 +199,12 @@ def _read_fit(
     items = root.raw('observations')
     own = range(len(items)) if isinstance(items, list) else ()
     motions = ('motion', *(f'observations[{index}].motion' for index in own))
-    if not observations or any(root.problems.touch(key) for key in ('regions', *motions)):
+    if not observations or any(
+        root.problems.touch(key) for key in ('regions', 'cables', *motions)
+    ):
         return names  # Which names and loads there are is not known yet.
-    for problem in fit_problems(names, [region.name for region in regions], observations):
+    region_names, cable_names = [r.name for r in regions], [c.name for c in cables]
+    for problem in fit_problems(names, region_names, observations, cable_names):
         root.problems.add('fit', problem)
     for problem in damping_problems(names, regions):
         root.problems.add('fit', problem)

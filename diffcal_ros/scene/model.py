@@ -96,6 +96,29 @@ class HeldPart:
 
 
 @dataclass(frozen=True)
+class Cable:
+    """A cable that runs through the body without friction, and only pulls.
+
+    Attributes:
+        name: as in the scene file.
+        via_points: from one end to the other, object frame [m], shape (n, 3); both ends are fixed
+            to the material around them.
+        rest_length: beyond which it pulls [m]; what an observation pulls comes off it.
+        stiffness: pull per stretch [N/m].
+    """
+
+    name: str
+    via_points: FloatArray
+    rest_length: Quantity
+    stiffness: Quantity
+
+    @property
+    def length(self) -> float:
+        """Its length through the body at rest [m]."""
+        return float(np.linalg.norm(np.diff(self.via_points, axis=0), axis=1).sum())
+
+
+@dataclass(frozen=True)
 class MotionSetup:
     """A body that rests until parts of its clamp let go, and what is filmed of its motion.
 
@@ -198,6 +221,7 @@ class ObservationSetup:
         held: clamped parts.
         stored_depth_from_world: a camera pose given beforehand, shape (4, 4), or None.
         motion: how the body moves; None: it is at rest in every frame.
+        pulls: by how much cables are shortened here, by name [m].
     """
 
     name: str
@@ -207,6 +231,7 @@ class ObservationSetup:
     bag: Path | None = None
     stored_depth_from_world: FloatArray | None = None
     motion: MotionSetup | None = None
+    pulls: dict[str, float] = field(default_factory=dict)
 
     @property
     def staying(self) -> tuple[HeldPart, ...]:
@@ -236,6 +261,7 @@ class Scene:
         rigid_offset: prior of the rigid offset.
         effects: amplitudes and settings of effects that were added to the model, SI units, by
             identifier and component; see `scene.effects`.
+        cables: that run through the body.
         path: the scene file, or None when built in memory.
         document: the file's content, for writing a fitted copy.
         notes: what reading changed or found worth telling, in sentences for the user.
@@ -256,6 +282,7 @@ class Scene:
     sensor: DepthSensor = field(default_factory=DepthSensor)
     rigid_offset: RigidOffset = field(default_factory=RigidOffset)
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
+    cables: tuple[Cable, ...] = ()
     path: Path | None = None
     document: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from diffcal_ros.scene.cables import read_pulls
 from diffcal_ros.scene.held_parts import check_hold, check_shared_vertices, read_turn
-from diffcal_ros.scene.model import HeldPart, MotionSetup, ObservationSetup
+from diffcal_ros.scene.model import Cable, HeldPart, MotionSetup, ObservationSetup
 from diffcal_ros.scene.motion import read_motion
 from diffcal_ros.scene.placement import read_placement
 from diffcal_ros.scene.problems import listed, suggestion
@@ -23,13 +24,18 @@ _GRAVITIES = Interval(-100.0, 100.0)  # In m/s^2; more is mm/s^2, or a slip.
 
 
 def read_observations(
-    scene: Section, held: Sequence[HeldPart], folder: Path, mesh: TetMesh | None
+    scene: Section,
+    held: Sequence[HeldPart],
+    cables: Sequence[Cable],
+    folder: Path,
+    mesh: TetMesh | None,
 ) -> tuple[ObservationSetup, ...]:
     """Read `observations`, or make the one that the scene's own keys describe.
 
     Args:
         scene: the whole file.
         held: clamped parts with the turns that `held` gives them.
+        cables: of the body.
         folder: where relative bag paths start.
         mesh: to tell whether the parts that an observation names hold it.
     """
@@ -52,9 +58,10 @@ def read_observations(
             section.wrong('name', 'another observation has that name, choose a new one')
         own = _read_held(section, held, mesh)
         setup = _read_one(section, scene, own, folder, mesh, name=name)
+        pulls = read_pulls(section, cables)
         section.refuse_unknown()
         if setup is not None:
-            setups.append(setup)
+            setups.append(replace(setup, pulls=pulls))
     return tuple(setups)
 
 

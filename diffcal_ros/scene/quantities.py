@@ -3,9 +3,13 @@
 """Material numbers of the scene file: a start value, its bounds and what is known beforehand."""
 
 from dataclasses import dataclass
+import re
 
 from diffcal_ros.scene.model import Quantity
 from diffcal_ros.scene.section import Interval, POSITIVE, Section
+
+# Names of regions and cables become parts of parameter and topic names.
+NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
 @dataclass(frozen=True)

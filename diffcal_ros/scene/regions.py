@@ -3,10 +3,9 @@
 """The regions of one material each; together they cover the body exactly once."""
 
 from dataclasses import dataclass
-import re
 
 from diffcal_ros.scene.model import Quantity, Region
-from diffcal_ros.scene.quantities import QUANTITY_RULES, read_quantity
+from diffcal_ros.scene.quantities import NAME, QUANTITY_RULES, read_quantity
 from diffcal_ros.scene.section import Section
 from diffcal_ros.scene.selections import read_selection, select_tets, Selection
 from diffcal_ros.tet_mesh import TetMesh
@@ -14,9 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 IntArray = NDArray[np.int32]
-
-# Region names become parts of parameter and topic names.
-_NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
 @dataclass(frozen=True)
@@ -47,7 +43,7 @@ def read_regions(scene: Section, mesh: TetMesh | None) -> tuple[Region, ...]:
 
 
 def _read_region(regions: Section, name: str) -> _Written | None:
-    if not _NAME.fullmatch(name):
+    if not NAME.fullmatch(name):
         regions.problems.add(
             regions.at(name), 'is no name for a region: use letters, digits and underscores'
         )

@@ -12,6 +12,7 @@ from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
 from diffcal_ros.material import Material
+from diffcal_ros.scene.cables import cable_routes, start_cables
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
 from diffcal_ros.tet_mesh import TetMesh
@@ -112,6 +113,7 @@ def pose_body(
         held_targets(setup, rest).vertices,
         law=find_law(scene.law),
         solver=solver,
+        cables=cable_routes(scene),
     )
     path: HeldPath | None = None
     if any(part.turn is not None for part in setup.held):
@@ -123,6 +125,7 @@ def pose_body(
         body.axes = model.axes(index)
         nodes = body.discretisation.rest_nodes
         conditions = model.conditions(effects, index, nodes, setup.gravity)
+    conditions = replace(conditions, cables=start_cables(scene, setup))
     try:
         state = body.settle(
             start_material(scene), setup.gravity, held_path=path, conditions=conditions

@@ -8,7 +8,7 @@ from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import FloatArray
-from diffcal_ros.scene.fit_names import RELEASE_TIME
+from diffcal_ros.scene.fit_names import RELEASE_TIME, REST_LENGTH
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.synthetic.lidar import LidarModel
 import yaml
@@ -49,6 +49,7 @@ def scene_text(
     _set_sensor(document, lidar)
     for name in _names_off(scene):
         _move_start(document, scene, name, start_factor)
+    _pull_less(document, scene, start_factor)
     if any(name.partition('.')[0] == RELEASE_TIME for name in scene.fit):
         _move_releases(document, scene)
     owners = document.get('observations') or [document]
@@ -92,6 +93,22 @@ def _move_start(document: dict[str, Any], scene: Scene, name: str, factor: float
         section[key]['start'] = float(f'{inside[0]:.6g}')
     else:
         section[key] = float(f'{inside[0]:.6g}')
+
+
+def _pull_less(document: dict[str, Any], scene: Scene, factor: float) -> None:
+    """Start fitted cables as if they were shortened less, by the factor."""
+    for cable in scene.cables:
+        asked = {REST_LENGTH, f'{REST_LENGTH}.{cable.name}'} & set(scene.fit)
+        if not asked:
+            continue
+        start = cable.length - (cable.length - cable.rest_length.start) / factor
+        start = min(max(start, cable.rest_length.lower), cable.rest_length.upper)
+        section = document['cables'][cable.name]
+        section.pop('pull', None)
+        if isinstance(section.get(REST_LENGTH), dict):
+            section[REST_LENGTH]['start'] = float(f'{start:.6g}')
+        else:
+            section[REST_LENGTH] = float(f'{start:.6g}')
 
 
 def _move_releases(document: dict[str, Any], scene: Scene) -> None:

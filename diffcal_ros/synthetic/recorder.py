@@ -258,6 +258,14 @@ def _truth(
             }
             for region in scene.regions
         },
+        'cables': {
+            cable.name: {
+                'rest_length': cable.rest_length.start,
+                'stiffness': cable.stiffness.start,
+                'length': cable.length,
+            }
+            for cable in scene.cables
+        },
         'element': scene.element.value,
         'tet_count': scene.mesh.tet_count,
         'law': scene.law,
