@@ -232,7 +232,11 @@ class Calibration:
             loss=self.settings.loss,
             history=tuple(history),
             correlation=uncertainty.correlation,
-            warnings=(*self._notes, *warn(outcome, gap_end, fitted, uncertainty)),
+            warnings=(
+                *self._notes,
+                *warn(outcome, gap_end, fitted, uncertainty),
+                *self.model.warnings(),
+            ),
             seconds=seconds,
             gap_held_out=self._held_out_gap(minimum.coordinates),
         )

@@ -211,6 +211,10 @@ class ForwardModel:
         }
         return self._seen(moves, coordinates)
 
+    def warnings(self) -> list[str]:
+        """Say what a person should know of how the last states were found."""
+        return [text for posture in self.bodies.values() for text in posture.warnings()]
+
     def material(self, coordinates: FloatArray) -> Material:
         """Return the material of every tetrahedron."""
         return self.inputs.material(coordinates)

@@ -61,11 +61,12 @@ class MovingPosture:
         released = np.setdiff1d(_held_vertices(setup, stays=False), self._staying)
         self._clamped_at = targets[self.body.held_vertices]
         release = Release(released, setup.motion.release_time.start, targets[released])
+        self._name, self._time_step = setup.name, setup.motion.time_step or TIME_STEP
         self._moving = MovingBody(
             self.body,
             release,
             integrator=setup.motion.integrator,
-            time_step=setup.motion.time_step or TIME_STEP,
+            time_step=self._time_step,
         )
         self._is_turned = any(part.turn is not None for part in setup.staying)
 
@@ -124,6 +125,17 @@ class MovingPosture:
         moved = error.displacement(inputs.material, inputs.gravity, path)
         share = float((static * moved).sum() / max(float((static**2).sum()), 1e-300))
         return share * by_stiffness
+
+    def warnings(self) -> list[str]:
+        """Say so when the time step had to be halved."""
+        halvings = self.motion.halvings
+        if not halvings:
+            return []
+        return [
+            f'{self._name}: the time step of {self._time_step:.2g} s did not converge and was '
+            f'halved {halvings} times on the way; a shorter `motion.time_step` in the scene '
+            'avoids that'
+        ]
 
     def _held_motion(self) -> HeldMotion | None:
         """Return where the clamp holds its vertices at any time; None: at rest."""

@@ -65,6 +65,9 @@ class Posture(Protocol):
     def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
         """Return how a better mesh would move the nodes [m], shape (S, N, 3)."""
 
+    def warnings(self) -> list[str]:
+        """Say what a person should know of how the states were found."""
+
 
 class RestingPosture:
     """A body at rest, and the way its clamp goes there.
@@ -113,6 +116,10 @@ class RestingPosture:
         error = MeshError(self.body, solver=solver)
         cables = inputs.conditions.cables
         return error.displacement(inputs.material, inputs.gravity, self._path, cables)[None]
+
+    def warnings(self) -> list[str]:
+        """Say nothing: an equilibrium is one, however it was found."""
+        return []
 
 
 def clamp_path(setup: ObservationSetup, rest_world: FloatArray) -> HeldPath | None:

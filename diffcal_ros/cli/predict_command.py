@@ -92,6 +92,8 @@ def run(args: argparse.Namespace) -> int:
         for body in bodies
     ]
     written = write_prediction(views, args.out, outputs)
+    for warning in (text for body in bodies for text in body.warnings):
+        print(f'diffcal predict: warning: {warning}', file=sys.stderr)
     if scene.depth_camera is None:
         print(
             "diffcal predict: note: the scene gives no camera: intrinsics like an Intel L515's",

@@ -34,6 +34,7 @@ class PredictedBody:
         positions: of the nodes in the world frame [m], shape (F, N, 3).
         discretisation: elements and surface.
         held_nodes: that stay in the clamp, shape (h,).
+        warnings: what a person should know of how it was simulated.
     """
 
     setup: ObservationSetup
@@ -41,6 +42,7 @@ class PredictedBody:
     positions: FloatArray
     discretisation: Discretisation
     held_nodes: NDArray[np.int32]
+    warnings: tuple[str, ...] = ()
 
     @property
     def largest_displacement(self) -> float:
@@ -87,6 +89,7 @@ def _predict(
         positions=np.stack([posture.positions(state) for state in range(len(times))]),
         discretisation=posture.body.discretisation,
         held_nodes=posture.body.held_nodes,
+        warnings=tuple(model.warnings()),
     )
 
 

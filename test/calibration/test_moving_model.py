@@ -109,5 +109,15 @@ def test_part_means_leave_out_what_was_not_seen() -> None:
     np.testing.assert_array_equal(means, [2.0, np.nan, 5.0, np.nan])
 
 
+def test_a_step_that_was_halved_is_told(model: ForwardModel) -> None:
+    model.views(model.parameters.start())
+    assert model.warnings() == []
+    long = moving_model(moving_scene((6, 2, 2), fit=FIT, time_step=0.02), TIMES)
+    long.views(long.parameters.start())
+    (warning,) = long.warnings()
+    assert 'the time step of 0.02 s did not converge and was halved' in warning
+    assert 'a shorter `motion.time_step`' in warning
+
+
 def test_scenes_know_the_integrators() -> None:
     assert set(INTEGRATOR_NAMES) <= set(INTEGRATORS)

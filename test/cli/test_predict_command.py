@@ -68,6 +68,14 @@ def test_a_fitted_scene_predicts_what_was_seen(run_cli, tmp_path):
     assert np.nanmedian(wrong) < 3.0 * NOISE
 
 
+def test_a_time_step_that_was_halved_is_told(predict, tmp_path):
+    motion = {**CHANGES['motion'], 'time_step': 0.02}
+    source = write_beam_scene(tmp_path / 'long', {**CHANGES, **LINEAR, 'motion': motion})
+    ran = predict('--duration', 0.2, '--mesh', 'none', source=source)
+    assert ran.code == EXIT_DONE
+    assert 'warning: observation: the time step of 0.02 s did not converge' in ran.err
+
+
 def test_what_is_there_is_kept_unless_overwriting(predict, tmp_path):
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'mine').write_text('keep')

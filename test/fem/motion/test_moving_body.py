@@ -185,6 +185,29 @@ def test_a_step_that_does_not_converge_is_halved_and_said_so() -> None:
     assert motion.step_count > 4
 
 
+@pytest.mark.parametrize(
+    ('integrator', 'time_step', 'message'),
+    [
+        ('implicit', 1 / 240, r"does not go on 17\.7 ms .*4\.1e-06 s: .*raise Young's modulus"),
+        ('semi_implicit', 5e-5, r'diverges even with .*3\.1e-06 s: .*use the implicit integrator'),
+    ],
+)
+def test_a_motion_that_no_step_can_follow_is_given_up(
+    integrator, time_step, message, random
+) -> None:
+    counts = (4, 1, 1)
+    case = released_beam(
+        Element.LINEAR, random, integrator=integrator, time_step=time_step, counts=counts
+    )
+    rest = case.body.static_body.discretisation.rest_nodes[case.body.static_body.held_nodes]
+
+    def torn_away(time: float) -> np.ndarray:
+        return rest + (10.0 if time > 0.03 else 0.0)
+
+    with pytest.raises(MotionError, match=message):
+        replace(case, held_motion=torn_away, stamps=np.array([0.05])).run()
+
+
 def test_refusals(random) -> None:
     case = released_beam(Element.LINEAR, random, counts=(2, 1, 1))
     static, release = case.body.static_body, case.body.release
