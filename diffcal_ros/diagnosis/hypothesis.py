@@ -147,8 +147,10 @@ def _refit_from(
     is_robust: bool,
 ) -> Refit | None:
     """Refit from a start; tangents may have promised more than the body can bear."""
+    nominal = set(base.parameters.names)
+    amplitudes = {n for n in starts if n not in nominal and not n.endswith('.height')}
     for share in _SHARES:
-        fewer = {n: v if n.endswith('.height') else share * v for n, v in starts.items()}
+        fewer = {n: share * v if n in amplitudes else v for n, v in starts.items()}
         begin = _start(evidence.model.parameters, base, fewer)
         try:
             if is_robust:

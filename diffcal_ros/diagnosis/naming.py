@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from diffcal_ros.diagnosis.disagreement import Disagreement
+from diffcal_ros.diagnosis.disagreement import ALPHA, Disagreement
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.frames import frame_of
 from diffcal_ros.diagnosis.hypothesis import Hypothesis
@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.whereabouts import where_largest
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
 from diffcal_ros.scene.effects import what_settles
 import numpy as np
+from scipy.stats import chi2
 
 # Log evidence is that of a noise model which is a guess: it counts for so much.
 _TEMPERATURE = 2.0
@@ -27,7 +28,7 @@ _NAMED = 0.6
 # A model that leaves more chi-square per patch, and a gap of so many floors, is not it.
 _POOR = 2.0
 _FAR_ABOVE = 1.7
-# Without a measured floor: one that closes less of the gap is not it.
+# One that closes less of the gap, or where the floor was measured of chi-square, is not it.
 _LEAST_CLOSURE = 0.7
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
@@ -66,7 +67,9 @@ def conclude(
     if choice is not None:
         closure = _closure(nominal, added, evidence.is_measured)
     unknown = None
-    if choice is not None and _is_unexplained(choice.hypothesis, closure, evidence.is_measured):
+    if choice is not None and is_unexplained(
+        nominal, choice.hypothesis.fit, closure, is_measured=evidence.is_measured
+    ):
         unknown = _class_of(scores)
     effects: tuple[NamedEffect, ...] = ()
     if choice is not None and unknown is None and choice.confidence >= _NAMED:
@@ -219,12 +222,15 @@ def _choose(selection: Selection, is_measured: bool) -> _Choice | None:
 
 def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, ...]]:
     """Return the effects that leave hardly more on held-out patches than the best."""
-    least = patch_gap(best.fit.blocks, Part.REPORT).median + _HARDLY_MORE
+
+    def size(fit: Refit) -> float:
+        return patch_gap(fit.blocks, Part.REPORT).size(is_measured=False)
+
+    least = size(best.fit) + _HARDLY_MORE
     return {
         rival.identifiers
         for rival in rivals
-        if rival.identifiers != best.identifiers
-        and patch_gap(rival.fit.blocks, Part.REPORT).median < least
+        if rival.identifiers != best.identifiers and size(rival.fit) < least
     }
 
 
@@ -242,17 +248,24 @@ def _closure(nominal: Refit, added: Refit, is_measured: bool) -> float:
     return (old - max(new, floor)) / (old - floor)
 
 
-def _is_unexplained(hypothesis: Hypothesis, closure: float, is_measured: bool) -> bool:
+def is_unexplained(nominal: Refit, added: Refit, closure: float, *, is_measured: bool) -> bool:
     """Tell whether so much is left that the model cannot be it.
 
-    Where the sensor floor was measured, what is left must be near it. Where it is a guess, only a
-    gap that stays open counts.
+    Where the sensor floor was measured, what is left must look like noise; a model that closes
+    most of the gap may be a little wrong in its details. Where the floor is a guess, only a gap
+    that stays open counts.
     """
     if not is_measured:
         return not closure >= _LEAST_CLOSURE
-    fit = hypothesis.fit
-    left = patch_gap(fit.blocks, Part.REPORT)
-    return fit.chi_square_per_patch > _POOR and left.rms > _FAR_ABOVE * left.whole_floor
+    freedom = max(added.patch_count - len(added.coordinates), 1)
+    if chi2.sf(added.chi_square, freedom) >= ALPHA:
+        return False
+    excess = nominal.chi_square_per_patch - 1.0
+    share = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
+    if not share >= _LEAST_CLOSURE:
+        return True
+    left = patch_gap(added.blocks, Part.REPORT)
+    return added.chi_square_per_patch > _POOR and left.rms > _FAR_ABOVE * left.whole_floor
 
 
 def _class_of(scores: Screen) -> str:

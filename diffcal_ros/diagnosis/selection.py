@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 import time
 
+from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.hypothesis import fitted_on, Hypothesis, try_effects
@@ -13,6 +14,7 @@ from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen, screen
 from diffcal_ros.diagnosis.shortlist import distinct, front_runners, shortlist, starts_of
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.fem.equilibrium import EquilibriumError
 
 # Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
 # in log evidence per unit of noise scale a model may be then to be fitted to the end.
@@ -175,7 +177,10 @@ def _pairs(
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
-        again = screen(one.evidence, one.fit.coordinates, others)
+        try:
+            again = screen(one.evidence, one.fit.coordinates, others)
+        except (EquilibriumError, OutOfViewError):
+            continue  # It was reached by small steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             if key in found or time.process_time() > deadline:

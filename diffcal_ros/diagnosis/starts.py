@@ -5,9 +5,11 @@
 from collections.abc import Callable, Sequence
 
 from diffcal_ros.calibration.effect_model import upwards
+from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.refit import Refit
+from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.rigid_transform import apply, inverse
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +17,14 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Starts = dict[str, float]
 
+_STEP = 'depth_bias_by_region.bias'
+
 # A plane is first tried at the lowest point seen, and so much above it [m].
 _PLANE_RISES = (0.0, 0.003)
 _LOWEST_SHARE = 0.01
 _NEAR = 0.03
+# Steps of depth that lead to the same fit [m].
+_SAME_STEP = 0.003
 # Less is no part of a view [px].
 _LEAST_PIXELS = 50
 
@@ -44,10 +50,35 @@ def _planes(nominal: Evidence, base: Refit) -> list[Starts]:
 
 
 def _steps(nominal: Evidence, base: Refit) -> list[Starts]:
-    """Propose the step of depth between the materials: it may be beyond a robust fit's reach."""
+    """Propose the step of depth between the materials: it may be beyond a robust fit's reach.
+
+    Read at the nominal fit, and where that fit began: it may have turned the body, or bent it to
+    a wrong stiffness, to follow the step.
+    """
+    found: list[Starts] = [{}]
+    first = nominal.model.parameters.start()
+    for coordinates, before in ((base.coordinates, {}), (first, _places_of(nominal, first))):
+        try:
+            step = _step_at(nominal, coordinates)
+        except (EquilibriumError, OutOfViewError):
+            continue
+        if step is not None and not any(_is_alike(step, other) for other in found):
+            found.append({**before, **step})
+    return found
+
+
+def _is_alike(one: Starts, other: Starts) -> bool:
+    return abs(one[_STEP] - other.get(_STEP, np.inf)) < _SAME_STEP
+
+
+def _places_of(nominal: Evidence, coordinates: FloatArray) -> Starts:
+    return dict(zip(nominal.model.parameters.names, coordinates.tolist(), strict=True))
+
+
+def _step_at(nominal: Evidence, coordinates: FloatArray) -> Starts | None:
     steps, firsts = [], []
-    compared = nominal.comparisons(base.coordinates)
-    views = nominal.model.views(base.coordinates)
+    compared = nominal.comparisons(coordinates)
+    views = nominal.model.views(coordinates)
     for comparer, view, comparison in zip(nominal.comparers, views, compared, strict=True):
         own = comparison.difference
         counted = np.isfinite(own) & comparison.counted
@@ -57,14 +88,14 @@ def _steps(nominal: Evidence, base: Refit) -> list[Starts]:
             steps.append(float(np.median(second) - np.median(first)))
             firsts.append(float(np.median(first)))
     if not steps:
-        return [{}]
-    start = {'depth_bias_by_region.bias': float(np.median(steps))}
-    names = base.parameters.names
+        return None
+    start = {_STEP: float(np.median(steps))}
+    names = nominal.model.parameters.names
     if 'rigid_offset.z' in names:
         # The offset had followed the larger part; the step is between the two.
-        offset = float(base.coordinates[names.index('rigid_offset.z')])
+        offset = float(coordinates[names.index('rigid_offset.z')])
         start['rigid_offset.z'] = offset + float(np.median(firsts))
-    return [{}, start]
+    return start
 
 
 _PROPOSALS: dict[str, Callable[[Evidence, Refit], list[Starts]]] = {

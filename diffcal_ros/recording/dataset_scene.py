@@ -23,7 +23,8 @@ _DENSITY = 1080.0  # [kg/m^3]
 _GRAVITY = [0.0, -9.8, 0.0]  # The authors' value [m/s^2].
 _MARKER = {'dictionary': 'DICT_6X6_250', 'id': 0, 'side': 0.020}
 _PART_NAMES = ('clamp', 'far_block')
-_HALF_TURN = {'axis': [1, 0, 0], 'angle_deg': 180}
+# Both senses end in the same pose; the authors', and the scans, show this one.
+_HALF_TURN = {'axis': [1, 0, 0], 'angle_deg': -180}
 _DIGITS = 9  # Nanometres; positions then agree with the authors' to their single precision.
 
 

@@ -38,6 +38,21 @@ def test_the_step_between_materials_is_read_from_the_residuals(stepped):
     assert proposed['depth_bias_by_region.bias'] == pytest.approx(_STEP, abs=0.003)
 
 
+def test_the_step_is_read_before_the_fit_too_where_that_followed_it(stepped):
+    scene, evidence, fit = stepped
+    names = evidence.model.parameters.names
+    first = evidence.model.parameters.start()
+    misled = fit.coordinates.copy()
+    misled[names.index('youngs_modulus')] += np.log(4.0)  # The second half lies along the rest.
+    listed = [c for c in candidates(scene) if c.identifier == 'depth_bias_by_region']
+    starts = more_starts(evidence, replace(fit, coordinates=misled), listed)
+    assert starts[0] == {}
+    steps = [start['depth_bias_by_region.bias'] for start in starts[1:]]
+    assert len(steps) == 2
+    assert abs(steps[1] - _STEP) < abs(steps[0] - _STEP)
+    assert starts[2]['youngs_modulus'] == first[names.index('youngs_modulus')]
+
+
 def test_a_step_beyond_a_robust_fit_is_found(stepped):
     scene, evidence, fit = stepped
     listed = [c for c in candidates(scene) if c.identifier == 'depth_bias_by_region']

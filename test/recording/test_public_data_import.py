@@ -72,6 +72,24 @@ def test_half_turn_brings_the_far_block_where_the_authors_did(diffcal_data, impo
     assert np.abs(turned - after).max() < 1e-3
 
 
+@pytest.mark.parametrize('name', ['t_em_c', 't_em_c_tetwise'])
+def test_half_turn_goes_the_way_it_does_in_the_authors_state(diffcal_data, imported, name):
+    scene = load_scene(imported(name).scene)
+    rotation = scene.observations[0].world_from_object[:3, :3]
+    folder = diffcal_data / 'reference' / name
+    middle = np.abs(scene.mesh.rest_positions[:, 0]) < 0.01
+    before, after = (
+        (np.load(folder / f'{when}_state.npy')[middle] @ rotation)[:, 1:]
+        for when in ('initial', 'final')
+    )
+    before, after = before - before.mean(axis=0), after - after.mean(axis=0)
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    turned = np.arctan2(cross.sum(), (before * after).sum())
+    # Half of the turn, as far as both halves are alike.
+    share = turned / scene.observations[0].held[1].turn.angle
+    assert 0.3 < share < 0.7
+
+
 def test_every_case_imports_its_scene(diffcal_data, imported):
     names = case_names(diffcal_data)
     assert len(names) >= 10

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""When what is left is so much that no effect of the library can be it."""
+
+from types import SimpleNamespace
+
+from diffcal_ros.diagnosis.naming import is_unexplained
+from diffcal_ros.diagnosis.patches import Patches
+import numpy as np
+import pytest
+
+_PATCHES, _PARAMETERS = 200, 8
+
+
+def fit(chi_square_per_patch, rms=0.0002):
+    """Make what a verdict reads of a fit; the floor of every patch is 0.2 mm."""
+    count = 40
+    patches = Patches(
+        values=np.full(count, rms),
+        jacobian=np.zeros((count, 0)),
+        covariance=0.0002**2 * np.eye(count),
+        centers=np.zeros((count, 2)),
+        cells=np.arange(count),
+        weights=np.ones(count),
+    )
+    block = SimpleNamespace(
+        view=0,
+        patches=patches,
+        mesh=np.zeros(count),
+        is_report=np.ones(count, dtype=bool),
+    )
+    return SimpleNamespace(
+        chi_square=chi_square_per_patch * (_PATCHES - _PARAMETERS),
+        chi_square_per_patch=chi_square_per_patch,
+        patch_count=_PATCHES,
+        coordinates=np.zeros(_PARAMETERS),
+        blocks=[block],
+    )
+
+
+@pytest.mark.parametrize(
+    ('nominal', 'added', 'rms', 'expected'),
+    [
+        (30.0, 0.9, 0.0002, False),  # Noise is left.
+        (30.0, 1.2, 0.0002, False),  # As noise may look in one of thirty cases.
+        (2.8, 1.9, 0.0002, True),  # Half of the excess is left.
+        (1.5, 1.4, 0.0002, True),
+        (30.0, 3.5, 0.0002, False),  # Nearly closed: details of the model.
+        (30.0, 3.5, 0.0006, True),  # The same, and far above the floor.
+    ],
+)
+def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
+    found = is_unexplained(fit(nominal), fit(added, rms), 1.0, is_measured=True)
+    assert found is expected
+
+
+@pytest.mark.parametrize(('closure', 'expected'), [(0.9, False), (0.5, True), (np.nan, True)])
+def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
+    found = is_unexplained(fit(30.0), fit(20.0), closure, is_measured=False)
+    assert found is expected
