@@ -242,7 +242,7 @@ class Calibration:
         )
 
     def _held_out_gap(self, coordinates: FloatArray) -> Gap | None:
-        """Measure the gap on frames that the fit did not see."""
+        """Measure the gap on frames that the fit did not see; None where it cannot be."""
         if not self.held_out:
             return None
         settings, seen = self.settings, self.model.observations
@@ -255,7 +255,10 @@ class Calibration:
             device=settings.device,
         )
         objective = RobustObjective(model, device=settings.device)
-        compared = objective.comparisons(coordinates)[len(seen) :]
+        try:
+            compared = objective.comparisons(coordinates)[len(seen) :]
+        except (EquilibriumError, MotionError, OutOfViewError):
+            return None  # The fit came there by steps; from scratch there is no way.
         return measure_gap(
             [c.difference for c in compared], [c.counted for c in compared], objective.truncation
         )

@@ -14,6 +14,7 @@ from diffcal_ros.calibration.innovation import Innovation
 from diffcal_ros.calibration.levenberg_marquardt import gauss_newton_step, minimise, Stop
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
@@ -97,6 +98,16 @@ class Tracked:
         return {p.name: p.value for p in self.parameters if not p.is_nuisance}
 
 
+def least_changes(parameters: ParameterSet, change: float) -> FloatArray:
+    """Return the change of each coordinate that is told, shape (k,).
+
+    Args:
+        parameters: what the coordinates mean.
+        change: the same as a relative change of a modulus.
+    """
+    return change * longest_steps(parameters) / _LONGEST
+
+
 class Tracker:
     """Follows one body in one view."""
 
@@ -140,7 +151,9 @@ class Tracker:
             [p.coordinate(found.value) for p, found in zip(self._parameters, fitted, strict=True)]
         )
         self._watch = ChangeWatch(
-            self._parameters, self.coordinates, self.settings.change * self._longest / _LONGEST
+            self._parameters,
+            self.coordinates,
+            least_changes(self._parameters, self.settings.change),
         )
         self._held: HeldView | None = None
         self._information: FrameInformation | None = None

@@ -67,7 +67,7 @@ def run_diagnosis(
         post(DiagnosisStep(words))
 
     try:
-        observations = [snapshot.observe(scene) for snapshot in snapshots]
+        observations = [seen for snapshot in snapshots for seen in snapshot.observe(scene)]
         course = diagnose(scene, observations, DiagnosisSettings(fit=fit), tell=tell).described(
             recordings=[
                 {'name': s.name, 'frames': str(len(s.frames)), 'newest_ns': str(s.newest.stamp_ns)}

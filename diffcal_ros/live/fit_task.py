@@ -16,6 +16,7 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.inputs import Snapshot
 from diffcal_ros.live.picture import draw_picture, Picture
+from diffcal_ros.live.release import require_rest
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ class FitRequest:
 
     Attributes:
         scene: the set-up.
-        snapshots: one an observation; the last is the one that is shown.
+        snapshots: one a posture, or one swing; of the last its last observation is shown.
         settings: how to fit.
         start: values to start from in place of the scene's, in SI units by name.
     """
@@ -45,7 +46,9 @@ class FitRequest:
         Raises:
             InputError: when something given is wrong.
         """
-        observations = [snapshot.observe(self.scene) for snapshot in self.snapshots]
+        observations = [
+            seen for snapshot in self.snapshots for seen in snapshot.observe(self.scene)
+        ]
         return Calibration(self.scene, observations, self.settings)
 
 
@@ -92,6 +95,7 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
     observations = calibration.model.observations
     calibration.coordinates = _start(calibration, request.start)
     last = request.snapshots[-1]
+    require_rest(calibration)
 
     def tell(record: IterationRecord) -> bool:
         picture = _picture(calibration, observations, last)
@@ -151,5 +155,5 @@ def _picture(
         observation.depth,
         model.body(observation).discretisation.surface_triangles,
         observation.camera,
-        snapshot.newest,
+        snapshot.frame_of(observation),
     )

@@ -5,13 +5,15 @@
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.camera_pose import CameraPose, pose_from_rig, stored_pose
+from diffcal_ros.calibration.frame_times import chosen_frames, frame_times
+from diffcal_ros.calibration.motion_frames import observe_motion
 from diffcal_ros.calibration.observation import fuse_frames, make_observation, Observation
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, PoseError, RecordingError
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.marker_target import single_marker
-from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.model import MotionSetup, Scene
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,7 +56,7 @@ class CameraTransform:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that one observation is made from, as it was at one moment.
+    """Everything that observations of one posture or swing are made from, at one moment.
 
     Attributes:
         name: for reports.
@@ -79,17 +81,41 @@ class Snapshot:
         """The newest frame; outputs carry its stamp."""
         return self.frames[-1]
 
-    def observe(self, scene: Scene) -> Observation:
-        """Fuse the frames and place the camera, as the command line does with a recording.
+    def frame_of(self, observation: Observation) -> DepthFrame:
+        """Return the frame that an observation shows; of a body at rest the newest."""
+        if observation.instant is None:
+            return self.newest
+        at = self.frames[0].stamp_ns + 1e9 * observation.instant.time
+        return min(self.frames, key=lambda frame: abs(frame.stamp_ns - at))
+
+    def observe(self, scene: Scene) -> tuple[Observation, ...]:
+        """Make observations as the command line does with a recording: one, or one a frame.
+
+        Args:
+            scene: says whether the body moves, and then when it is let go after the first frame.
 
         Raises:
-            InputError: when no pixel is valid, or the marker's size is wrong.
+            InputError: when no pixel is valid, the marker's size is wrong, or frames of a motion
+                do not show one.
         """
-        fused = fuse_frames(self.frames)
+        motion = scene.observations[self.setup_index].motion
+        fused = fuse_frames(self.frames if motion is None else self._before(motion))
         pose = self._camera_pose(scene, fused.depth)
-        return make_observation(
+        resting = make_observation(
             self.name, self.setup_index, fused, self.camera, pose, scene.sensor
         )
+        if motion is None:
+            return (resting,)
+        times, _ = frame_times([frame.stamp_ns for frame in self.frames])
+        chosen = chosen_frames(times, motion)
+        read = [self.frames[time.place] for time in chosen]
+        return observe_motion(resting, scene.sensor, motion, chosen, read)
+
+    def _before(self, motion: MotionSetup) -> list[DepthFrame]:
+        """Return the frames before the earliest release, the first one at least."""
+        first = self.frames[0].stamp_ns
+        end = first + round(1e9 * motion.release_time.lower)
+        return [frame for frame in self.frames if frame.stamp_ns <= max(first, end)]
 
     def _camera_pose(self, scene: Scene, depth: NDArray[np.float32]) -> CameraPose:
         if self.pose is None:

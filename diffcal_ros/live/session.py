@@ -13,12 +13,14 @@ from diffcal_ros.live.background import Background, TaskFailed
 from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
 from diffcal_ros.live.frame_window import FrameWindow
 from diffcal_ros.live.inputs import LiveInputs, Snapshot
+from diffcal_ros.live.release import require_release_time, with_release
 from diffcal_ros.live.session_settings import SessionSettings, with_quantization
+from diffcal_ros.live.swings import Swings
 from diffcal_ros.live.track_task import TrackStep
 from diffcal_ros.live.tracking import Tracking
 from diffcal_ros.live.warm_up import Ready, warm_up
 from diffcal_ros.scene.fit_names import fit_problems
-from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.model import MotionSetup, Scene
 
 _SECOND = 1_000_000_000  # [ns]
 _RETRY = 2 * _SECOND
@@ -60,7 +62,8 @@ class Session:
         self.settings = settings
         self.check(settings)
         self.inputs = LiveInputs(scene, settings.pose_source, settings.observation)
-        self.window = FrameWindow(settings.window_frames)
+        self.swings = self._new_swings()
+        self.window = FrameWindow(self._window_size)
         self.captured: list[Snapshot] = []
         self.problem: str | None = None
         self.bad_inputs: dict[str, str] = {}
@@ -99,6 +102,8 @@ class Session:
             self._stop_tracking()
         if self.tracking is not None:
             self.tracking.put(frame, now_ns)
+        if self.swings is not None:
+            self.swings.window.add(frame)
         return self.window.add(frame, now_ns)
 
     def poll(self, now_ns: int) -> bool:
@@ -110,12 +115,14 @@ class Session:
         if self.phase is not Phase.COLLECTING or now_ns < self._retry_ns:
             return False
         try:
+            if self.swings is not None:
+                return self._start_swing(self.swings)
             snapshots = tuple(self.captured) or self._ripe_window(now_ns)
         except InputError as error:
             self._fail(str(error), now_ns)
             return False
         if snapshots:
-            self._start(snapshots)
+            self._start(self.scene, snapshots)
         return bool(snapshots)
 
     def handle(self, event: Any, now_ns: int) -> None:
@@ -129,9 +136,15 @@ class Session:
             self.problem = None
         elif isinstance(event, FitEnd):
             self.last_end = event
-            self._values = event.result.values()
             self._fit = None
             self._is_due = self._goes_on
+            if self.swings is not None:
+                assert event.calibration is not None
+                newest = event.request.snapshots[-1].newest
+                self.swings.take_in(event.result, event.calibration, newest)
+                self._values = dict(self.swings.values)
+                return
+            self._values = event.result.values()
             if self.settings.refit == 'tracking' and not self.captured:
                 self._track(event)
         elif isinstance(event, TrackStep):
@@ -161,6 +174,8 @@ class Session:
             return 'collecting frames again'
         given_up = self._interrupt()
         self._stop_tracking()
+        if self.swings is not None:
+            self.swings.window.clear()
         return 'paused; the fit that ran was given up' if given_up else 'paused'
 
     def reset(self) -> str:
@@ -169,6 +184,7 @@ class Session:
         self._stop_tracking()
         count = len(self.captured)
         self.window.clear()
+        self.swings = self._new_swings()
         self.captured.clear()
         self.last_step = self.last_end = self.problem = None
         self._values = {}
@@ -183,8 +199,12 @@ class Session:
             What was captured.
 
         Raises:
-            InputError: when frames or another input are missing.
+            InputError: when frames or another input are missing, or the body moves.
         """
+        if self.swings is not None:
+            raise InputError(
+                'a body in motion is fitted swing by swing: there is no posture to capture'
+            )
         snapshot = self.inputs.snapshot(self.window.frames)
         self.captured.append(snapshot)
         self.window.clear()
@@ -209,6 +229,8 @@ class Session:
         problems = fit_problems(names, regions, self.scene.observations, cables)
         if problems:
             raise InputError('; '.join(f'fit {problem}' for problem in problems))
+        if self._motion(settings) is not None:
+            require_release_time(names)
 
     def change(self, settings: SessionSettings) -> None:
         """Go on with other settings, checked before; a fit that they concern starts anew."""
@@ -221,11 +243,13 @@ class Session:
             self.inputs = self._inputs_for(settings)
             self.window.clear()
         self.settings = settings
-        self.window.resize(settings.window_frames)
         is_other_fit = (settings.fit, settings.depth_quantization) != (
             old.fit,
             old.depth_quantization,
         )
+        if is_other_view or is_other_fit:
+            self.swings = self._new_swings()
+        self.window.resize(self._window_size)
         is_other_course = settings.refit != old.refit or settings.tracking != old.tracking
         if is_other_fit or is_other_course or (is_other_view and not self.captured):
             self._stop_tracking()
@@ -246,7 +270,34 @@ class Session:
     @property
     def _goes_on(self) -> bool:
         """Tell whether new frames start another fit; captured observations do not change."""
-        return self.settings.refit == 'continuous' and not self.captured
+        refit = self.settings.refit
+        return (
+            refit == 'continuous' or (refit == 'tracking' and self.swings is not None)
+        ) and not self.captured
+
+    @property
+    def _window_size(self) -> int:
+        return self.settings.window_frames if self.swings is None else 1
+
+    def _motion(self, settings: SessionSettings) -> MotionSetup | None:
+        """Return how the body in view moves; None: it is at rest."""
+        inputs = LiveInputs(self.scene, settings.pose_source, settings.observation)
+        return self.scene.observations[inputs.setup_index].motion
+
+    def _new_swings(self) -> Swings | None:
+        motion = self._motion(self.settings)
+        return None if motion is None else Swings(motion, self.settings.tracking.tracker.change)
+
+    def _start_swing(self, swings: Swings) -> bool:
+        """Fit the newest swing, where there is one."""
+        if self.inputs.missing(self.window.newest):
+            return False
+        swing = swings.window.take()
+        if swing is None:
+            return False
+        scene = with_release(self.scene, self.inputs.setup_index, swing)
+        self._start(scene, (self.inputs.snapshot(swing.frames),))
+        return True
 
     def _inputs_for(self, settings: SessionSettings) -> LiveInputs:
         fresh = LiveInputs(self.scene, settings.pose_source, settings.observation)
@@ -254,8 +305,8 @@ class Session:
         fresh.pose, fresh.transform = self.inputs.pose, self.inputs.transform
         return fresh
 
-    def _start(self, snapshots: tuple[Snapshot, ...]) -> None:
-        scene = with_quantization(self.scene, self.settings.depth_quantization)
+    def _start(self, scene: Scene, snapshots: tuple[Snapshot, ...]) -> None:
+        scene = with_quantization(scene, self.settings.depth_quantization)
         request = FitRequest(scene, snapshots, self.settings.fit, dict(self._values))
         self.window.used()
         self._fit = self._background.submit(lambda post, stop: fit(request, post, stop))

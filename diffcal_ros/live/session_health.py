@@ -24,6 +24,8 @@ def session_health(session: Session) -> Health:
         values['gap median [mm]'] = f'{1e3 * record.gap.median:.4f}'
         values['gap RMS [mm]'] = f'{1e3 * record.gap.rms:.4f}'
         values['coverage [share]'] = f'{record.gap.coverage:.4f}'
+    if session.swings is not None:
+        values.update(session.swings.figures())
     if session.tracking is not None:
         values.update(session.tracking.figures())
         values.update(_tracked(session.tracking))
@@ -50,6 +52,8 @@ def _status(session: Session) -> tuple[Level, str]:
         return Level.WARN, f'waiting for {", ".join(missing)}'
     if phase is Phase.PREPARING:
         return Level.OK, 'compiling kernels, once on a machine'
+    if session.swings is not None:
+        return session.swings.status()
     return Level.OK, f'collecting frames, {session.window.fresh_count} of {session.window.size}'
 
 

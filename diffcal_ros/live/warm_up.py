@@ -7,7 +7,7 @@ import threading
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observation import Instant, Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.live.background import Post
@@ -21,6 +21,7 @@ _WIDTH, _HEIGHT = 320, 240
 _FAR = 3.0  # Distance in sizes of the body.
 _FOCAL = 2.0 * _WIDTH  # Two thirds of the width for a body that is as wide as large [px].
 _SHIFT = 0.001  # So that there is something to fit [m].
+_FALL = 0.02  # For so long a body that is let go is followed [s].
 
 
 @dataclass(frozen=True)
@@ -44,24 +45,34 @@ def warm_up(
     """
     begun = time.perf_counter()
     brief = replace(settings, max_iterations=1)
-    unseen = Calibration(scene, [_made_up_view(scene)], brief)
+    unseen = Calibration(scene, _made_up_views(scene), brief)
     if stop.is_set():
         return
-    calibration = Calibration(scene, [_seen(unseen)], brief)
+    calibration = Calibration(scene, _seen(unseen), brief)
     calibration.run(lambda record: record.number < 1 and not stop.is_set())
     post(Ready(time.perf_counter() - begun))
 
 
-def _made_up_view(scene: Scene) -> Observation:
-    """Look at the body from a few of its sizes away, and see nothing yet."""
-    points = world_positions(scene.mesh, scene.observations[0])
+def _made_up_views(scene: Scene) -> list[Observation]:
+    """Look at the body from a few of its sizes away, and see nothing yet; at a motion twice."""
+    moving = [i for i, setup in enumerate(scene.observations) if setup.motion is not None]
+    view = _made_up_view(scene, moving[0] if moving else 0)
+    motion = scene.observations[view.setup_index].motion
+    if motion is None:
+        return [view]
+    times = (0.0, motion.release_time.start + _FALL)
+    return [replace(view, instant=Instant(time, 0)) for time in times]
+
+
+def _made_up_view(scene: Scene, index: int) -> Observation:
+    points = world_positions(scene.mesh, scene.observations[index])
     low, high = points.min(axis=0), points.max(axis=0)
     middle, distance = 0.5 * (low + high), _FAR * float(np.linalg.norm(high - low))
     facing = np.diag([1.0, -1.0, -1.0])
     depth_from_world = transform(facing, np.array([0.0, 0.0, distance]) - facing @ middle)
     return Observation(
         name='warm-up',
-        setup_index=0,
+        setup_index=index,
         depth=np.full((_HEIGHT, _WIDTH), np.nan, dtype=np.float32),
         camera=PinholeCamera(_WIDTH, _HEIGHT, _FOCAL, _FOCAL, _WIDTH / 2.0, _HEIGHT / 2.0),
         depth_from_world=depth_from_world,
@@ -69,11 +80,13 @@ def _made_up_view(scene: Scene) -> Observation:
     )
 
 
-def _seen(calibration: Calibration) -> Observation:
+def _seen(calibration: Calibration) -> list[Observation]:
     """See the body where the start values put it, a little farther away, before a wall."""
-    (observation,) = calibration.model.observations
-    (view,) = calibration.model.views(calibration.coordinates)
-    rendered = view.trace.full_depth()
-    wall = 2.0 * float(np.nanmax(rendered))
-    depth = np.where(np.isfinite(rendered), rendered + _SHIFT, wall)
-    return replace(observation, depth=depth.astype(np.float32))
+    seen = []
+    views = calibration.model.views(calibration.coordinates)
+    for view, observation in zip(views, calibration.model.observations, strict=True):
+        rendered = view.trace.full_depth()
+        wall = 2.0 * float(np.nanmax(rendered))
+        depth = np.where(np.isfinite(rendered), rendered + _SHIFT, wall)
+        seen.append(replace(observation, depth=depth.astype(np.float32)))
+    return seen

@@ -14,6 +14,7 @@ from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.save import ReportWritten, save_numbers, save_report
 from diffcal_ros.live.session import Session
 from diffcal_ros.live.session_health import session_health
+from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.calibration_inputs import CalibrationInputs
 from diffcal_ros.ros.calibration_outputs import CalibrationOutputs
 from diffcal_ros.ros.calibration_parameters import session_settings, SETTINGS
@@ -184,7 +185,19 @@ class CalibrationNode(LifecycleNode):
             self._outputs.tell_step(self._session.scene, event)
         elif isinstance(event, FitEnd):
             self._outputs.tell_end(self._session.scene, event)
+            self._tell_swing(event)
             self._reporter.report()
+
+    def _tell_swing(self, end: FitEnd) -> None:
+        """Tell a change of the body that the last swing showed."""
+        assert self._session is not None
+        assert self._outputs is not None
+        swings = self._session.swings
+        change = None if swings is None else swings.change
+        newest_ns = end.request.snapshots[-1].newest.stamp_ns
+        if swings is not None and change is not None and change.stamp_ns == newest_ns:
+            self.get_logger().warning(f'the body changed {in_words(change)}')
+            self._outputs.tell_change(change, swings.change_count)
 
     def _examine(self) -> dict[str, Health]:
         if self._session is None:

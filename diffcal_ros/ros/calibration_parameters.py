@@ -45,7 +45,7 @@ SETTINGS = (
         'refit',
         'tracking',
         'after a fit: move the values with every frame (tracking), stop (once), or fit every new '
-        'window from the last values (continuous)',
+        'window from the last values (continuous); a body in motion: every new swing, unless once',
         choices=REFITS,
     ),
     Setting(
