@@ -60,10 +60,19 @@ class TetMesh:
     def surface_triangles(self) -> IntArray:
         """Faces of one tetrahedron only, outward normals, shape (F, 3)."""
         faces = self.tets[:, TET_FACES].reshape(-1, 3)
-        _, first, count = np.unique(
-            np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-        )
-        return np.ascontiguousarray(faces[np.sort(first[count == 1])], dtype=np.int32)
+        return np.ascontiguousarray(faces[self._outer_faces], dtype=np.int32)
+
+    @cached_property
+    def surface_tets(self) -> IntArray:
+        """The tetrahedron of each surface triangle, shape (F,)."""
+        return (self._outer_faces // len(TET_FACES)).astype(np.int32)
+
+    @cached_property
+    def _outer_faces(self) -> NDArray[np.int64]:
+        """Numbers of the faces of one tetrahedron only, four a tetrahedron, ascending."""
+        faces = np.sort(self.tets[:, TET_FACES].reshape(-1, 3), axis=1)
+        _, first, count = np.unique(faces, axis=0, return_index=True, return_counts=True)
+        return np.sort(first[count == 1])
 
     @cached_property
     def edges(self) -> tuple[IntArray, IntArray]:

@@ -16,6 +16,7 @@ from diffcal_ros.calibration.observation import Observation, pose_covariances
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters import Kind, make_parameters, Parameter, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.seen_regions import require_seen_regions
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.slack_start import taut_start
 from diffcal_ros.calibration.uncertainty import (
@@ -150,6 +151,8 @@ class Calibration:
             start, self._notes = taut_start(self.model, self.parameters, start)
             self.coordinates = start
             gap_start = self.objective.gap(start)
+            if isinstance(self.objective, RobustObjective):
+                require_seen_regions(self.objective, start)
             minimum = self._minimise(start, tell)
         except (EquilibriumError, MotionError, OutOfViewError) as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error

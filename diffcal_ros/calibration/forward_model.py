@@ -15,7 +15,7 @@ from diffcal_ros.calibration.posture import Posture, PostureInputs
 from diffcal_ros.calibration.postures import make_postures, state_numbers
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import apply
@@ -182,6 +182,41 @@ class ForwardModel:
             Derivative by the coordinates, shape (k,).
         """
         gradient = np.zeros(len(coordinates))
+        for number in range(len(self.observations)):
+            for place in range(len(coordinates)):
+                motion = self.cameras.motion(number, place, self._world(number), coordinates)
+                if motion is not None:
+                    gradient[place] += float((motion * by_points[number]).sum())
+        for index, pulled in self._pulled(by_points, coordinates).items():
+            rest = self.bodies[index].body.discretisation.rest_nodes
+            for place in range(len(coordinates)):
+                change = self.inputs.change(place, index, rest, coordinates)
+                if change is not None:
+                    gradient[place] += pulled.along(change)
+        return gradient
+
+    def pull_back_to_tets(
+        self, by_points: Sequence[FloatArray], coordinates: FloatArray
+    ) -> FloatArray:
+        """Pull a derivative by every view's points back to each tetrahedron's own modulus.
+
+        Args:
+            by_points: see `pull_back`.
+            coordinates: see `pull_back`.
+
+        Returns:
+            Derivative by the logarithm of Young's modulus, shape (T,): one solve a posture.
+        """
+        by_modulus = np.zeros(self.scene.mesh.tet_count)
+        for pulled in self._pulled(by_points, coordinates).values():
+            by_modulus += pulled.youngs_modulus
+        by_log: FloatArray = by_modulus * self.material(coordinates).youngs_modulus
+        return by_log
+
+    def _pulled(
+        self, by_points: Sequence[FloatArray], coordinates: FloatArray
+    ) -> dict[int, StaticGradient]:
+        """Pull a derivative by every view's points back to the inputs of each posture."""
         by_world: dict[int, FloatArray] = {}
         for number, (observation, state) in enumerate(self._numbered()):
             index = observation.setup_index
@@ -189,18 +224,22 @@ class ForwardModel:
                 by_world[index] = np.zeros((self._state_count(index), *by_points[number].shape))
             rotation = self.cameras.rotation(number, coordinates)
             by_world[index][state] += by_points[number] @ rotation
-            for place in range(len(coordinates)):
-                motion = self.cameras.motion(number, place, self._world(number), coordinates)
-                if motion is not None:
-                    gradient[place] += float((motion * by_points[number]).sum())
-        for index, derivative in by_world.items():
-            pulled = self.bodies[index].gradient(derivative)
-            rest = self.bodies[index].body.discretisation.rest_nodes
-            for place in range(len(coordinates)):
-                change = self.inputs.change(place, index, rest, coordinates)
-                if change is not None:
-                    gradient[place] += pulled.along(change)
-        return gradient
+        return {index: self.bodies[index].gradient(both) for index, both in by_world.items()}
+
+    def factor_postures(self) -> None:
+        """Factor every body's stiffness where it is now: pays before many single solves."""
+        for posture in self.bodies.values():
+            posture.body.factor()
+
+    @property
+    def log_modulus(self) -> FloatArray | None:
+        """The field that is added to the logarithm of Young's modulus, shape (T,), or None."""
+        return self.inputs.log_modulus
+
+    def set_log_modulus(self, field: FloatArray | None) -> None:
+        """Add a field to the logarithm of every tetrahedron's Young's modulus, shape (T,)."""
+        self.inputs.log_modulus = field
+        self._coordinates = None
 
     def mesh_moves(self, coordinates: FloatArray, *, solver: str = 'auto') -> list[FloatArray]:
         """Return how a better mesh would move each view's points [m], shape (N, 3) each."""

@@ -190,7 +190,7 @@ class RobustObjective:
         """Return the longest correlation length over the views [px]."""
         lengths = [1.0]
         for comparison in compared:
-            residuals: Residuals = getattr(self._unbiased(comparison, coordinates), name)
+            residuals: Residuals = getattr(self.unbiased(comparison, coordinates), name)
             if len(residuals.values) == 0:
                 continue
             low = residuals.pixels.min(axis=0)
@@ -211,7 +211,7 @@ class RobustObjective:
             instant = self.model.observations[number].instant
             if instant is None:
                 continue
-            comparison = self._unbiased(self._compare(number, view, sensor), coordinates)
+            comparison = self.unbiased(self._compare(number, view, sensor), coordinates)
             residuals: Residuals = getattr(comparison, name)
             parts, count = surface_parts(view.trace, residuals, name)
             values = np.clip(residuals.values, -limit, limit)
@@ -225,7 +225,7 @@ class RobustObjective:
 
     def _groups(self, compared: Sequence[Comparison], coordinates: FloatArray) -> list[_Group]:
         """Put residuals together: of all bodies at rest, and of each frame of a motion."""
-        unbiased = [self._unbiased(comparison, coordinates) for comparison in compared]
+        unbiased = [self.unbiased(comparison, coordinates) for comparison in compared]
         moves = [observation.instant is not None for observation in self.model.observations]
         still = [c for c, is_moving in zip(unbiased, moves, strict=True) if not is_moving]
         groups = [[c] for c, is_moving in zip(unbiased, moves, strict=True) if is_moving]
@@ -235,10 +235,10 @@ class RobustObjective:
         self, compared: Sequence[Comparison], coordinates: FloatArray
     ) -> tuple[Residuals, Residuals]:
         """Put all views' residuals of each kind together."""
-        both = _Group.of([self._unbiased(comparison, coordinates) for comparison in compared])
+        both = _Group.of([self.unbiased(comparison, coordinates) for comparison in compared])
         return both.depth, both.edge
 
-    def _unbiased(self, comparison: Comparison, coordinates: FloatArray) -> Comparison:
+    def unbiased(self, comparison: Comparison, coordinates: FloatArray) -> Comparison:
         """Take the sensor's edge bias off the edge residuals."""
         bias = float(sum(coordinates[place] for place in self._bias_places))
         values = comparison.edge.values - bias * comparison.edge_scale
@@ -265,7 +265,7 @@ class RobustObjective:
         Returns:
             For depth and edge: residuals, Jacobian of the rendered side, shape (M, k), scale.
         """
-        unbiased = self._unbiased(comparison, coordinates)
+        unbiased = self.unbiased(comparison, coordinates)
         by_depth = view.trace.push_depth(unbiased.depth.places, tangent)
         by_edge = view.trace.push_outline(unbiased.edge.places, tangent)
         by_edge *= comparison.edge_scale[:, None]
@@ -284,7 +284,7 @@ class RobustObjective:
     def _cost(self, compared: list[Comparison], coordinates: FloatArray) -> float:
         total = 0.0
         for comparison in compared:
-            unbiased = self._unbiased(comparison, coordinates)
+            unbiased = self.unbiased(comparison, coordinates)
             scales, reach = self.scales, self.scales.reach
             total += robust_cost(unbiased.depth, scales.depth, reach.depth, 2)
             total += robust_cost(unbiased.edge, scales.edge, reach.edge_depth, 1)

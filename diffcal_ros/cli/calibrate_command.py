@@ -7,6 +7,12 @@ from pathlib import Path
 import sys
 from typing import Any, TYPE_CHECKING
 
+from diffcal_ros.cli.field_options import (
+    add_field_options,
+    FIELD_FILE,
+    fit_asked_field,
+    is_field_asked,
+)
 from diffcal_ros.cli.recording_options import (
     add_input_options,
     add_recordings,
@@ -16,6 +22,7 @@ from diffcal_ros.cli.recording_options import (
 
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import Calibration
+    from diffcal_ros.calibration.field.fit import FieldFit
     from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
     from diffcal_ros.calibration.settings import CalibrationSettings
     from diffcal_ros.cli.progress import Progress
@@ -40,6 +47,7 @@ def add_parser(subparsers: Any) -> None:
     add_recordings(parser)
     add_input_options(parser.add_argument_group('what is read'))
     _add_fit_options(parser.add_argument_group('how it is fitted'))
+    add_field_options(parser.add_argument_group('a modulus that varies over the body'))
     parser.set_defaults(run=run)
 
 
@@ -99,8 +107,8 @@ def run(args: argparse.Namespace) -> int:
         with progress:
             if args.law == _ALL_LAWS:
                 return _rank(args, scene, settings, progress)
-            calibration, result = _fit(args, scene, settings, progress)
-        return _tell(args.out, calibration, result)
+            calibration, result, field = _fit(args, scene, settings, progress)
+        return _tell(args.out, calibration, result, field)
     except KeyboardInterrupt:
         print(f'diffcal calibrate: {_what_is_left(args.out, progress)}', file=sys.stderr)
         return _EXIT_INTERRUPTED
@@ -110,6 +118,7 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
     """Check what was asked for before anything slow begins."""
     from diffcal_ros.calibration.settings import CalibrationSettings
 
+    is_field_asked(args)
     settings = CalibrationSettings(
         fit=asked_fit(args, scene),
         loss=args.loss,
@@ -137,7 +146,7 @@ def _fit(
     scene: 'Scene',
     settings: 'CalibrationSettings',
     progress: 'Progress',
-) -> tuple['Calibration', 'CalibrationResult']:
+) -> tuple['Calibration', 'CalibrationResult', 'FieldFit | None']:
     from diffcal_ros.errors import InputError
     from diffcal_ros.offline.calibrate_recordings import run_calibration
 
@@ -153,7 +162,10 @@ def _fit(
         return progress.step(record)
 
     try:
-        return run_calibration(inputs, settings, args.out, on_iteration=on_iteration)
+        if is_field_asked(args):
+            calibration, field = fit_asked_field(args, inputs, settings, progress, on_iteration)
+            return calibration, field.result, field
+        return *run_calibration(inputs, settings, args.out, on_iteration=on_iteration), None
     except ImportError as error:
         # Solvers and torch are optional; the message says what to install.
         raise InputError(str(error)) from error
@@ -180,12 +192,16 @@ def _rank(
 
 def _remove_old_results(out: Path) -> None:
     """Leave nothing beside the new result.json that belongs to an earlier run."""
-    for name in (_REPORT, _FITTED_SCENE):
+    for name in (_REPORT, _FITTED_SCENE, FIELD_FILE):
         (out / name).unlink(missing_ok=True)
 
 
-def _tell(out: Path, calibration: 'Calibration', result: 'CalibrationResult') -> int:
+def _tell(
+    out: Path, calibration: 'Calibration', result: 'CalibrationResult', field: 'FieldFit | None'
+) -> int:
     """Print the result before writing more: a full disk must not cost the numbers."""
+    from diffcal_ros.report.field_file import write_field
+    from diffcal_ros.report.field_section import field_text
     from diffcal_ros.report.page import write_report
     from diffcal_ros.report.result_table import result_text
     from diffcal_ros.report.scene_table import format_rows
@@ -193,9 +209,14 @@ def _tell(out: Path, calibration: 'Calibration', result: 'CalibrationResult') ->
 
     print(result_text(calibration.scene.name, result), flush=True)
     rows = [('result', str(out / _RESULT))]
-    write_report(out / _REPORT, calibration, result)
+    write_report(out / _REPORT, calibration, result, field)
     rows.append(('report', str(out / _REPORT)))
-    if result.outcome.is_fitted:
+    if field is not None:
+        # A scene has one modulus a region: it cannot hold what was found.
+        print(field_text(field))
+        write_field(out / FIELD_FILE, calibration, field)
+        rows.append(('field', str(out / FIELD_FILE)))
+    elif result.outcome.is_fitted:
         save_fitted_scene(calibration.scene, out / _FITTED_SCENE, result.values())
         rows.append(('scene', str(out / _FITTED_SCENE)))
     print(format_rows(rows))

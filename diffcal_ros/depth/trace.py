@@ -6,11 +6,24 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from diffcal_ros.depth import area_kernels, derivative_kernels, raster_kernels, silhouette_kernels
+from diffcal_ros.depth import (
+    adjoint_kernels,
+    area_kernels,
+    derivative_kernels,
+    raster_kernels,
+    silhouette_kernels,
+)
 from diffcal_ros.depth.area_image import AreaImage
 from diffcal_ros.depth.buffers import TracerBuffers
 from diffcal_ros.depth.pieces import Pieces
-from diffcal_ros.device_array import download, int_array, point_array, zero_floats, zero_ints
+from diffcal_ros.device_array import (
+    download,
+    float_array,
+    int_array,
+    point_array,
+    zero_floats,
+    zero_ints,
+)
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp
@@ -176,6 +189,61 @@ class Trace:
             [rates],
         )
         return download(rates)
+
+    def pull_depth(self, pixels: IntArray, by_depth: FloatArray) -> FloatArray:
+        """Pull weights of z at pixel centres back to the nodes: `push_depth`'s transpose.
+
+        Args:
+            pixels: flat indices into the window, shape (M,).
+            by_depth: derivative of a scalar by the depth of each [1/m], shape (M,).
+        """
+        self.check_current()
+        buffers = self.buffers
+        buffers.gradient.zero_()
+        buffers.launch(
+            adjoint_kernels.pull_centres,
+            len(pixels),
+            [
+                buffers.triangles,
+                buffers.points,
+                buffers.screen,
+                buffers.planes,
+                self.window,
+                buffers.faces,
+                buffers.depth,
+                int_array(pixels, buffers.device),
+                float_array(by_depth, buffers.device),
+            ],
+            [buffers.gradient],
+        )
+        return download(buffers.gradient)
+
+    def pull_outline(self, pieces: IntArray, by_motion: FloatArray) -> FloatArray:
+        """Pull weights of the outline's motion back to the nodes: `push_outline`'s transpose.
+
+        Args:
+            pieces: entries of `Outline.pieces`, shape (M,).
+            by_motion: derivative of a scalar by the outward motion of each [1/px], shape (M,).
+        """
+        self.check_current()
+        buffers, walked = self.buffers, self.pieces
+        buffers.gradient.zero_()
+        buffers.launch(
+            adjoint_kernels.pull_outline,
+            len(pieces),
+            [
+                buffers.points,
+                buffers.pinhole,
+                buffers.edges,
+                walked.edges,
+                walked.shares,
+                walked.normals,
+                int_array(pieces, buffers.device),
+                float_array(by_motion, buffers.device),
+            ],
+            [buffers.gradient],
+        )
+        return download(buffers.gradient)
 
     def area_image(self, *, side: int = 8, background: float = 0.0) -> AreaImage:
         """Average the pixels on the outline over their area.

@@ -155,6 +155,11 @@ class EquilibriumSolver:
         solution[:, self._free] = found.reshape(len(right_sides), -1, 3)
         return solution
 
+    def factor_at(self, positions: FloatArray) -> None:
+        """Factor the stiffness at an equilibrium [m], shape (N, 3), unless that was done."""
+        if not self._is_factor_exact(positions):
+            self._make_factor(positions)
+
     def apply_factor(self, forces: FloatArray) -> FloatArray:
         """Solve with the last factorisation as it is, for preconditioning; shape (N, 3)."""
         solution = np.zeros_like(forces)

@@ -233,6 +233,10 @@ class StaticBody:
         response = self._moment_changes(fields, explicit) @ answers.T
         return fields + np.einsum('kj,jni->kni', response, turns)
 
+    def factor(self) -> None:
+        """Factor the stiffness at the last equilibrium: pays before many single solves."""
+        self.solver.factor_at(self.state.positions)
+
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by node positions back to the inputs (one adjoint solve).
 

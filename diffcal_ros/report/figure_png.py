@@ -29,3 +29,11 @@ def png_bytes(figure: Any) -> bytes:
 def data_uri(png: bytes) -> str:
     """Return a PNG as a link that holds it."""
     return f'data:image/png;base64,{base64.b64encode(png).decode("ascii")}'
+
+
+def figure_html(figure: Any, alternative: str, caption: str) -> str:
+    """Return a figure with its caption for a page that needs nothing else."""
+    return (
+        f'<figure><img src="{data_uri(png_bytes(figure))}" alt="{alternative}">'
+        f'<figcaption>{caption}</figcaption></figure>\n'
+    )

@@ -10,6 +10,7 @@ from typing import Any
 from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.field.fit import FieldFit
 from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
@@ -17,7 +18,8 @@ from diffcal_ros.report.along_body import along_body
 from diffcal_ros.report.along_body_figure import along_body_figure
 from diffcal_ros.report.convergence_figure import convergence_figure
 from diffcal_ros.report.depth_figure import depth_figure, depth_range, RESIDUAL_LIMIT
-from diffcal_ros.report.figure_png import data_uri, png_bytes
+from diffcal_ros.report.field_section import field_section
+from diffcal_ros.report.figure_png import figure_html
 from diffcal_ros.report.naming import interval_95, is_material, shown, title
 from diffcal_ros.report.observed_view import observed_views, ObservedView
 from diffcal_ros.report.page_style import STYLE
@@ -35,13 +37,19 @@ _GOOD = (Outcome.CONVERGED,)
 _CARE = (Outcome.AT_BOUND, Outcome.MODEL_DISAGREES, Outcome.INTERRUPTED)
 
 
-def write_report(path: Path, calibration: Calibration, result: CalibrationResult) -> None:
+def write_report(
+    path: Path,
+    calibration: Calibration,
+    result: CalibrationResult,
+    field: FieldFit | None = None,
+) -> None:
     """Write the page, whole or not at all.
 
     Args:
         path: HTML file.
         calibration: that made the result; its model is simulated again at start and end.
         result: what it found.
+        field: a modulus that varies over the body, with which the result was found.
 
     Raises:
         InputError: when the file cannot be written.
@@ -52,6 +60,7 @@ def write_report(path: Path, calibration: Calibration, result: CalibrationResult
         _headline(name, result),
         _warnings(result),
         _pictures(calibration, views),
+        field_section(calibration, field) if field is not None else '',
         _remaining_gap(calibration, views),
         _convergence(result),
         _parameters(calibration, result),
@@ -154,7 +163,7 @@ def _pictures(calibration: Calibration, views: list[ObservedView]) -> str:
         if view.fitted.cables:
             caption += ' Lines with dots: cables and their via points.'
         figure = depth_figure(view, limits)
-        text += heading + _figure(figure, f'Depth and residual images of {name}', caption)
+        text += heading + figure_html(figure, f'Depth and residual images of {name}', caption)
     return text
 
 
@@ -175,7 +184,7 @@ def _remaining_gap(calibration: Calibration, views: list[ObservedView]) -> str:
             'Positive: the real body is farther from the camera than the simulated one. '
             'The outline tells of motion across the view, which depth hardly sees.'
         )
-        text += heading + _figure(
+        text += heading + figure_html(
             along_body_figure(along), f'Gap along the body of {name}', caption
         )
         text += '<details><summary>As a table, at the fitted values</summary>'
@@ -195,7 +204,7 @@ def _convergence(result: CalibrationResult) -> str:
             'points have no common unit, and it may rise while the gap shrinks.'
         )
     figure = convergence_figure(result)
-    return '<h2>Convergence</h2>\n' + _figure(figure, 'Loss, gap and parameters', caption)
+    return '<h2>Convergence</h2>\n' + figure_html(figure, 'Loss, gap and parameters', caption)
 
 
 def _parameters(calibration: Calibration, result: CalibrationResult) -> str:
@@ -224,10 +233,3 @@ def _inputs(calibration: Calibration, result: CalibrationResult) -> str:
     }
     known.setdefault('scene', {'name': scene.name, 'tet_count': scene.mesh.tet_count})
     return f'<h2>Inputs</h2>\n{details_table(known)}\n'
-
-
-def _figure(figure: Any, alternative: str, caption: str) -> str:
-    return (
-        f'<figure><img src="{data_uri(png_bytes(figure))}" alt="{alternative}">'
-        f'<figcaption>{caption}</figcaption></figure>\n'
-    )

@@ -45,6 +45,22 @@ def depth_map() -> Any:
     return colormaps['viridis_r'].with_extremes(under=BEYOND, over=BEYOND, bad=NO_DEPTH)
 
 
+@cache
+def field_map() -> Any:
+    """Return the map of a modulus over a body, dark where it is soft."""
+    from matplotlib import colormaps
+
+    return colormaps['cividis']
+
+
+@cache
+def error_map() -> Any:
+    """Return the map of a field's standard error, dark where little is known."""
+    from matplotlib import colormaps
+
+    return colormaps['Greys']
+
+
 def correlation_color(value: float) -> tuple[str, str]:
     """Return background and text colour of a correlation."""
     end = _FAR if value > 0.0 else _NEAR

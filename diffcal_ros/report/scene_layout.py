@@ -7,7 +7,6 @@ from diffcal_ros.report.view import View
 from diffcal_ros.rigid_transform import apply, looking_at, rotation_matrix, transform
 from diffcal_ros.scene.model import Marker, Scene, Turn
 from diffcal_ros.scene.posing import turn_motion
-from diffcal_ros.tet_mesh import TET_FACES
 import numpy as np
 from numpy.typing import NDArray
 
@@ -202,11 +201,4 @@ def surface_regions(scene: Scene) -> IntArray:
     region = np.zeros(scene.mesh.tet_count, dtype=np.int32)
     for number, part in enumerate(scene.regions):
         region[part.tets] = number
-    faces = np.sort(scene.mesh.tets[:, TET_FACES].reshape(-1, 3), axis=1)
-    own = np.sort(scene.mesh.surface_triangles, axis=1)
-    count = scene.mesh.vertex_count
-    weights = np.array([count * count, count, 1], dtype=np.int64)
-    keys = faces @ weights
-    order = np.argsort(keys)
-    tets = order[np.searchsorted(keys, own @ weights, sorter=order)] // 4
-    return region[tets]
+    return region[scene.mesh.surface_tets]

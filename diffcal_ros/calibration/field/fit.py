@@ -1,0 +1,240 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Fit a modulus that varies over the body, beside the ordinary parameters."""
+
+from dataclasses import dataclass, replace
+import time
+from typing import Any
+
+from diffcal_ros.calibration.calibrate import (
+    Calibration,
+    fitted_parameters,
+    judge,
+    Progress,
+    warn,
+)
+from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
+from diffcal_ros.calibration.field.search import FieldSearch, Posterior
+from diffcal_ros.calibration.field.weight_choice import (
+    choose_weight,
+    fit_under,
+    WeightChoice,
+    WeightTrial,
+)
+from diffcal_ros.calibration.levenberg_marquardt import Minimum, Stop
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.uncertainty import (
+    estimate_uncertainty,
+    MESH_SHIFT_FACTOR,
+)
+from diffcal_ros.errors import InputError
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# A field from fewer pixels on the body would be the regulariser's, not the data's.
+LEAST_PIXELS = 1000
+_LAST_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class FieldFit:
+    """A fitted field.
+
+    Attributes:
+        youngs_modulus: of every tetrahedron [Pa], shape (T,).
+        log_std: standard error of its logarithm, given the smoothness, shape (T,).
+        kind: what the field is made of.
+        unknown_count: of the field.
+        weights: what was tried and taken.
+        uniform: result of the fit without a field, from which the field started.
+        result: with the field; its moduli are means of the logarithm over their regions.
+    """
+
+    youngs_modulus: FloatArray
+    log_std: FloatArray
+    kind: FieldKind
+    unknown_count: int
+    weights: WeightChoice
+    uniform: CalibrationResult
+    result: CalibrationResult
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what `result.json` holds of it."""
+        low, middle, high = np.percentile(self.youngs_modulus, [5.0, 50.0, 95.0])
+        return {
+            'kind': self.kind.describe(),
+            'unknowns': self.unknown_count,
+            'weight': self.weights.trials[self.weights.chosen].share,
+            'weight_from': self.weights.reason,
+            'youngs_modulus_percentiles': {'5': low, '50': middle, '95': high},
+            'log_std_median': float(np.median(self.log_std)),
+            'gap_without': self.uniform.gap_end.as_dict(),
+            'weights': [
+                {
+                    'weight': trial.share,
+                    'misfit': trial.misfit,
+                    'roughness': trial.roughness,
+                    'residual_mm': 1e3 * trial.residual,
+                    'gap': trial.gap.as_dict(),
+                    'rounds': trial.rounds,
+                }
+                for trial in self.weights.trials
+            ],
+        }
+
+
+def fit_field(
+    calibration: Calibration,
+    uniform: CalibrationResult,
+    kind: FieldKind | None = None,
+    *,
+    share: float | None = None,
+    on_iteration: Progress | None = None,
+) -> FieldFit:
+    """Fit a field beside the ordinary parameters, from where a fit without one ended.
+
+    Args:
+        calibration: that was run, with the robust loss; it ends with the field in its model.
+        uniform: its result.
+        kind: what the field is made of; default: one modulus a tetrahedron.
+        share: weight of the field's roughness, see `field.search`; None: found automatically.
+        on_iteration: told of the fit under every weight; returns False to stop.
+
+    Raises:
+        InputError: when too few pixels see the body, or something given is wrong.
+    """
+    _check(calibration, uniform)
+    check_field(calibration.scene, kind or FieldKind(), share)
+    begun = time.perf_counter() - uniform.seconds
+    kind = FieldKind() if kind is None else kind
+    search = FieldSearch(calibration, kind)
+    history = list(uniform.history)
+
+    def record(trial: WeightTrial) -> bool:
+        history.append(
+            IterationRecord(
+                number=history[-1].number + trial.rounds,
+                loss=0.5 * trial.misfit,
+                gap=trial.gap,
+                values=calibration.parameters.values(trial.state.coordinates),
+                seconds=time.perf_counter() - begun,
+            )
+        )
+        return on_iteration is None or on_iteration(history[-1])
+
+    if share is None:
+        weights = choose_weight(search, _noise(calibration), on_trial=record)
+    else:
+        weights = fit_under(search, share)
+        record(weights.trials[0])
+    taken = weights.trials[weights.chosen].share
+    search.refine()
+    search.settle(taken)
+    search.descend(taken, _LAST_ROUNDS)
+    posterior = search.posterior(taken)
+    result = replace(
+        _result(calibration, uniform, posterior, is_stopped=weights.is_stopped),
+        history=tuple(history),
+        seconds=time.perf_counter() - begun,
+    )
+    return FieldFit(
+        youngs_modulus=calibration.model.material(calibration.coordinates).youngs_modulus,
+        log_std=posterior.log_std,
+        kind=kind,
+        unknown_count=search.unknown_count,
+        weights=weights,
+        uniform=uniform,
+        result=result,
+    )
+
+
+def check_field(scene: Scene, kind: FieldKind, share: float | None) -> None:
+    """Refuse what cannot be fitted before anything slow begins.
+
+    Args:
+        scene: gives the mesh and whether the body moves.
+        kind: what the field is made of.
+        share: weight of its roughness; None: found automatically.
+
+    Raises:
+        InputError: with what to change.
+    """
+    tets_from_unknowns(scene.mesh, kind)
+    if share is not None and not 0.0 < share <= 1.0:
+        raise InputError(f'the weight of the roughness is {share:g}: give a share from 0 to 1')
+    if any(setup.motion is not None for setup in scene.observations):
+        raise InputError(
+            "a field is fitted to bodies at rest: leave observations with 'motion' out"
+        )
+    if 'compliant_clamp' in scene.effects:
+        raise InputError(
+            "a field knows no clamp that gives way: take 'compliant_clamp' out of the model"
+        )
+
+
+def _check(calibration: Calibration, uniform: CalibrationResult) -> None:
+    if calibration.settings.loss != 'robust':
+        raise InputError(
+            f'a field needs the robust loss, not {calibration.settings.loss!r}: leave --loss out'
+        )
+    if 'compliant_clamp.compliance' in calibration.parameters.names:
+        raise InputError(
+            "a field knows no clamp that gives way: take 'compliant_clamp' out of the fit"
+        )
+    if uniform.outcome in (Outcome.DIVERGED, Outcome.INTERRUPTED):
+        raise InputError(
+            f'a field starts from a fit without one, and that ended {uniform.outcome.value}: '
+            f'{uniform.outcome.remedy}'
+        )
+    if uniform.gap_end.pixels < LEAST_PIXELS:
+        raise InputError(
+            f'a field of moduli is asked for with {uniform.gap_end.pixels} pixels on the body: it '
+            f'takes at least {LEAST_PIXELS}; bring the camera closer, or fit one modulus a region'
+        )
+
+
+def _noise(calibration: Calibration) -> float:
+    """Return the standard deviation of one pixel of the noisiest observation [m]."""
+    sensor = calibration.scene.sensor
+    stated = float(np.hypot(sensor.noise, sensor.quantization / np.sqrt(12.0)))
+    measured = [o.noise for o in calibration.model.observations if np.isfinite(o.noise)]
+    return max([stated, *measured])
+
+
+def _result(
+    calibration: Calibration,
+    uniform: CalibrationResult,
+    posterior: Posterior,
+    *,
+    is_stopped: bool,
+) -> CalibrationResult:
+    """Describe the ordinary parameters and the gap at the search's end."""
+    objective, parameters = calibration.objective, calibration.parameters
+    assert isinstance(objective, RobustObjective)
+    coordinates = calibration.coordinates
+    linear = objective.linearise(coordinates)
+    shift = np.zeros(len(parameters))
+    if calibration.settings.with_mesh_error:
+        shift = objective.mesh_shift(coordinates, solver=calibration.settings.solver)
+    uncertainty = replace(
+        estimate_uncertainty(linear, parameters, shift),
+        covariance=posterior.covariance + MESH_SHIFT_FACTOR**2 * np.outer(shift, shift),
+        statistical=posterior.covariance,
+    )
+    gap = objective.gap(coordinates)
+    fitted = fitted_parameters(parameters, coordinates, uncertainty)
+    stop = Stop.INTERRUPTED if is_stopped else Stop.CONVERGED
+    outcome = judge(Minimum(coordinates, linear, 0, stop), gap, fitted, uncertainty)
+    return replace(
+        uniform,
+        outcome=outcome,
+        parameters=fitted,
+        gap_end=gap,
+        correlation=uncertainty.correlation,
+        warnings=tuple(warn(outcome, gap, fitted, uncertainty)),
+    )

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Gauss-Newton for a field and the ordinary parameters together, under one weight of roughness.
+
+Weights are shares of how well the data see the pattern that they see best: under a share of 1
+that pattern is drawn half way from smooth to what the data ask for, and finer ones much less.
+"""
+
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.calibrate import Calibration, longest_steps
+from diffcal_ros.calibration.field.krylov import krylov_space, KrylovSpace
+from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
+from diffcal_ros.calibration.field.linear_system import FieldSystem
+from diffcal_ros.calibration.field.smoothness import Smoothness
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.residual_scales import spread
+from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.fem.equilibrium import EquilibriumError
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# No step may change a modulus by more than about a factor of two.
+_LONGEST_STEP = 0.7
+_MOST_HALVINGS = 5
+# The cost is rough by this share, as pixels join and leave.
+_ROUGHNESS = 0.03
+# A round that gains less than this share of the cost ends a weight's search.
+_SMALL_GAIN = 0.01
+
+
+@dataclass(frozen=True)
+class FieldState:
+    """Where a search stands.
+
+    Attributes:
+        coordinates: of the ordinary parameters, shape (k,).
+        unknowns: of the field, shape (n,).
+    """
+
+    coordinates: FloatArray
+    unknowns: FloatArray
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What is known at the end, under the roughness as a prior.
+
+    Attributes:
+        log_std: of each tetrahedron's log modulus, shape (T,).
+        covariance: of the ordinary coordinates, shape (k, k).
+    """
+
+    log_std: FloatArray
+    covariance: FloatArray
+
+
+class FieldSearch:
+    """The search; its state and the model's field go together.
+
+    Attributes:
+        calibration: gives model and objective.
+        state: where the search stands.
+        unknown_count: of the field.
+    """
+
+    def __init__(self, calibration: Calibration, kind: FieldKind) -> None:
+        """Start where a calibration ended, without a field.
+
+        Args:
+            calibration: with the robust loss.
+            kind: what the field is made of.
+        """
+        assert isinstance(calibration.objective, RobustObjective)
+        self.calibration, self.objective = calibration, calibration.objective
+        self._model = calibration.model
+        mesh = calibration.scene.mesh
+        self._spread = tets_from_unknowns(mesh, kind)
+        self._smoothness = Smoothness(mesh, self._spread, _fitted_regions(calibration))
+        self.unknown_count = int(self._spread.shape[1])
+        self._unit: float | None = None
+        self.state = FieldState(calibration.coordinates.copy(), np.zeros(self.unknown_count))
+        self.go_to(self.state)
+
+    def go_to(self, state: FieldState) -> None:
+        """Put search and model there."""
+        self.state = state
+        self._model.set_log_modulus(self._spread @ state.unknowns)
+        self.calibration.coordinates = state.coordinates
+
+    def settle(self, share: float) -> None:
+        """Keep the weights' unit from now on; the cost must have its final form."""
+        self._unit = self._expand(share)[1].strongest
+
+    def refine(self) -> None:
+        """Weigh by the noise and correlation that the residuals show."""
+        if self.objective.refine(self.state.coordinates):
+            self._unit = None
+
+    def descend(self, share: float, most_rounds: int) -> int:
+        """Minimise under a weight; return the rounds."""
+        for number in range(most_rounds):
+            if self._round(share) < _SMALL_GAIN:
+                return number + 1
+        return most_rounds
+
+    def misfit(self) -> float:
+        """Return chi-square of data and ordinary priors."""
+        return 2.0 * self.objective.cost(self.state.coordinates)
+
+    def roughness(self) -> float:
+        """Return the field's roughness."""
+        return self._smoothness.roughness(self.state.unknowns)
+
+    def residual_spread(self) -> float:
+        """Return the robust standard deviation of the depth residuals [m]."""
+        compared = self.objective.comparisons(self.state.coordinates)
+        return max(spread(comparison.depth) for comparison in compared)
+
+    def posterior(self, share: float) -> Posterior:
+        """Return the errors at the present state, taken as a minimum."""
+        system, space = self._expand(share)
+        weight = share * (self._unit or space.strongest)
+        patterns = space.ritz_vectors()
+        shares = space.values / (space.values + weight)
+        mixed, along = system.mixed, patterns @ system.mixed
+        # Of the field with each ordinary parameter's part in it.
+        carried = (self._smoothness.solve(mixed) - (patterns.T * shares) @ along) / weight
+        covariance = system.covariance(mixed.T @ carried)
+        seen = (self._spread @ patterns.T) ** 2 @ shares
+        field = (self._smoothness.variances() - seen) / weight
+        shared = self._spread @ system.against_field(carried).T
+        return Posterior(self._log_std(field, shared, covariance), covariance)
+
+    def _log_std(
+        self, field: FloatArray, shared: FloatArray, covariance: FloatArray
+    ) -> FloatArray:
+        """Put the errors of the field and of the moduli that it is added to together."""
+        variances = field.copy()
+        regions = self.calibration.scene.regions
+        for place, parameter in enumerate(self.calibration.parameters):
+            if parameter.kind is Kind.YOUNGS_MODULUS:
+                tets = regions[parameter.target].tets
+                variances[tets] += covariance[place, place] + 2.0 * shared[tets, place]
+        return np.sqrt(np.maximum(variances, 0.0))
+
+    def _expand(self, share: float) -> tuple[FieldSystem, KrylovSpace]:
+        """Linearise here and build the space for weights down to a share."""
+        state = self.state
+        system = FieldSystem(self.objective, state.coordinates, self._spread)
+        right_side = system.reduced_descent() + system.known(state.unknowns)
+        return system, krylov_space(system.known, self._smoothness, right_side, share)
+
+    def _round(self, share: float) -> float:
+        """Take one step; return by which share the cost fell."""
+        system, space = self._expand(share)
+        weight = share * (self._unit or space.strongest)
+        start, before = self.state, self._total(weight)
+        step = space.solve(weight) - start.unknowns
+        length = min(1.0, _LONGEST_STEP / max(float(np.abs(self._spread @ step).max()), 1e-12))
+        for _ in range(_MOST_HALVINGS):
+            self._try(start, length * step, system)
+            after = self._total(weight)
+            if after < before * (1.0 + _ROUGHNESS):
+                return 1.0 - after / before
+            length *= 0.5
+        self.go_to(start)
+        return 0.0
+
+    def _try(self, start: FieldState, step: FloatArray, system: FieldSystem) -> None:
+        longest = longest_steps(self.calibration.parameters)
+        own = np.clip(system.follow(step), -longest, longest)
+        coordinates = np.clip(start.coordinates + own, *self.calibration.parameters.bounds())
+        self.go_to(FieldState(coordinates, start.unknowns + step))
+
+    def _total(self, weight: float) -> float:
+        """Return cost and penalty here, infinite where the model cannot follow."""
+        try:
+            cost = self.objective.cost(self.state.coordinates)
+        except (EquilibriumError, OutOfViewError):
+            return float('inf')
+        return cost + 0.5 * weight * self.roughness()
+
+
+def _fitted_regions(calibration: Calibration) -> list[NDArray[np.int32]]:
+    """Return the tetrahedra of each region whose modulus is fitted."""
+    return [
+        calibration.scene.regions[parameter.target].tets
+        for parameter in calibration.parameters
+        if parameter.kind is Kind.YOUNGS_MODULUS
+    ]

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+# mypy: ignore-errors
+"""Warp kernels that pull weights of pixels and of outline pieces back to the vertices.
+
+They are the transposes of `push_centres` and `push_outline`.
+"""
+
+from diffcal_ros.depth.derivative_kernels import Pinhole, plane_vector, screen_rate
+from diffcal_ros.depth.raster_kernels import Plane, weights_at, Window
+import warp as wp
+
+wp.set_module_options({'enable_backward': False})
+
+
+@wp.kernel(enable_backward=False)
+def pull_centres(
+    # In:
+    triangles: wp.array2d[wp.int32],
+    points: wp.array[wp.vec3d],
+    screen: wp.array[wp.vec3d],
+    planes: wp.array[Plane],
+    window: Window,
+    faces: wp.array[wp.int32],
+    depth: wp.array[wp.float64],
+    pixels: wp.array[wp.int32],  # (M,) window pixels
+    by_depth: wp.array[wp.float64],  # (M,) [1/m]
+    # Out:
+    gradient: wp.array[wp.vec3d],  # (N,) accumulated
+):
+    """Pull weights of the depth at pixel centres back to the corners of what they see."""
+    place = wp.tid()
+    pixel = pixels[place]
+    face = faces[pixel]
+    column = wp.float64(window.left + pixel % window.width)
+    row = wp.float64(window.top + pixel // window.width)
+    weights = weights_at(planes[face], column, row)
+    m = plane_vector(triangles, points, face)
+    scale = by_depth[place] * depth[pixel] * depth[pixel]
+    for corner in range(3):
+        vertex = triangles[face, corner]
+        wp.atomic_add(gradient, vertex, (scale * weights[corner] * screen[vertex][2]) * m)
+
+
+@wp.kernel(enable_backward=False)
+def pull_outline(
+    # In:
+    points: wp.array[wp.vec3d],
+    camera: Pinhole,
+    edges: wp.array2d[wp.int32],
+    piece_edges: wp.array[wp.int32],
+    piece_shares: wp.array[wp.float64],
+    piece_normals: wp.array[wp.vec2d],
+    pieces: wp.array[wp.int32],  # (M,)
+    by_motion: wp.array[wp.float64],  # (M,) [1/px]
+    # Out:
+    gradient: wp.array[wp.vec3d],  # (N,) accumulated
+):
+    """Pull weights of the outline's outward motion back to the ends of its edges."""
+    place = wp.tid()
+    piece = pieces[place]
+    edge = piece_edges[piece]
+    share = piece_shares[piece]
+    normal = piece_normals[piece]
+    a = edges[edge, 0]
+    b = edges[edge, 1]
+    weight = by_motion[place]
+    rest = wp.float64(1.0) - share
+    wp.atomic_add(gradient, a, (weight * rest) * screen_rate(points, camera, a, normal))
+    wp.atomic_add(gradient, b, (weight * share) * screen_rate(points, camera, b, normal))

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The field's gradient and curvature against differences of the cost on frozen residuals.
+
+The robust cost itself is rough: pixels join and leave it, pieces of outline are cut anew and the
+observed edge is found anew at every evaluation. Differences of it along a field that is rough
+from tetrahedron to tetrahedron, and so hardly moves the body, show mostly that. What a step is
+made from is its slope on the residuals of one instant, so that is what is differenced here.
+"""
+
+from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
+from diffcal_ros.calibration.field.linear_system import FieldSystem
+from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.parameters import make_parameters
+import numpy as np
+import pytest
+from support.scenes import beam_scene, CAMERA, observation, true_depth
+
+# Of the log moduli; a direction's largest entry is one.
+STEPS = (8e-3, 4e-3, 2e-3)
+# Depth within a triangle and the outline's place are smooth; pixels that another triangle takes
+# over see a kink of the surface, the smaller the step the fewer.
+_RELATIVE = 2e-3
+
+
+class _Setup:
+    """A beam a third too stiff, with a field, and its robust cost in the final form."""
+
+    def __init__(self, random) -> None:
+        scene = beam_scene((6, 2, 2), modulus=80e3)
+        parameters = make_parameters(scene, ('youngs_modulus', 'rigid_offset'))
+        self.model = ForwardModel(scene, [observation(true_depth())], parameters)
+        self.objective = RobustObjective(self.model)
+        self.coordinates = parameters.start()
+        self.coordinates[1:7] = [0.001, -0.001, 0.002, 0.01, -0.02, 0.01]
+        self.field = 0.3 * random.normal(size=scene.mesh.tet_count)
+        self.model.set_log_modulus(self.field)
+        while not self.objective.is_sharp:
+            self.objective.narrow(self.coordinates)
+        self.spread = tets_from_unknowns(scene.mesh, FieldKind())
+
+    def system(self) -> FieldSystem:
+        return FieldSystem(self.objective, self.coordinates, self.spread)
+
+    def directions(self, random) -> list[np.ndarray]:
+        """From tetrahedron to tetrahedron at random, and along and across the beam."""
+        x, y, z = self.model.scene.mesh.centroids.T
+        rough = random.normal(size=(2, len(x)))
+        smooth = [np.sin(40.0 * x + 60.0 * y), np.cos(25.0 * x) * z / 0.018]
+        return [d / np.abs(d).max() for d in (*rough, *smooth)]
+
+
+@pytest.fixture
+def setup(random) -> _Setup:
+    return _Setup(random)
+
+
+class _Frozen:
+    """The cost on the residuals of one instant: the same pixels, pieces and observed edges."""
+
+    def __init__(self, setup: _Setup) -> None:
+        self._setup, model = setup, setup.model
+        (comparison,) = setup.objective.comparisons(setup.coordinates)
+        comparison = setup.objective.unbiased(comparison, setup.coordinates)
+        self._depth, self._edge = comparison.depth, comparison.edge
+        self._metres = comparison.edge_scale
+        (view,) = model.views(setup.coordinates)
+        pieces, places = view.trace.pieces, comparison.edge.places
+        self._normals = pieces.normals.numpy()[places]
+        shares = pieces.shares.numpy()[places][:, None]
+        ends = model.tracers[0].edge_vertices[pieces.edges.numpy()[places]]
+        self._where = lambda points: (
+            (1.0 - shares) * CAMERA.project(points[ends[:, 0]])
+            + shares * CAMERA.project(points[ends[:, 1]])
+        )
+        self._edge_start = self._where(view.points)
+        columns, rows = comparison.depth.pixels.T
+        self._pixels = rows, columns
+        self._depth_start = view.trace.full_depth()[self._pixels]
+
+    def cost(self, field: np.ndarray) -> float:
+        setup, scales = self._setup, self._setup.objective.scales
+        setup.model.set_log_modulus(field)
+        (view,) = setup.model.views(setup.coordinates)
+        fallen = view.trace.full_depth()[self._pixels] - self._depth_start
+        moved = ((self._where(view.points) - self._edge_start) * self._normals).sum(axis=1)
+        return _cauchy(self._depth, self._depth.values - fallen, scales.depth, 2) + _cauchy(
+            self._edge, self._edge.values - moved * self._metres, scales.edge, 1
+        )
+
+
+def _cauchy(residuals, values, scale, dimension) -> float:
+    costs = 0.5 * scale.width**2 * np.log1p((values / scale.width) ** 2)
+    return float(residuals.weights @ costs) / (scale.noise**2 * scale.patch(dimension))
+
+
+@pytest.mark.parametrize('step', STEPS)
+def test_gradient_by_every_tetrahedron(setup: _Setup, step: float, random) -> None:
+    gradient = -setup.system().field_descent
+    frozen = _Frozen(setup)
+    for direction in setup.directions(random):
+        above, below = (frozen.cost(setup.field + sign * step * direction) for sign in (1, -1))
+        slope = (above - below) / (2.0 * step)
+        # A rough direction nearly cancels: errors are held against what each entry could give.
+        size = np.linalg.norm(gradient) * np.linalg.norm(direction)
+        assert abs(slope - float(gradient @ direction)) < _RELATIVE * size
+
+
+def test_the_gradient_holds_the_scalar_one(setup: _Setup) -> None:
+    system = setup.system()
+    place = setup.model.parameters.names.index('youngs_modulus')
+    assert system.field_descent.sum() == pytest.approx(system.descent[place], rel=1e-8)
+    np.testing.assert_allclose(
+        system.mixed.sum(axis=0), system.curvature[place], rtol=1e-7, atol=1e-6
+    )
+
+
+def test_known_is_least_squares_without_the_ordinary_parameters(setup: _Setup, random) -> None:
+    system = setup.system()
+    directions = np.stack(setup.directions(random), axis=1)
+    products = np.stack([system.known(d) for d in directions.T], axis=1)
+    inner = directions.T @ products
+    scale = np.abs(inner).max()
+    np.testing.assert_allclose(inner, inner.T, atol=1e-9 * scale)
+    # The other route: push each direction by the ordinary tangents of the model, weigh, and let
+    # the ordinary parameters take what they can.
+    place = setup.model.parameters.names.index('youngs_modulus')
+    ones = np.ones(len(setup.field))
+    assert np.abs(ones @ products).max() < 1e-7 * scale
+    assert system.curvature[place, place] > 1.0
+    assert np.linalg.eigvalsh(0.5 * (inner + inner.T)).min() > -1e-9 * scale
+
+
+def test_a_control_grid_sees_the_same_gradient(setup: _Setup) -> None:
+    mesh = setup.model.scene.mesh
+    grid = tets_from_unknowns(mesh, FieldKind(spacing=0.02))
+    coarse = FieldSystem(setup.objective, setup.coordinates, grid)
+    np.testing.assert_allclose(
+        coarse.field_descent, grid.T @ setup.system().field_descent, rtol=1e-9
+    )
