@@ -75,6 +75,10 @@ blind: $(VENV)/.test ## Diagnose the independent generator's cases and score the
 	$(BIN)/python -m benchmarks.diagnosis --cases $(BLIND)/cases --out $(BLIND)/run
 	$(BIN)/python -m benchmarks.blind.scorer --verdicts $(BLIND)/run --labels $(BLIND)/labels --out $(BLIND)/score
 
+.PHONY: twist
+twist: $(VENV)/.test ## Twist a cantilever by half a turn over a grid of materials (needs DIFFCAL_DATA).
+	$(BIN)/python benchmarks/twist.py
+
 .PHONY: clean
 clean: ## Remove what was built; .venv stays.
 	rm -rf build install log out

@@ -73,7 +73,11 @@ def cantilevers() -> dict[str, Any]:
 
     folder = os.environ.get('DIFFCAL_DATA')
     if folder:
-        shapes = {'coarse': 'cantilever_coarse', 'fine': 'cantilever_fine'}
+        shapes = {
+            'coarse': 'cantilever_coarse',
+            'middle': 'cantilever',
+            'fine': 'cantilever_fine',
+        }
         return {
             name: read_mesh(
                 next((Path(folder) / 'CAD_models' / shape).glob('*.tet')), unit='cm'

@@ -23,10 +23,17 @@ _FORCE_TOLERANCE = 1e-7
 # those exceed the force tolerance.
 _LEAST_PROMISE = 1e-20
 _MAX_STEPS = 100
+# So many steps on end, each with less than this share of what its slope promises, lead nowhere:
+# an element is about to turn inside out.
+_POOR_GAIN = 0.01
+_MOST_POOR_STEPS = 15
 # A factorisation is held while the last step left no more than this share of the force.
 _HELD_CONTRACTION = 0.1
 _ARMIJO = 1e-4
 _SHORTEST_STEP = 1e-6
+# A fall of the energy by less than this share may drown in its rounding, which grows with the
+# stiffness and not with the strain; then a smaller force tells a good step.
+_UNRESOLVED = 1e-7
 _LINEAR_TOLERANCE = 1e-8
 _MAX_LINEAR_STEPS = 25
 # For so many right-hand sides iterations with an old factorisation are cheaper than a new one.
@@ -236,7 +243,7 @@ class EquilibriumSolver:
     ) -> Equilibrium:
         """Step until forces balance; a factorisation is held while each step pays."""
         energy = self._potential(positions, loads)
-        newton_steps = held_steps = 0
+        newton_steps = held_steps = poor_steps = 0
         before = float('inf')
         for _ in range(_MAX_STEPS):
             force = self._unbalanced(positions, loads)
@@ -256,10 +263,14 @@ class EquilibriumSolver:
             slope = float(force @ direction[self._free].ravel())
             if slope < _LEAST_PROMISE * abs(energy):
                 return self._finish(positions, loads, newton_steps, held_steps)
+            higher = energy
             positions, energy = self._line_search(positions, direction, slope, energy, loads)
+            poor_steps = poor_steps + 1 if higher - energy < _POOR_GAIN * slope else 0
+            if poor_steps == _MOST_POOR_STEPS:
+                break
         raise EquilibriumError(
-            f'no equilibrium after {_MAX_STEPS} Newton steps: the body may be too soft for '
-            "its load (raise the start of Young's modulus) or its held part too small"
+            f'no equilibrium after {newton_steps + held_steps} Newton steps: the body may be too '
+            "soft for its load (raise the start of Young's modulus) or its held part too small"
         )
 
     def _line_search(
@@ -278,12 +289,19 @@ class EquilibriumSolver:
             trial_energy = self._potential(trial, loads)
             if trial_energy <= energy - _ARMIJO * length * slope + rounding:
                 return trial, trial_energy
+            if slope < _UNRESOLVED * abs(energy) and self._is_calmer(trial, positions, loads):
+                return trial, trial_energy
             length *= 0.5
             if length < _SHORTEST_STEP:
                 raise EquilibriumError(
                     'the line search found no lower energy: the mesh may have degenerate '
                     "tetrahedra, or the body may be too soft (raise the start of Young's modulus)"
                 )
+
+    def _is_calmer(self, trial: FloatArray, positions: FloatArray, loads: FloatArray) -> bool:
+        """Tell whether a trial leaves less force."""
+        left = [float(np.abs(self._unbalanced(at, loads)).max()) for at in (trial, positions)]
+        return left[0] < left[1]
 
     def _advance(self, positions: FloatArray, direction: FloatArray, length: float) -> FloatArray:
         if self.body.law.TAKES_TURNING_STEPS:

@@ -324,9 +324,11 @@ class StaticBody:
         rest = self.discretisation.rest_nodes
         if held_path is None:
             return self.solver.solve(loads, rest)
-        if self.discretisation.element is Element.LINEAR:
-            return self._follow(loads, held_path)
-        return self._guided(loads, held_path, ())
+        if self.discretisation.element is Element.QUADRATIC:
+            # Where a soft part takes nearly the whole turn, the two elements end far apart.
+            with suppress(EquilibriumError):
+                return self._guided(loads, held_path, ())
+        return self._follow(loads, held_path)
 
     def _guided(
         self, loads: FloatArray, held_path: HeldPath | None, cables: tuple[CableState, ...]
