@@ -19,12 +19,14 @@ from diffcal_ros.recording.dataset_import import import_case
 from diffcal_ros.reproduction.row import merged, Variant
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.recorder import record, RecorderSettings
 import yaml
 
 # Keys of a recording's scene that say how it was filmed.
 _FILMED = ('bag', 'sensor', 'stored_depth_from_world')
-_RECORDER = ('frames', 'color_frames', 'rate', 'seed', 'is_refined', 'camera_position')
+_TIMING = ('frames', 'rate')
+_RECORDER = ('color_frames', 'seed', 'is_refined', 'camera_position')
 
 
 def open_experiment(variant: Variant, dataset: Path | None, folder: Path) -> OfflineInputs:
@@ -135,15 +137,16 @@ def _digest(simulate: Mapping[str, Any]) -> str:
 
 
 def _recorder(simulate: Mapping[str, Any]) -> RecorderSettings:
-    unknown = sorted(set(simulate) - {'truth', 'mesh', 'element', *_RECORDER})
+    unknown = sorted(set(simulate) - {'truth', 'mesh', 'element', *_TIMING, *_RECORDER})
     if unknown:
         raise SceneError(
             f'simulate has {unknown[0]!r}, which is not known: use truth, mesh, element, '
-            f'{", ".join(_RECORDER)}'
+            f'{", ".join((*_TIMING, *_RECORDER))}'
         )
     settings = {key: simulate[key] for key in _RECORDER if key in simulate}
+    timing = Timing(**{key: simulate[key] for key in _TIMING if key in simulate})
     element = Element(simulate.get('element', Element.QUADRATIC.value))
-    return RecorderSettings(**settings, element=element)
+    return RecorderSettings(**settings, timing=timing, element=element)
 
 
 def _true_mesh(name: str, dataset: Path | None) -> Path:

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Rest lengths of a finger's cable from random starts, and what a cable costs a solve.
+
+    DIFFCAL_DATA=... python benchmarks/cables.py [FOLDER]
+
+What is done in FOLDER (default: out/cables) is not done again.
+"""
+
+import os
+from pathlib import Path
+import sys
+from typing import Any
+
+from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.reproduction.row import load_row, merged
+from diffcal_ros.reproduction.run_row import run_row
+from diffcal_ros.reproduction.summary import summarise
+from diffcal_ros.scene.cables import cable_routes, start_cables
+from diffcal_ros.scene.load import load_scene
+from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.synthetic.posed_body import start_material
+from measuring import timed, write
+import numpy as np
+import yaml
+
+_STARTS = 10
+
+
+def main() -> None:
+    """Fit from ten starts a pull, then time solves with and without the cable."""
+    dataset = os.environ.get('DIFFCAL_DATA')
+    if not dataset:
+        raise SystemExit('set DIFFCAL_DATA to a clone of the public DiffCal data set')
+    out = Path(sys.argv[1] if len(sys.argv) > 1 else 'out/cables')
+    row = load_row('cable')
+    run_row(row, Path(dataset), out, starts=_STARTS, draw=lambda *_: None, tell=print)
+    fits: dict[str, Any] = {}
+    for variant, summary in zip(row.variants, summarise(row, out, _STARTS), strict=True):
+        assert variant.simulate is not None
+        fits[variant.name] = {**summary.as_dict(), 'truth': _truths(out / row.name / variant.name)}
+    write('cables', {'fits': fits, 'costs': _costs(Path(dataset), out)})
+
+
+def _truths(folder: Path) -> dict[str, float]:
+    """Return the true rest lengths [m]."""
+    (path,) = folder.glob('recorded_*/truth.json')
+    cables = yaml.safe_load(path.read_text())['cables']
+    return {name: cable['rest_length'] for name, cable in cables.items()}
+
+
+def _costs(dataset: Path, out: Path) -> dict[str, Any]:
+    """Time a factorisation, a cold and a warm equilibrium [s] for the finger pulled by 31 mm."""
+    folder = out / 'costs'
+    import_case(dataset, 'h_m_f', folder, overwrite=True)
+    variant = next(v for v in load_row('cable').variants if v.name == 'pull_31')
+    assert variant.simulate is not None
+    document = merged(read_yaml(folder / 'scene.yaml').content, variant.simulate['truth'])
+    (folder / 'pulled.yaml').write_text(yaml.safe_dump(document, sort_keys=False))
+    scene = load_scene(folder / 'pulled.yaml')
+    return {element.value: _cost(scene, element) for element in Element}
+
+
+def _cost(scene: Scene, element: Element) -> dict[str, Any]:
+    (setup,) = scene.observations
+    held = setup.held[0].vertices
+    gravity = setup.world_from_object[:3, :3].T @ setup.gravity
+    material, states = start_material(scene), start_cables(scene, setup)
+    figures: dict[str, Any] = {}
+    for name, routes in (('without', []), ('with', cable_routes(scene))):
+        body = StaticBody(scene.mesh, element, held, cables=routes)
+        body.settle(material, gravity)
+        values = body.solver.stiffness_values(body.state.positions)
+        figures[f'factor_{name}'] = timed(lambda b=body, v=values: b.solver._solver.factor(v))
+        figures[f'entries_{name}'] = body.solver.pattern.entry_count
+
+    def settle(length_change: float) -> None:
+        longer = tuple(
+            type(state)(state.rest_length + length_change, state.stiffness) for state in states
+        )
+        body.settle(material, gravity, conditions=Conditions(cables=longer))
+
+    figures['cold'] = timed(lambda: settle(0.0), repeats=5, before=body.forget)
+    lengths = iter(np.tile([0.0, 0.001], 20))
+    figures['warm_1_mm'] = timed(lambda: settle(float(next(lengths))), repeats=9)
+    return figures
+
+
+if __name__ == '__main__':
+    main()
