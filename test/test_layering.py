@@ -29,7 +29,17 @@ ALLOWED = {
         'fem',
         'scene',
     },
-    'report': {'reproduction', 'diagnosis', 'calibration', 'fem', 'depth', 'scene', 'recording'},
+    'planning': {'synthetic', 'calibration', 'fem', 'depth', 'scene'},
+    'report': {
+        'planning',
+        'reproduction',
+        'diagnosis',
+        'calibration',
+        'fem',
+        'depth',
+        'scene',
+        'recording',
+    },
     'prediction': {'report', 'synthetic', 'recording', 'calibration', 'fem', 'depth', 'scene'},
 }
 NOUN_PACKAGES = {'scene'}

@@ -203,7 +203,7 @@ def make_parameters(
                 parameters.append(parameter)
     for index, covariance in enumerate(pose_covariances):
         if covariance is not None:
-            parameters.extend(_camera_pose(index))
+            parameters.extend(camera_pose_parameters(index))
     if with_edge_bias:
         bias = Quantity(0.0, -5.0, 5.0, 0.0, _EDGE_BIAS_STD)
         parameters.append(Parameter('edge_bias', Kind.EDGE_BIAS, 0, 'px', bias, is_nuisance=True))
@@ -360,7 +360,8 @@ def _effect_quantity(part: Component, start: float) -> Quantity:
     return Quantity(start, part.lower, part.upper, 0.0, part.scale)
 
 
-def _camera_pose(observation: int) -> list[Parameter]:
+def camera_pose_parameters(observation: int) -> list[Parameter]:
+    """Lay out the error of one observation's camera pose, a nuisance."""
     return [
         Parameter(
             f'camera_pose.{observation}.{axis}',

@@ -98,11 +98,7 @@ def estimate_uncertainty(
     _, precision = parameters.prior()
     scales = natural_scales(parameters)
     both = np.outer(scales, scales)
-    information = (linear.information + precision) * both
-    scatter = (linear.scatter + precision) * both
-    inverse, unknown, blind = _inverse(information, parameters)
-    # What the data do not see is as uncertain as its natural scale, whatever their scatter.
-    statistical = (inverse @ scatter @ inverse + _UNKNOWN**2 * unknown) * both
+    statistical, blind = _covariance(linear.information, linear.scatter, parameters)
     shift = MESH_SHIFT_FACTOR * mesh_shift
     data_only, *_ = _inverse(linear.information * both, parameters)
     return Uncertainty(
@@ -112,6 +108,31 @@ def estimate_uncertainty(
         blind=blind,
         prior_bound=_prior_bound(data_only, precision, parameters),
     )
+
+
+def covariance_of(
+    information: FloatArray, scatter: FloatArray, parameters: ParameterSet
+) -> FloatArray:
+    """Return the covariance of the coordinates by data and priors, shape (k, k).
+
+    Args:
+        information: of the data, shape (k, k).
+        scatter: of the data's part of the gradient, shape (k, k).
+        parameters: with their priors.
+    """
+    return _covariance(information, scatter, parameters)[0]
+
+
+def _covariance(
+    information: FloatArray, scatter: FloatArray, parameters: ParameterSet
+) -> tuple[FloatArray, tuple[str, ...]]:
+    _, precision = parameters.prior()
+    scales = natural_scales(parameters)
+    both = np.outer(scales, scales)
+    inverse, unknown, blind = _inverse((information + precision) * both, parameters)
+    # What the data do not see is as uncertain as its natural scale, whatever their scatter.
+    own = inverse @ ((scatter + precision) * both) @ inverse + _UNKNOWN**2 * unknown
+    return own * both, blind
 
 
 def _inverse(

@@ -14,6 +14,7 @@ from diffcal_ros.cli import (
     reproduce_command,
     revert_command,
     simulate_command,
+    suggest_command,
 )
 
 COMMANDS: tuple[ModuleType, ...] = (
@@ -25,5 +26,6 @@ COMMANDS: tuple[ModuleType, ...] = (
     diagnose_command,
     accept_command,
     revert_command,
+    suggest_command,
     reproduce_command,
 )
