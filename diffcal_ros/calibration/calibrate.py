@@ -18,7 +18,7 @@ from diffcal_ros.calibration.parameters import Kind, make_parameters, Parameter,
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.seen_regions import require_seen_regions
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.slack_start import taut_start
+from diffcal_ros.calibration.slack_cables import barely_pulling, taut_start
 from diffcal_ros.calibration.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
@@ -223,7 +223,12 @@ class Calibration:
         shift = np.zeros(len(self.parameters))
         if self.settings.with_mesh_error and isinstance(self.objective, RobustObjective):
             shift = self.objective.mesh_shift(minimum.coordinates, solver=self.settings.solver)
-        uncertainty = estimate_uncertainty(minimum.linearisation, self.parameters, shift)
+        uncertainty = estimate_uncertainty(
+            minimum.linearisation,
+            self.parameters,
+            shift,
+            one_sided=barely_pulling(self.model, self.parameters, minimum.coordinates),
+        )
         gap_end = self.objective.gap(minimum.coordinates)
         fitted = fitted_parameters(self.parameters, minimum.coordinates, uncertainty)
         outcome = judge(minimum, gap_end, fitted, uncertainty)

@@ -86,7 +86,11 @@ def natural_scales(parameters: ParameterSet) -> FloatArray:
 
 
 def estimate_uncertainty(
-    linear: Linearisation, parameters: ParameterSet, mesh_shift: FloatArray
+    linear: Linearisation,
+    parameters: ParameterSet,
+    mesh_shift: FloatArray,
+    *,
+    one_sided: tuple[str, ...] = (),
 ) -> Uncertainty:
     """Estimate errors at a minimum.
 
@@ -94,6 +98,7 @@ def estimate_uncertainty(
         linear: information and scatter there.
         parameters: with their priors.
         mesh_shift: what halving the mesh size would change, shape (k,).
+        one_sided: names of parameters that the data limit on one side only.
     """
     _, precision = parameters.prior()
     scales = natural_scales(parameters)
@@ -105,7 +110,7 @@ def estimate_uncertainty(
         covariance=statistical + np.outer(shift, shift),
         statistical=statistical,
         mesh_shift=mesh_shift,
-        blind=blind,
+        blind=tuple(name for name in parameters.names if name in {*blind, *one_sided}),
         prior_bound=_prior_bound(data_only, precision, parameters),
     )
 

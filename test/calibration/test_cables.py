@@ -57,6 +57,20 @@ def test_slack_that_the_data_show_stays_slack() -> None:
     assert result.gap_end.median < 1e-3
 
 
+@pytest.mark.parametrize('start', [-0.01, 0.03])
+def test_cable_that_another_one_slackens_is_not_made_up(start) -> None:
+    """The left one bends the finger so far that the right one hangs slack, whatever its length."""
+    places = {'left': via_points(0.006), 'right': via_points(0.024)}
+    seen = filmed(cable('left', 0.026, places['left']), cable('right', 0.010, places['right']))
+    starts = {'left': 0.02, 'right': start}
+    scene = finger_scene(*(cable(name, pull, places[name]) for name, pull in starts.items()))
+    result = calibrate(scene, [seen])
+    assert result.outcome is Outcome.NOT_IDENTIFIABLE
+    assert any('rest_length.right' in warning for warning in result.warnings)
+    truth = cable('left', 0.026, places['left']).rest_length.start
+    assert is_found(result['rest_length.left'], truth)
+
+
 def test_two_cables_are_told_apart() -> None:
     truths = {'left': 0.020, 'right': 0.012}
     places = {'left': via_points(0.006), 'right': via_points(0.024)}

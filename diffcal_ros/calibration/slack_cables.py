@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A cable that is slack at the start moves nothing: the fit starts where it is just taut."""
+"""A slack cable moves nothing: a fit starts where it is just taut, and may end not knowing."""
 
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters import Kind, ParameterSet
@@ -53,6 +53,29 @@ def taut_start(
             f'where it is just taut, {1e3 * coordinates[place]:.4g} mm'
         )
     return coordinates, tuple(notes)
+
+
+def barely_pulling(
+    model: ForwardModel, parameters: ParameterSet, coordinates: FloatArray
+) -> tuple[str, ...]:
+    """Name fitted rest lengths of cables that pull in no posture, or just begin to.
+
+    Any longer rest length would fit as well.
+    """
+    places = parameters.find(Kind.REST_LENGTH)
+    if not places:
+        return ()
+    model.views(coordinates)
+    names = []
+    for place in places:
+        parameter = parameters.parameters[place]
+        loose = [
+            _slack(posture.body.cables[parameter.target], posture.positions(0))
+            for posture in model.bodies.values()
+        ]
+        if min(loose) > -_smoothing(model, parameter.target):
+            names.append(parameter.name)
+    return tuple(names)
 
 
 def _slack(cable: CableTerm, positions: FloatArray) -> float:
