@@ -6,13 +6,7 @@ from dataclasses import dataclass, replace
 import time
 from typing import Any
 
-from diffcal_ros.calibration.calibrate import (
-    Calibration,
-    fitted_parameters,
-    judge,
-    Progress,
-    warn,
-)
+from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, Progress
 from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.search import FieldSearch, Posterior
 from diffcal_ros.calibration.field.weight_choice import (
@@ -21,6 +15,7 @@ from diffcal_ros.calibration.field.weight_choice import (
     WeightChoice,
     WeightTrial,
 )
+from diffcal_ros.calibration.judgement import judge, warn
 from diffcal_ros.calibration.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.outcome import Outcome
