@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything that is measured about one set of parameters, patch by patch and view by view."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import longest_steps
@@ -18,15 +18,12 @@ from diffcal_ros.calibration.robust_residual import (
 )
 from diffcal_ros.diagnosis.noise_model import noise_of
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
-from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.static_body import StaticBody
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 PatchName = tuple[int, str, int]  # View, kind and cell.
-Changes = Callable[[int, StaticBody], Sequence[Change]]
 
 # Refinement removes three quarters of a smooth error: what is left of it, and what one step of
 # refinement tells too little about.
@@ -137,12 +134,15 @@ class Evidence:
             images.append(image)
         return images
 
-    def blocks(self, coordinates: FloatArray, extra: Changes | None = None) -> list[Block]:
+    def blocks(
+        self, coordinates: FloatArray, more: Sequence[FloatArray] | None = None
+    ) -> list[Block]:
         """Compare and average.
 
         Args:
             coordinates: of the model's parameters, shape (c,).
-            extra: further changes of the body whose columns follow those of the parameters.
+            more: further ways that the points of each view may move [m], camera frame, shape
+                (k, N, 3) each; their columns follow those of the parameters.
 
         Raises:
             EquilibriumError: when a posture has no equilibrium.
@@ -151,8 +151,7 @@ class Evidence:
         model = self.model
         compared = self._objective.comparisons(coordinates)
         tangents = model.tangents(coordinates)
-        if extra is not None:
-            more = model.tangents_of(extra, coordinates)
+        if more is not None:
             tangents = [np.concatenate(pair) for pair in zip(tangents, more, strict=True)]
         blocks = []
         for number, view in enumerate(model.views(coordinates)):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from diffcal_ros.diagnosis.disagreement import ALPHA, Disagreement
+from diffcal_ros.diagnosis.disagreement import Disagreement
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.frames import frame_of
 from diffcal_ros.diagnosis.hypothesis import Hypothesis
@@ -14,22 +14,22 @@ from diffcal_ros.diagnosis.limits import upper_limits
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.selection import AS_WELL, Selection
+from diffcal_ros.diagnosis.unknown import (
+    describe_unknown,
+    FAR_ABOVE,
+    is_unexplained,
+    Unknown,
+)
 from diffcal_ros.diagnosis.verdict import Diagnosis, GapFigures, NamedEffect, Verdict
 from diffcal_ros.diagnosis.whereabouts import where_largest
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
 from diffcal_ros.scene.effects import what_settles
 import numpy as np
-from scipy.stats import chi2
 
 # Log evidence is that of a noise model which is a guess: it counts for so much.
 _TEMPERATURE = 2.0
 # An effect is named by itself from this confidence on.
 _NAMED = 0.6
-# A model that leaves more chi-square per patch, and a gap of so many floors, is not it.
-_POOR = 2.0
-_FAR_ABOVE = 1.7
-# One that closes less of the gap, or where the floor was measured of chi-square, is not it.
-_LEAST_CLOSURE = 0.7
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
 _HARDLY_MORE = 0.0005  # [m]
@@ -66,11 +66,11 @@ def conclude(
     closure = float('nan')
     if choice is not None:
         closure = _closure(nominal, added, evidence.is_measured)
-    unknown = None
+    unknown: Unknown | None = None
     if choice is not None and is_unexplained(
         nominal, choice.hypothesis.fit, closure, is_measured=evidence.is_measured
     ):
-        unknown = _class_of(scores)
+        unknown = describe_unknown(evidence, nominal, scores)
     effects: tuple[NamedEffect, ...] = ()
     if choice is not None and unknown is None and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)
@@ -84,7 +84,8 @@ def conclude(
         effects=effects,
         ambiguity_set=() if choice is None or unknown is not None else choice.alike,
         runner_up=None if choice is None else choice.runner_up,
-        unknown_class=unknown,
+        unknown_class=None if unknown is None else unknown.group,
+        stand_in=None if unknown is None else unknown.stand_in,
         separating_recording=separating,
         where=where_largest(evidence.model, nominal),
         gap_mm=gap_figures(nominal, added),
@@ -248,37 +249,8 @@ def _closure(nominal: Refit, added: Refit, is_measured: bool) -> float:
     return (old - max(new, floor)) / (old - floor)
 
 
-def is_unexplained(nominal: Refit, added: Refit, closure: float, *, is_measured: bool) -> bool:
-    """Tell whether so much is left that the model cannot be it.
-
-    Where the sensor floor was measured, what is left must look like noise; a model that closes
-    most of the gap may be a little wrong in its details. Where the floor is a guess, only a gap
-    that stays open counts.
-    """
-    if not is_measured:
-        return not closure >= _LEAST_CLOSURE
-    freedom = max(added.patch_count - len(added.coordinates), 1)
-    if chi2.sf(added.chi_square, freedom) >= ALPHA:
-        return False
-    excess = nominal.chi_square_per_patch - 1.0
-    share = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
-    if not share >= _LEAST_CLOSURE:
-        return True
-    left = patch_gap(added.blocks, Part.REPORT)
-    return added.chi_square_per_patch > _POOR and left.rms > _FAR_ABOVE * left.whole_floor
-
-
-def _class_of(scores: Screen) -> str:
-    """Return the group whose effects come nearest: a class, not a cause."""
-    best: dict[str, float] = {}
-    for score in scores.scores:
-        group = score.candidate.effect.group
-        best[group] = max(best.get(group, -np.inf), score.log_evidence)
-    return max(best, key=lambda group: best[group])
-
-
 def _notes(
-    disagreement: Disagreement, choice: _Choice | None, unknown: str | None, left_out: int
+    disagreement: Disagreement, choice: _Choice | None, unknown: Unknown | None, left_out: int
 ) -> tuple[str, ...]:
     notes = []
     if left_out:
@@ -293,13 +265,10 @@ def _notes(
     elif disagreement.verdict is Verdict.CANNOT_TELL:
         notes.append('the data are too few or too noisy: record more poses, or come closer')
     if unknown is not None:
-        notes.append(
-            'no effect of the library explains the gap; it is most like one of the class '
-            f'{unknown}'
-        )
+        notes.append(unknown.sentence)
     if choice is not None and unknown is None:
         left = patch_gap(choice.hypothesis.fit.blocks, Part.REPORT)
-        if left.rms > _FAR_ABOVE * left.whole_floor:
+        if left.rms > FAR_ABOVE * left.whole_floor:
             notes.append(
                 f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing'
             )

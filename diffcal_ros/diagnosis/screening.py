@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.candidates import Candidate, MASS_PLACES
-from diffcal_ros.diagnosis.evidence import Block, Changes, Evidence
+from diffcal_ros.diagnosis.evidence import Block, Evidence
 from diffcal_ros.diagnosis.refit import full_prior
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten
 from diffcal_ros.fem.applied_conditions import ConditionsChange
@@ -117,7 +117,8 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
     start = wide.start()
     start[: len(nominal)] = coordinates
     model = evidence.model.with_parameters(scene, wide)
-    blocks = evidence.of(model).blocks(start, _mass_changes(evidence))
+    masses = model.tangents_of(_mass_changes(evidence), start)
+    blocks = evidence.of(model).blocks(start, masses)
     names = (*wide.names[len(nominal) :], *(f'mass {place}' for place in MASS_PLACES))
     plain = _seen_through(blocks, nominal, names, 0.0)
     # Far from where they were taken, tangents hold to a share of the whole.
@@ -176,7 +177,7 @@ def _seen_through(
     return _Sight(names, project(seen.values), columns, seen.views, project)
 
 
-def _mass_changes(evidence: Evidence) -> Changes:
+def _mass_changes(evidence: Evidence) -> Callable[[int, StaticBody], list[Change]]:
     effects = evidence.model.effects
 
     def changes(index: int, body: StaticBody) -> list[Change]:

@@ -70,6 +70,25 @@ class GapFigures:
 
 
 @dataclass(frozen=True)
+class StandIn:
+    """Smooth fields in the place of an effect that has no name; no cause.
+
+    Attributes:
+        group: class of the fields.
+        frame: what they are fixed to, in words.
+        size_mm: how far one of them moves the body, root mean square of its prior [mm].
+        closes: share of the held-out gap above the floor that they close; NaN within the floor.
+        predictions: by class, log density of each view given the others, above that of no field.
+    """
+
+    group: str
+    frame: str
+    size_mm: float
+    closes: float
+    predictions: dict[str, float]
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """A whole verdict; see `save_verdict` for the file.
 
@@ -82,6 +101,7 @@ class Diagnosis:
         ambiguity_set: identifiers that explain the data as well.
         runner_up: the next best one, or None.
         unknown_class: class of an effect outside the library, or None.
+        stand_in: fields in place of an effect outside the library, where several views tell them.
         separating_recording: what to record to settle a doubt, or None.
         where: where the gap is largest, in words.
         gap_mm: on held-out patches.
@@ -102,6 +122,7 @@ class Diagnosis:
     ambiguity_set: tuple[str, ...]
     runner_up: str | None
     unknown_class: str | None
+    stand_in: StandIn | None
     separating_recording: str | None
     where: str
     gap_mm: GapFigures

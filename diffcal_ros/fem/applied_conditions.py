@@ -30,6 +30,7 @@ class ConditionsChange:
         clamp_motion: per unit of the parameter, shape (6,).
         clamp_compliance: [rad/(N m)].
         added_masses: [kg], shape (N,).
+        forces: on the nodes [N], world frame, shape (N, 3).
         rest_curvature: [1/m], shape (2,).
         strain_stiffening: change of C2 / C1.
         plane_height: [m].
@@ -41,6 +42,7 @@ class ConditionsChange:
     clamp_motion: FloatArray | None = None
     clamp_compliance: float = 0.0
     added_masses: FloatArray | None = None
+    forces: FloatArray | None = None
     rest_curvature: FloatArray | None = None
     strain_stiffening: float = 0.0
     plane_height: float = 0.0
@@ -92,6 +94,8 @@ class AppliedConditions:
         force = np.zeros_like(positions)
         if change.added_masses is not None:
             force += change.added_masses[:, None] * gravity
+        if change.forces is not None:
+            force += change.forces
         if change.strain_stiffening != 0.0:
             term = self._stiffening_term()
             force -= change.strain_stiffening * term.force_of_ratio(positions, self._shear_moduli)

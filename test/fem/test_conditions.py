@@ -8,7 +8,7 @@ from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.body_axes import body_axes
 from diffcal_ros.fem.conditions import Conditions, Plane
 from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.force_changes import Change, gravity_loads
 from diffcal_ros.fem.rest_shape import bent
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
@@ -129,6 +129,17 @@ def test_other_tangents_with_every_effect_there(body, name):
         difference = (settled(step) - settled(-step)) / (2.0 * step)
         error = np.linalg.norm(difference - tangent) / np.linalg.norm(tangent)
         assert error < 2e-3, (step, error)
+
+
+def test_forces_on_nodes_act_as_the_weight_that_they_are(body):
+    here, numbers = everything(body), material(body)
+    body.settle(numbers, GRAVITY, conditions=replace(here, added_masses=None))
+    turned = np.array([3.0, 0.5, -1.0])
+    weights = gravity_loads(body.discretisation, numbers.density, turned)
+    by_gravity, by_forces = body.tangents(
+        [Change(gravity=turned), Change(conditions=ConditionsChange(forces=weights))]
+    )
+    np.testing.assert_allclose(by_forces, by_gravity, atol=1e-9 * np.abs(by_gravity).max())
 
 
 def test_absent_effects_change_nothing_at_all(beam_mesh):

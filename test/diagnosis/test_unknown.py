@@ -4,8 +4,8 @@
 
 from types import SimpleNamespace
 
-from diffcal_ros.diagnosis.naming import is_unexplained
 from diffcal_ros.diagnosis.patches import Patches
+from diffcal_ros.diagnosis.unknown import is_unexplained
 import numpy as np
 import pytest
 

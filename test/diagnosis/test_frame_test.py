@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The class of a cause by fields that predict views they have not seen."""
+
+from diffcal_ros.diagnosis.frame_test import frame_test, prediction
+from diffcal_ros.diagnosis.free_fields import free_fields
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+_ONE_MILLIMETRE = 1e-3
+
+
+def test_prediction_is_the_sum_of_conditional_densities():
+    """By Schur complements, which share nothing with the ratio of densities but the covariance."""
+    random = np.random.default_rng(4)
+    views = np.array([0, 0, 0, 1, 1, 2, 2, 2, 2])
+    half = random.normal(size=(len(views), 5))
+    covariance, values = np.eye(len(views)) + half @ half.T, random.normal(size=len(views))
+    expected = 0.0
+    for view in range(3):
+        own, rest = np.flatnonzero(views == view), np.flatnonzero(views != view)
+        across = covariance[np.ix_(own, rest)] @ np.linalg.inv(covariance[np.ix_(rest, rest)])
+        spread = covariance[np.ix_(own, own)] - across @ covariance[np.ix_(rest, own)]
+        mean = across @ values[rest]
+        density = multivariate_normal(mean, spread).logpdf(values[own])
+        expected += density + 0.5 * len(own) * np.log(2.0 * np.pi)
+    assert prediction(covariance, values, views) == pytest.approx(expected, rel=1e-10)
+
+
+def test_fields_of_all_classes_are_of_one_size(screened):
+    evidence, fit, _ = screened
+    fields = free_fields(evidence.model, fit.coordinates)
+    assert set(fields) == {'sensor', 'load', 'boundary', 'shape', 'material'}
+    for views in fields.values():
+        sizes = np.sqrt(np.mean([(f**2).sum(axis=2).mean(axis=1) for f in views], axis=0))
+        assert sizes == pytest.approx(_ONE_MILLIMETRE)
+
+
+def test_shape_fields_turn_with_the_body(screened):
+    """Towards the tip a field along the body's own axis follows the bent body, not the world."""
+    evidence, fit, _ = screened
+    (fields,) = free_fields(evidence.model, fit.coordinates)['shape']
+    model = evidence.model
+    view = model.views(fit.coordinates)[0]
+    body = model.body(model.observations[0])
+    share = model.effects.axes(0).share(body.discretisation.rest_nodes)
+    tip, before = share > 0.9, (share > 0.7) & (share < 0.8)
+    along = view.points[tip].mean(axis=0) - view.points[before].mean(axis=0)
+    stretch = fields[0][tip].mean(axis=0)
+    cosine = along @ stretch / np.linalg.norm(along) / np.linalg.norm(stretch)
+    assert cosine > np.cos(np.radians(10.0))
+
+
+def test_one_view_tells_no_class(screened):
+    evidence, fit, _ = screened
+    assert frame_test(evidence, fit) == ()
