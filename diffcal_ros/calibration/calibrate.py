@@ -29,6 +29,7 @@ from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.scene.fit_names import RIGID_OFFSET
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -85,10 +86,11 @@ class Calibration:
         self.scene = scene
         self.settings = settings or CalibrationSettings()
         is_robust = self.settings.loss == 'robust'
+        fit, own_offset = self._shared_and_own(is_robust)
         self.parameters = make_parameters(
             scene,
-            self.settings.fit,
-            pose_covariances=pose_covariances(observations) if is_robust else (),
+            fit,
+            pose_covariances=pose_covariances(observations, own_offset) if is_robust else (),
             with_edge_bias=is_robust,
         )
         if not is_robust and (scene.effects or self.parameters.find(Kind.EFFECT)):
@@ -111,6 +113,19 @@ class Calibration:
         )
         self.coordinates = self.parameters.start()
         self._notes: tuple[str, ...] = ()
+
+    def _shared_and_own(self, is_robust: bool) -> tuple[tuple[str, ...], FloatArray | None]:
+        """Return what all recordings share, and the prior of an offset of each one's own."""
+        offset = self.scene.rigid_offset
+        fit = self.scene.fit if self.settings.fit is None else self.settings.fit
+        if not offset.each_recording or RIGID_OFFSET not in fit:
+            return fit, None
+        if not is_robust:
+            raise InputError(
+                f'the loss {self.settings.loss!r} knows no offset of each recording: use the '
+                "robust loss, or take 'each_recording' out of 'rigid_offset'"
+            )
+        return tuple(name for name in fit if name != RIGID_OFFSET), offset.covariance
 
     def run(self, on_iteration: Progress | None = None) -> CalibrationResult:
         """Fit, starting from `coordinates`.

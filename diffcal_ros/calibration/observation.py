@@ -82,14 +82,25 @@ def pose_owners(observations: Sequence[Observation]) -> tuple[int, ...]:
     return tuple(owners)
 
 
-def pose_covariances(observations: Sequence[Observation]) -> list[FloatArray | None]:
-    """Return each pose's covariance, shape (6, 6), once: None where another one owns the pose."""
-    return [
-        observation.pose_covariance if owner == number else None
-        for number, (observation, owner) in enumerate(
-            zip(observations, pose_owners(observations), strict=True)
-        )
-    ]
+def pose_covariances(
+    observations: Sequence[Observation], own_offset: FloatArray | None = None
+) -> list[FloatArray | None]:
+    """Return each pose's covariance, shape (6, 6), once: None where another one owns the pose.
+
+    Args:
+        observations: in order.
+        own_offset: covariance of an offset that every recording has for itself, which is added;
+            None for none.
+    """
+    found: list[FloatArray | None] = []
+    for number, owner in enumerate(pose_owners(observations)):
+        known = [
+            covariance
+            for covariance in (observations[number].pose_covariance, own_offset)
+            if covariance is not None
+        ]
+        found.append(sum(known[1:], known[0]) if known and owner == number else None)
+    return found
 
 
 @dataclass(frozen=True)

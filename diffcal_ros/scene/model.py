@@ -203,10 +203,17 @@ class RigidOffset:
     Attributes:
         translation_std: [m].
         rotation_std: [rad].
+        each_recording: every recording has its own; else all share one.
     """
 
     translation_std: float = 0.020
     rotation_std: float = np.deg2rad(5.0)
+    each_recording: bool = False
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Of a shift [m] and a turn [rad], shape (6, 6)."""
+        return np.diag([self.translation_std**2] * 3 + [self.rotation_std**2] * 3)
 
 
 @dataclass(frozen=True)

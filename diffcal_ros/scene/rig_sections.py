@@ -201,8 +201,9 @@ def read_rigid_offset(scene: Section) -> RigidOffset:
         allowed=Interval(0.0, 180.0, is_open=True),
         needed='give degrees, above 0 and below 180',
     )
+    each_recording = section.flag('each_recording', default=False)
     section.refuse_unknown()
-    return RigidOffset(translation_std, math.radians(degrees))
+    return RigidOffset(translation_std, math.radians(degrees), each_recording)
 
 
 def read_effects(scene: Section) -> dict[str, dict[str, float]]:
