@@ -11,6 +11,7 @@ from typing import Any
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.profile import Profile
 import numpy as np
 from numpy.typing import NDArray
 
@@ -78,6 +79,7 @@ class CalibrationResult:
         correlation: of the parameters' coordinates, shape (k, k).
         warnings: sentences for a person.
         seconds: of the fit, kernels compiled before.
+        profiles: likelihood profiles that were asked for.
         details: versions, hashes of inputs, settings.
     """
 
@@ -91,6 +93,7 @@ class CalibrationResult:
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
     gap_held_out: Gap | None = None
+    profiles: tuple[Profile, ...] = ()
     details: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -154,6 +157,7 @@ class CalibrationResult:
                 'names': [p.name for p in self.parameters],
                 'matrix': self.correlation.tolist(),
             },
+            'profiles': {own.name: own.as_dict() for own in self.profiles},
             'warnings': list(self.warnings),
             **self.details,
         }

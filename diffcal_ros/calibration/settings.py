@@ -23,6 +23,7 @@ class CalibrationSettings:
         solver: name of the sparse solver.
         device: Warp device.
         with_mesh_error: estimate what halving the mesh size would change.
+        profile: names of parameters whose likelihood is profiled after the fit.
     """
 
     fit: tuple[str, ...] | None = None
@@ -32,6 +33,7 @@ class CalibrationSettings:
     solver: str = 'auto'
     device: str = 'cpu'
     with_mesh_error: bool = True
+    profile: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:

@@ -88,6 +88,15 @@ def _add_fit_options(group: Any) -> None:
         '--device', metavar='DEVICE', default='cpu', help='cpu (default), or a GPU such as cuda:0'
     )
     group.add_argument(
+        '--profile',
+        metavar='NAME',
+        nargs='+',
+        action='extend',
+        default=[],
+        help="give fitted parameters an interval by their likelihood's profile, too: right where "
+        'the model bends within the error; each takes about as long as the fit',
+    )
+    group.add_argument(
         '--no-mesh-error', action='store_true', help='leave out what a finer mesh would change'
     )
 
@@ -117,8 +126,13 @@ def run(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
     """Check what was asked for before anything slow begins."""
     from diffcal_ros.calibration.settings import CalibrationSettings
+    from diffcal_ros.errors import InputError
 
-    is_field_asked(args)
+    is_alone = not is_field_asked(args) and args.law != _ALL_LAWS
+    if args.profile and not is_alone:
+        raise InputError(
+            '--profile looks at one number of one fit: leave out --field and --law all, or it'
+        )
     settings = CalibrationSettings(
         fit=asked_fit(args, scene),
         loss=args.loss,
@@ -127,6 +141,7 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
         solver=args.solver,
         device=args.device,
         with_mesh_error=not args.no_mesh_error,
+        profile=tuple(args.profile),
     )
     _check_device(args.device)
     return settings

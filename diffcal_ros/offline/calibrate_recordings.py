@@ -4,11 +4,13 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from diffcal_ros.calibration.calibrate import Calibration, with_details
 from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.profile_search import check_profiles, profile
 from diffcal_ros.calibration.provenance import describe_fit
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord, save_result
 from diffcal_ros.calibration.settings import CalibrationSettings
@@ -18,6 +20,7 @@ from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.scene.model import Scene
 
+_UNFINISHED = (Outcome.DIVERGED, Outcome.INTERRUPTED)
 Progress = Callable[[IterationRecord], bool]
 
 
@@ -117,6 +120,7 @@ def run_calibration(
         InputError: when something given is wrong, or `out` cannot be written.
     """
     calibration = Calibration(inputs.scene, inputs.observations, settings)
+    check_profiles(calibration, settings.profile)
     details = describe_inputs(inputs, settings)
     history: list[IterationRecord] = []
 
@@ -126,6 +130,11 @@ def run_calibration(
         return on_iteration is None or on_iteration(record)
 
     result = with_details(calibration.run(keep), **details)
+    if settings.profile and result.outcome not in _UNFINISHED:
+        # What is found already is kept, should the profiles be interrupted.
+        save_result(result, out / 'result.json')
+        profiles = tuple(profile(calibration, name) for name in settings.profile)
+        result = replace(result, profiles=profiles)
     save_result(result, out / 'result.json')
     return calibration, result
 

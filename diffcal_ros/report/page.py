@@ -31,8 +31,14 @@ from diffcal_ros.report.page_tables import (
     plain,
     share_table,
 )
+from diffcal_ros.report.profile_figure import profile_figure
+from diffcal_ros.report.result_table import profile_lines
 import numpy as np
 
+_PROFILE_CAPTION = (
+    'The best fit with one parameter held: where the line passes 1, the 95 % interval ends. '
+    'Dashed: the parabola of the curvature.'
+)
 _GOOD = (Outcome.CONVERGED,)
 _CARE = (Outcome.AT_BOUND, Outcome.MODEL_DISAGREES, Outcome.INTERRUPTED)
 
@@ -217,6 +223,11 @@ def _parameters(calibration: Calibration, result: CalibrationResult) -> str:
             + parameter_table(calibration.parameters, result.parameters, nuisances=True)
             + '</details>\n'
         )
+    if result.profiles:
+        lines = ''.join(f'<li>{escape(line)}</li>' for line in profile_lines(result))
+        text += '<h3>Profile likelihood</h3>\n<p class="soft">Others fitted again at every '
+        text += f'value; without the error of the mesh.</p>\n<ul>{lines}</ul>\n'
+        text += figure_html(profile_figure(result), 'Likelihood profiles', _PROFILE_CAPTION)
     correlations = correlation_table(result)
     if correlations:
         text += (

@@ -19,11 +19,31 @@ def result_text(scene_name: str, result: CalibrationResult) -> str:
     first, second = (max(len(row[column]) for row in rows) for column in range(2))
     lines = [f'{scene_name}: {result.outcome.value.replace("_", " ")}', '']
     lines += [f'{a:<{first}}  {b:<{second}}  {c}' for a, b, c in rows]
-    lines += ['', *_figures(result), '']
+    lines += ['', *_figures(result), *profile_lines(result), '']
     lines += textwrap.wrap(result.outcome.remedy, _WIDTH)
     for warning in result.warnings:
         lines += textwrap.wrap(f'warning: {warning}', _WIDTH, subsequent_indent='  ')
     return '\n'.join(line.rstrip() for line in lines) + '\n'
+
+
+def profile_lines(result: CalibrationResult) -> list[str]:
+    """Write the interval of each profile beside the one by curvature."""
+    return [
+        f'profile     {title(own.name)}: 95 % {_interval(own.low, own.high, own.unit)}; '
+        f'by curvature {_interval(*own.laplace, own.unit)}; the mesh aside'
+        for own in result.profiles
+    ]
+
+
+def _interval(low: float, high: float, unit: str) -> str:
+    ends = [shown(end, 0.0, unit) for end in (low, high)]
+    if math.isinf(low) and math.isinf(high):
+        return 'no limit'
+    if math.isinf(high):
+        return f'above {ends[0].text()}'
+    if math.isinf(low):
+        return f'below {ends[1].text()}'
+    return f'{ends[0].value:.4g} to {ends[1].text()}'
 
 
 def _fitted(parameter: FittedParameter) -> str:
