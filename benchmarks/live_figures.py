@@ -74,18 +74,21 @@ def latency_figures(watch: LiveWatch, told: Sequence[Told]) -> dict[str, Any]:
 
 
 def step_figures(
-    told: Sequence[Told], states: Sequence[TrueState], frames: int, rate: float
+    watch: LiveWatch, states: Sequence[TrueState], frames: int, rate: float
 ) -> dict[str, Any]:
     """Return how soon each change of the body was followed and told [s].
 
+    From the publication of the first frame that shows it to that of the parameters.
+
     Args:
-        told: after each frame.
+        watch: that has listened for a while.
         states: that take turns.
         frames: for which each lasts.
         rate: of the frames [Hz]; stamps go on by one period from frame to frame.
     """
+    told, period = watch.told, round(SECOND / rate)
     stamps = np.array([one.stamp_ns for one in told])
-    numbers = np.round((stamps - _FIRST_STAMP_NS) / round(SECOND / rate)).astype(int)
+    numbers = np.round((stamps - _FIRST_STAMP_NS) / period).astype(int)
     shown = (numbers // frames) % len(states)
     begins = np.flatnonzero(np.diff(shown)) + 1
     found: dict[str, dict[str, list[float | None]]] = {
@@ -93,30 +96,32 @@ def step_figures(
     }
     for begin, end in pairwise(begins):
         state, stretch = states[shown[begin]], told[begin:end]
-        figures = found[state.name]
-        figures['told_s'].append(_told_after(stretch, told[begin - 1].change_count))
+        first = _FIRST_STAMP_NS + int(numbers[begin]) // frames * frames * period
+        if first not in watch.sent_ns:
+            continue
+        figures, sent_ns = found[state.name], watch.sent_ns[first]
+        news = _first_told(stretch, told[begin - 1].change_count)
+        figures['told_s'].append(_seconds(news, sent_ns))
         if state.modulus is not None:
-            figures['followed_s'].append(_followed_after(stretch, state.modulus))
+            near = _first_near(stretch, state.modulus)
+            figures['followed_s'].append(_seconds(near, sent_ns))
     return found
 
 
-def _told_after(stretch: Sequence[Told], count: int) -> float | None:
-    for one in stretch:
-        if one.change_count > count:
-            return _seconds(stretch, one)
-    return None
+def _first_told(stretch: Sequence[Told], count: int) -> Told | None:
+    return next((one for one in stretch if one.change_count > count), None)
 
 
-def _followed_after(stretch: Sequence[Told], truth: float) -> float | None:
+def _first_near(stretch: Sequence[Told], truth: float) -> Told | None:
     is_near = np.array([abs(one.modulus / truth - 1.0) < _WITHIN for one in stretch])
     for place in np.flatnonzero(is_near):
         if is_near[place:][:_LASTS].all():
-            return _seconds(stretch, stretch[place])
+            return stretch[place]
     return None
 
 
-def _seconds(stretch: Sequence[Told], one: Told) -> float:
-    return round((one.stamp_ns - stretch[0].stamp_ns) / SECOND, 3)
+def _seconds(one: Told | None, sent_ns: int) -> float | None:
+    return None if one is None else round((one.published_ns - sent_ns) / SECOND, 3)
 
 
 def _resource_figures(resources: Sequence[Resources]) -> dict[str, Any]:

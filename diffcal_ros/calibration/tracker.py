@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.body_change import BodyChange, ChangeWatch
+from diffcal_ros.calibration.body_search import find_body, FOUND
 from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, longest_steps
 from diffcal_ros.calibration.forgetting_filter import ForgettingFilter
 from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.held_view import FrameEquations, FrameInformation, HeldView
 from diffcal_ros.calibration.innovation import Innovation
-from diffcal_ros.calibration.levenberg_marquardt import gauss_newton_step, minimise, Stop
+from diffcal_ros.calibration.levenberg_marquardt import gauss_newton_step
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import ParameterSet
@@ -35,7 +36,6 @@ _HELD = 0.004
 # one step does not get far. It takes several such frames in a row to believe them.
 _FAR = 0.07
 _DEAR = 2.0
-_FOUND = 0.10
 _BELIEVED = 6
 _COST_SHARE = 0.05
 # How often a search is tried while the body is not found [ns].
@@ -162,7 +162,7 @@ class Tracker:
         self._strange_count = 0
         self._usual_cost: float | None = None
         self._since_informed = 0
-        self._next_search_ns = 0
+        self._next_search_ns = self._thorough_until_ns = 0
         self.search_count = 0
 
     @property
@@ -180,7 +180,7 @@ class Tracker:
         """Forget all frames, not what they said: another stretch of the stream begins."""
         self._filter.clear()
         self._strange_count = 0
-        self._next_search_ns = 0
+        self._next_search_ns = self._thorough_until_ns = 0
 
     def follow(self, frame: DepthFrame) -> Tracked:
         """Take a frame; its stamp must not lie before the last one's.
@@ -210,14 +210,14 @@ class Tracker:
             self._objective.scales = Scales()
             while not self._objective.is_sharp:
                 self._objective.narrow(self.coordinates)
-            self._refine()
+            self._refine_at(self.coordinates)
             self._hold(self.coordinates, frame)
         except (EquilibriumError, OutOfViewError) as error:
             raise InputError(f'the fitted values cannot be simulated: {error}') from error
 
-    def _refine(self) -> None:
+    def _refine_at(self, coordinates: FloatArray) -> None:
         for _ in range(_MOST_REFINEMENTS):
-            if not self._objective.refine(self.coordinates):
+            if not self._objective.refine(coordinates):
                 return
 
     def _hold(self, coordinates: FloatArray, frame: DepthFrame) -> None:
@@ -234,7 +234,7 @@ class Tracker:
 
     def _is_strange(self, frame: FrameEquations) -> bool:
         """Tell whether a frame is not explained near here."""
-        if frame.coverage < _FOUND:
+        if frame.coverage < FOUND:
             return True
         if self._usual_cost is not None and frame.cost > _DEAR * self._usual_cost:
             return True
@@ -262,17 +262,21 @@ class Tracker:
         self._is_found = False
         scales = self._objective.scales
         self._objective.scales = Scales()
-        try:
-            minimum = minimise(self._objective, self.coordinates, self._bounds, self._longest)
-            gap = self._objective.gap(minimum.coordinates)
-        except (EquilibriumError, OutOfViewError):
-            gap = None
-        if gap is None or minimum.stop is Stop.STUCK or gap.coverage < _FOUND:
+        is_brief = frame.stamp_ns >= self._thorough_until_ns
+        found = find_body(
+            self._objective, self.coordinates, self._bounds, self._longest, is_brief=is_brief
+        )
+        if found is None:
             self._objective.scales = scales
             return False
+        if is_brief:
+            # Where the model cannot show the body, only the minimum itself keeps frames near.
+            self._thorough_until_ns = frame.stamp_ns + 2 * _RETRY
+            self._next_search_ns = 0
+        self._refine_at(found)
         self._strange_count, self._usual_cost = 0, None
         self._watch.is_sudden = True
-        self._hold(minimum.coordinates, frame)
+        self._hold(found, frame)
         return True
 
     def _step(self, frame: DepthFrame) -> None:
