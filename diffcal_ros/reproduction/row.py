@@ -24,6 +24,7 @@ _VARIANT_KEYS = {
     'scene',
     'pose',
     'pixel_step',
+    'modulus_field',
     'start',
     'starts',
     'paper',
@@ -46,6 +47,7 @@ class Variant:
         settings: how to fit.
         pose: of the camera, `estimated` or `stored`.
         pixel_step: only every so manieth row and column of the depth image is used.
+        modulus_field: fit a modulus that varies over the body beside the other parameters.
         start: range that starts are drawn from, by the parameter's name, or the part before its
             first dot; moduli, densities and damping evenly in their logarithms.
         starts: how many, where the experiment wants another number than was asked for.
@@ -61,6 +63,7 @@ class Variant:
     settings: CalibrationSettings = field(default_factory=CalibrationSettings)
     pose: str = 'estimated'
     pixel_step: int = 1
+    modulus_field: bool = False
     start: Mapping[str, Sequence[float]] = field(default_factory=dict)
     starts: int | None = None
     paper: Mapping[str, Any] = field(default_factory=dict)
@@ -143,6 +146,10 @@ def _variant(path: Path, content: dict[str, Any]) -> Variant:
         raise SceneError(f'{path} has a `scene_file` but nothing was filmed: add `simulate`')
     if content.get('pose', _POSES[0]) not in _POSES:
         raise SceneError(f'{path}: pose is {content["pose"]!r}: use {" or ".join(_POSES)}')
+    if not isinstance(content.get('modulus_field', False), bool):
+        raise SceneError(
+            f'{path}: modulus_field is {content["modulus_field"]!r}: use true or false'
+        )
     given = {key: content[key] for key in _VARIANT_KEYS & set(content) - set(_SETTINGS)}
     if 'scene_file' in given:
         given['scene_file'] = path.parent / str(given['scene_file'])

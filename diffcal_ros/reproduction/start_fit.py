@@ -12,6 +12,7 @@ import zlib
 
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.calibrate import Calibration, with_details
+from diffcal_ros.calibration.field.fit import fit_field
 from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, save_result
 from diffcal_ros.errors import InputError, SceneError
@@ -49,7 +50,7 @@ def fit_from_start(
         calibration.coordinates = start_coordinates(
             calibration.parameters, variant, random_of(seed, number)
         )
-        result = _with_own_start(calibration.run())
+        result = _with_own_start(_fitted(calibration, variant))
     except SceneError:
         raise
     except InputError as error:
@@ -59,6 +60,14 @@ def fit_from_start(
     result = with_details(result, reproduce=mark, **describe_inputs(inputs, variant.settings))
     on_fitted(calibration, result)
     save_result(result, path)
+
+
+def _fitted(calibration: Calibration, variant: Variant) -> CalibrationResult:
+    result = calibration.run()
+    if not variant.modulus_field:
+        return result
+    field = fit_field(calibration, result)
+    return with_details(field.result, field=field.as_dict())
 
 
 def is_done(path: Path, variant: Variant, seed: str) -> bool:

@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 from support.recorded_beam import MODULUS
 from support.scenes import CAMERA, observation
+from support.small_row import ROW
+import yaml
 
 # Noise and the marker's pose move the modulus of so small an image by about 2 %.
 _MODULUS_SHARE = 0.06
@@ -51,6 +53,17 @@ def test_all_starts_find_the_truth_and_are_not_done_twice(row_file, tmp_path) ->
     assert _reproduce(row_file, '--starts', 2, '--out', out) == 0
     again = {path: path.stat().st_mtime_ns for path in out.rglob('start_*.json')}
     assert [path for path in times if times[path] != again[path]] == [unfinished]
+
+
+def test_a_field_is_fitted_beside_the_parameters(row_file, tmp_path) -> None:
+    row = {**ROW, 'variants': [{'name': 'field', 'modulus_field': True}]}
+    row_file.write_text(yaml.safe_dump(row))
+    assert _reproduce(row_file, '--starts', 1, '--out', tmp_path / 'out') == 0
+    result = json.loads((tmp_path / 'out' / 'small' / 'field' / 'start_00.json').read_text())
+    assert result['field']['kind'] == 'one modulus a tetrahedron'
+    assert result['parameters']['youngs_modulus']['value'] == pytest.approx(
+        MODULUS, rel=_MODULUS_SHARE
+    )
 
 
 def test_another_experiment_does_not_take_the_files_of_the_last(row_file, tmp_path) -> None:

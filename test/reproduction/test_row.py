@@ -36,6 +36,7 @@ def test_variants_change_what_the_row_says() -> None:
         ({'colour': 1}, "has 'colour', which is not known: use case"),
         ({'scene_file': None}, 'needs a `case` of the public data set or a `scene_file`'),
         ({'simulate': None}, 'nothing was filmed: add `simulate`'),
+        ({'modulus_field': 'yes'}, "modulus_field is 'yes': use true or false"),
         ({'pose': 'guessed'}, "pose is 'guessed': use estimated or stored"),
     ],
 )
