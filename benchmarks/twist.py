@@ -119,14 +119,22 @@ def main() -> None:
         for element in arguments.elements
     }
     done = [row for row in rows if row['converged']]
+    seconds = {
+        element: [row['cpu_s'] for row in done if row['element'] == element]
+        for element in arguments.elements
+    }
     write(
         arguments.out,
         {
             'tets': mesh.tet_count,
             'converged': f'{len(done)} of {len(rows)}',
-            'slowest_cpu_s': max(row['cpu_s'] for row in done),
+            'cpu_s': {
+                element: {'median': float(np.median(own)), 'slowest': max(own)}
+                for element, own in seconds.items()
+            },
+            'grid': {key: value for key, value in vars(arguments).items() if key != 'out'},
             'gradient_error': checked,
-            'rows': rows,
+            'failed': [row for row in rows if not row['converged']],
         },
     )
 

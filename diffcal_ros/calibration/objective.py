@@ -128,7 +128,13 @@ class RobustObjective:
 
     def mesh_shift(self, coordinates: FloatArray, *, solver: str = 'auto') -> FloatArray:
         """Return how far a better mesh would shift the minimum, to first order, shape (k,)."""
-        linear = self.linearise(coordinates)
+        stiff = self.linearise(coordinates).information + self._prior_precision
+        pull = self.mesh_pull(coordinates, solver=solver)
+        shift, *_ = np.linalg.lstsq(stiff, -pull, rcond=1e-10)
+        return np.asarray(shift, dtype=np.float64)
+
+    def mesh_pull(self, coordinates: FloatArray, *, solver: str = 'auto') -> FloatArray:
+        """Return how a better mesh would change the gradient, to first order, shape (k,)."""
         moves = self.model.mesh_moves(coordinates, solver=solver)
         tangents = self.model.tangents(coordinates)
         views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
@@ -141,9 +147,7 @@ class RobustObjective:
             for (residuals, jacobian, scale), dimension in zip(blocks, (2, 1), strict=True):
                 weights = robust_weights(residuals, scale, dimension)
                 pull += (jacobian[:, :-1] * weights.true_curvature[:, None]).T @ jacobian[:, -1]
-        stiff = linear.information + self._prior_precision
-        shift, *_ = np.linalg.lstsq(stiff, -pull, rcond=1e-10)
-        return np.asarray(shift, dtype=np.float64)
+        return pull
 
     def narrow(self, coordinates: FloatArray) -> None:
         """Let the robust widths follow the residuals down to their final value."""

@@ -94,7 +94,8 @@ class Parameter:
         if self.kind is not Kind.EFFECT:
             return None
         head, _, name = self.name.partition('.')
-        return EFFECTS[head].component(name)
+        # What comes after a blank says whose it is, where several bodies are fitted together.
+        return EFFECTS[head].component(name.partition(' ')[0])
 
     @property
     def is_logarithmic(self) -> bool:

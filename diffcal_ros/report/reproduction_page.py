@@ -33,6 +33,7 @@ _HEAD = (
     'loss before → after',
     'seconds',
 )
+_SIZES = ('median_mm', 'rms_mm')
 _ABOUT = (
     'Every fit starts from random values, the same in every run. The gap is |measured − '
     'simulated| on the pixels of the body, in the middle over the starts. Losses can be compared '
@@ -88,6 +89,8 @@ def _variant(summary: Summary) -> str:
     failures = ''.join(f'<li>{escape(failure)}</li>' for failure in summary.failures)
     if failures:
         text += f'<ul class="warnings">{failures}</ul>\n'
+    if summary.variant.members and summary.results:
+        text += _members(summary)
     picture = summary.folder / PICTURE
     if picture.is_file():
         text += _figure(picture.read_bytes(), 'Depth before and after, from one start')
@@ -97,6 +100,19 @@ def _variant(summary: Summary) -> str:
             figure, 'Mean and one standard deviation over the starts, and each of them'
         )
     return text
+
+
+def _members(summary: Summary) -> str:
+    """Write the gap of each body that was fitted with others."""
+    rows = [
+        [
+            escape(own.name),
+            *(f'{summary.middle("members", own.name, key):.2f} mm' for key in _SIZES),
+            f'{summary.middle("members", own.name, "coverage"):.0%}',
+        ]
+        for own in summary.variant.members
+    ]
+    return table(('body', 'gap, median', 'gap, RMS', 'coverage'), rows)
 
 
 def _figure(png: bytes, caption: str) -> str:
@@ -146,7 +162,7 @@ def _fit_cells(summary: Summary) -> list[str]:
     loss = ' → '.join(plain(summary.middle('loss', end)) for end in ('start', 'end'))
     if 'loss' in paper:
         loss += f' (paper: {" → ".join(plain(float(end)) for end in paper["loss"])})'
-    after = [summary.middle('gap', 'end', key) for key in ('median_mm', 'rms_mm')]
+    after = [summary.middle('gap', 'end', key) for key in _SIZES]
     coverage = summary.middle('gap', 'end', 'coverage')
     return [
         f'{len(summary.fitted)} of {total}',

@@ -57,6 +57,13 @@ def open_experiment(variant: Variant, dataset: Path | None, folder: Path) -> Off
     return replace(inputs, takes=takes)
 
 
+def open_members(variant: Variant, dataset: Path | None, folder: Path) -> list[OfflineInputs]:
+    """Open every body of a variant: its members', or its only one's."""
+    if not variant.members:
+        return [open_experiment(variant, dataset, folder)]
+    return [open_experiment(own, dataset, folder / own.name) for own in variant.members]
+
+
 def every_nth_pixel(observation: Observation, step: int) -> Observation:
     """Return what a camera with fewer pixels would have seen."""
     camera = observation.camera

@@ -28,8 +28,11 @@ _VARIANT_KEYS = {
     'start',
     'starts',
     'paper',
+    'members',
+    'shared',
     *_SETTINGS,
 }
+_SOURCES = ('case', 'scene_file', 'members')
 _POSES = ('estimated', 'stored')
 
 
@@ -50,8 +53,10 @@ class Variant:
         modulus_field: fit a modulus that varies over the body beside the other parameters.
         start: range that starts are drawn from, by the parameter's name, or the part before its
             first dot; moduli, densities and damping evenly in their logarithms.
-        starts: how many, where the experiment wants another number than was asked for.
+        starts: how many are enough; None: as many as are asked for.
         paper: the paper's figures by the names of ours.
+        members: bodies that are fitted together, each with a case of its own.
+        shared: for each parameter that they have in common, what it is called in which member.
     """
 
     name: str
@@ -67,11 +72,8 @@ class Variant:
     start: Mapping[str, Sequence[float]] = field(default_factory=dict)
     starts: int | None = None
     paper: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def needs_dataset(self) -> bool:
-        """Tell whether it needs the public data set, if only for a mesh."""
-        return self.case is not None
+    members: tuple['Variant', ...] = ()
+    shared: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -138,9 +140,10 @@ def _variant(path: Path, content: dict[str, Any]) -> Variant:
     if unknown:
         known = ', '.join(sorted(_VARIANT_KEYS))
         raise SceneError(f'{path} has {unknown[0]!r}, which is not known: use {known}')
-    if ('case' in content) == ('scene_file' in content):
+    if sum(key in content for key in _SOURCES) != 1:
         raise SceneError(
-            f'{path} needs a `case` of the public data set or a `scene_file`, one of them'
+            f'{path} needs a `case` of the public data set, a `scene_file`, or `members`, one of '
+            'them'
         )
     if 'scene_file' in content and 'simulate' not in content:
         raise SceneError(f'{path} has a `scene_file` but nothing was filmed: add `simulate`')
@@ -153,6 +156,10 @@ def _variant(path: Path, content: dict[str, Any]) -> Variant:
     given = {key: content[key] for key in _VARIANT_KEYS & set(content) - set(_SETTINGS)}
     if 'scene_file' in given:
         given['scene_file'] = path.parent / str(given['scene_file'])
+    given['members'] = tuple(
+        _variant(path, {'name': member, **own})
+        for member, own in content.get('members', {}).items()
+    )
     name = str(given.setdefault('name', 'fit'))
     given.setdefault('title', name)
     settings = {key: content[key] for key in _SETTINGS if key in content}

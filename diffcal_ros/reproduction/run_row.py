@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Do an experiment from all its starts; what is done already is left as it is."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs
-from diffcal_ros.reproduction.experiment_data import open_experiment
+from diffcal_ros.reproduction.experiment_data import open_members
 from diffcal_ros.reproduction.row import Row, Variant
 from diffcal_ros.reproduction.start_fit import fit_from_start, is_done
 
@@ -19,7 +19,8 @@ Draw = Callable[[Path, Calibration, CalibrationResult], None]
 def start_files(row: Row, variant: Variant, out: Path, starts: int) -> list[Path]:
     """Return where each start's result goes."""
     folder = out / row.name / variant.name
-    return [folder / f'start_{number:02}.json' for number in range(variant.starts or starts)]
+    count = min(starts, variant.starts or starts)
+    return [folder / f'start_{number:02}.json' for number in range(count)]
 
 
 def run_row(
@@ -37,7 +38,7 @@ def run_row(
         row: the experiment.
         dataset: root of the public data set, or None.
         out: folder of all experiments.
-        starts: of each variant that does not say how many it wants.
+        starts: of each variant that does not want fewer.
         draw: draws start and end of the first start's fit into a file.
         tell: told what is being done.
 
@@ -51,14 +52,19 @@ def run_row(
             tell(f'{row.name}, {variant.name}: done before')
             continue
         tell(f'{row.name}, {variant.name}: opening')
-        inputs = open_experiment(variant, dataset, files[0].parent)
+        inputs = open_members(variant, dataset, files[0].parent)
         for number in left:
             _fit(row, variant, inputs, number, files[number], draw)
             tell(f'{row.name}, {variant.name}: start {number + 1} of {len(files)}')
 
 
 def _fit(
-    row: Row, variant: Variant, inputs: OfflineInputs, number: int, path: Path, draw: Draw
+    row: Row,
+    variant: Variant,
+    inputs: Sequence[OfflineInputs],
+    number: int,
+    path: Path,
+    draw: Draw,
 ) -> None:
     picture = path.parent / PICTURE
 

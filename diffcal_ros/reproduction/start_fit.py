@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One fit from one random start, kept in a file so that it is never done twice."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 import hashlib
 import json
@@ -13,6 +13,7 @@ import zlib
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.calibrate import Calibration, with_details
 from diffcal_ros.calibration.field.fit import fit_field
+from diffcal_ros.calibration.joint import JointCalibration
 from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, save_result
 from diffcal_ros.errors import InputError, SceneError
@@ -26,7 +27,7 @@ OnFitted = Callable[[Calibration, CalibrationResult], None]
 
 
 def fit_from_start(
-    inputs: OfflineInputs,
+    inputs: Sequence[OfflineInputs],
     variant: Variant,
     number: int,
     path: Path,
@@ -37,16 +38,16 @@ def fit_from_start(
     """Fit from one start and write the result, or why there is none.
 
     Args:
-        inputs: scene and recordings.
+        inputs: scene and recordings, of each member where there are several.
         variant: how to fit.
         number: of the start, from 0.
         path: JSON file to write.
         seed: name that the random numbers follow from; variants of a row share their starts.
-        on_fitted: told of the result before it is written.
+        on_fitted: told of a single body's result before it is written.
     """
     mark = {'start': number, 'fingerprint': fingerprint(variant, seed)}
     try:
-        calibration = Calibration(inputs.scene, inputs.observations, variant.settings)
+        calibration = _calibration(inputs, variant)
         calibration.coordinates = start_coordinates(
             calibration.parameters, variant, random_of(seed, number)
         )
@@ -57,17 +58,29 @@ def fit_from_start(
         document = {'reproduce': mark, 'failure': str(error)}
         write_text_atomically(path, json.dumps(document, indent=2) + '\n')
         return
-    result = with_details(result, reproduce=mark, **describe_inputs(inputs, variant.settings))
-    on_fitted(calibration, result)
+    described = describe_inputs(inputs[0], variant.settings) if len(inputs) == 1 else {}
+    result = with_details(result, reproduce=mark, **described)
+    if isinstance(calibration, Calibration):
+        on_fitted(calibration, result)
     save_result(result, path)
 
 
-def _fitted(calibration: Calibration, variant: Variant) -> CalibrationResult:
+def _fitted(calibration: Calibration | JointCalibration, variant: Variant) -> CalibrationResult:
     result = calibration.run()
-    if not variant.modulus_field:
+    if not variant.modulus_field or isinstance(calibration, JointCalibration):
         return result
     field = fit_field(calibration, result)
     return with_details(field.result, field=field.as_dict())
+
+
+def _calibration(
+    inputs: Sequence[OfflineInputs], variant: Variant
+) -> Calibration | JointCalibration:
+    calibrations = [Calibration(own.scene, own.observations, variant.settings) for own in inputs]
+    if not variant.members:
+        return calibrations[0]
+    names = [own.name for own in variant.members]
+    return JointCalibration(dict(zip(names, calibrations, strict=True)), variant.shared)
 
 
 def is_done(path: Path, variant: Variant, seed: str) -> bool:
@@ -106,8 +119,11 @@ def start_coordinates(
 def fingerprint(variant: Variant, seed: str) -> str:
     """Return what changes when the experiment does."""
     content: dict[str, Any] = {**vars(variant), 'settings': vars(variant.settings), 'seed': seed}
+    content['members'] = [fingerprint(own, seed) for own in variant.members]
     for words in ('title', 'paper', 'starts'):
         content.pop(words)
+    if not variant.members:
+        del content['members'], content['shared']
     text = json.dumps(content, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_RIG = ('rigid_offset', 'camera_pose', 'edge_bias')
+_RIG = 'rigid_offset'
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Summary:
         if not results:
             return []
         first = results[0]['parameters']
-        names = [name for name in first if name.partition('.')[0] not in _RIG]
+        names = [name for name in first if not (name.startswith(_RIG) or first[name]['nuisance'])]
         return [
             Found(
                 name,
@@ -130,6 +130,13 @@ class Summary:
                     for key in ('median_mm', 'rms_mm', 'coverage')
                 }
                 for end in ('start', 'end')
+            },
+            'members': {
+                own.name: {
+                    key: self.middle('members', own.name, key)
+                    for key in ('median_mm', 'rms_mm', 'coverage')
+                }
+                for own in self.variant.members
             },
             'seconds': self.middle('seconds'),
             'paper': dict(self.variant.paper),

@@ -34,7 +34,7 @@ def test_variants_change_what_the_row_says() -> None:
     ('change', 'message'),
     [
         ({'colour': 1}, "has 'colour', which is not known: use case"),
-        ({'scene_file': None}, 'needs a `case` of the public data set or a `scene_file`'),
+        ({'scene_file': None}, 'needs a `case` of the public data set, a `scene_file`, or'),
         ({'simulate': None}, 'nothing was filmed: add `simulate`'),
         ({'modulus_field': 'yes'}, "modulus_field is 'yes': use true or false"),
         ({'pose': 'guessed'}, "pose is 'guessed': use estimated or stored"),

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Several bodies fitted together, each in a scene of its own, with some parameters in common."""
+
+from collections.abc import Mapping, Sequence
+import time
+
+from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, longest_steps
+from diffcal_ros.calibration.gap import Gap, measure_gap
+from diffcal_ros.calibration.joint_parameters import joint_parameters, JointParameters, Shared
+from diffcal_ros.calibration.judgement import judge, warn
+from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum
+from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.uncertainty import estimate_uncertainty
+from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.errors import InputError
+from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.motion.inputs import MotionError
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+_MATRICES = ('curvature', 'information', 'scatter')
+
+
+class JointObjective:
+    """The sum of the members' robust costs."""
+
+    def __init__(self, objectives: Sequence[RobustObjective], parameters: JointParameters) -> None:
+        self._objectives = tuple(objectives)
+        self._parameters = parameters
+
+    @property
+    def is_sharp(self) -> bool:
+        """Tell whether every member's cost has its final form."""
+        return all(objective.is_sharp for objective in self._objectives)
+
+    def own(self, coordinates: FloatArray) -> list[tuple[RobustObjective, FloatArray]]:
+        """Return each member's objective and coordinates."""
+        return [
+            (objective, coordinates[places])
+            for objective, places in zip(self._objectives, self._parameters.places, strict=True)
+        ]
+
+    def cost(self, coordinates: FloatArray) -> float:
+        """Return half chi-square, priors included."""
+        return sum(objective.cost(own) for objective, own in self.own(coordinates))
+
+    def linearise(self, coordinates: FloatArray) -> Linearisation:
+        """Expand the cost to second order."""
+        count, cost = len(coordinates), 0.0
+        descent = np.zeros(count)
+        matrices = {name: np.zeros((count, count)) for name in _MATRICES}
+        for (objective, own), places in zip(
+            self.own(coordinates), self._parameters.places, strict=True
+        ):
+            linear = objective.linearise(own)
+            cost += linear.cost
+            descent[places] += linear.descent
+            for name, matrix in matrices.items():
+                matrix[np.ix_(places, places)] += getattr(linear, name)
+        return Linearisation(cost=cost, descent=descent, **matrices)
+
+    def narrow(self, coordinates: FloatArray) -> None:
+        """Sharpen every member's cost after an accepted step."""
+        for objective, own in self.own(coordinates):
+            objective.narrow(own)
+
+    def refine(self, coordinates: FloatArray) -> bool:
+        """Sharpen the costs at a minimum; True when one changed."""
+        refined = [objective.refine(own) for objective, own in self.own(coordinates)]
+        return any(refined)
+
+    def mesh_shift(self, coordinates: FloatArray, linear: Linearisation) -> FloatArray:
+        """Return how far better meshes would shift the minimum, to first order, shape (k,)."""
+        pull = np.zeros(len(coordinates))
+        for (objective, own), places in zip(
+            self.own(coordinates), self._parameters.places, strict=True
+        ):
+            pull[places] += objective.mesh_pull(own)
+        _, precision = self._parameters.prior()
+        shift, *_ = np.linalg.lstsq(linear.information + precision, -pull, rcond=1e-10)
+        return np.asarray(shift, dtype=np.float64)
+
+    def gaps(self, coordinates: FloatArray) -> list[Gap]:
+        """Measure each member's gap."""
+        return [objective.gap(own) for objective, own in self.own(coordinates)]
+
+    def gap(self, coordinates: FloatArray) -> Gap:
+        """Measure the gap over all members."""
+        residuals, counted, truncations = [], [], []
+        for objective, own in self.own(coordinates):
+            for comparison in objective.comparisons(own):
+                residuals.append(comparison.difference)
+                counted.append(comparison.counted)
+            truncations.append(objective.truncation)
+        return measure_gap(residuals, counted, max(truncations))
+
+
+class JointCalibration:
+    """One fit of several bodies.
+
+    Attributes:
+        members: calibrations by name; after a fit they stand at its end.
+        parameters: of all of them.
+        coordinates: where the fit starts, and where it ended, shape (k,).
+    """
+
+    def __init__(self, members: Mapping[str, Calibration], shared: Shared) -> None:
+        """Put calibrations together.
+
+        Args:
+            members: calibrations with the robust loss, by name.
+            shared: for the name of each parameter in common, what it is called in which member.
+
+        Raises:
+            InputError: when they do not fit together.
+        """
+        objectives = []
+        for name, member in members.items():
+            if not isinstance(member.objective, RobustObjective):
+                raise InputError(f'{name} has the loss {member.settings.loss!r}: use robust')
+            objectives.append(member.objective)
+        self.members = dict(members)
+        self.parameters = joint_parameters(
+            {name: member.parameters for name, member in members.items()}, shared
+        )
+        self.objective = JointObjective(objectives, self.parameters)
+        self.coordinates = self.parameters.start()
+
+    def run(self) -> CalibrationResult:
+        """Fit; the result's details hold each member's gap.
+
+        Raises:
+            InputError: when the start cannot be simulated or is out of view.
+        """
+        begun = time.perf_counter()
+        history: list[IterationRecord] = []
+
+        def tell(iteration: Iteration) -> bool:
+            history.append(
+                IterationRecord(
+                    number=iteration.number,
+                    loss=iteration.cost,
+                    gap=self.objective.gap(iteration.coordinates),
+                    values=self.parameters.values(iteration.coordinates),
+                    seconds=time.perf_counter() - begun,
+                )
+            )
+            return True
+
+        first = next(iter(self.members.values()))
+        try:
+            minimum = minimise(
+                self.objective,
+                self.coordinates,
+                self.parameters.bounds(),
+                longest_steps(self.parameters),
+                max_iterations=first.settings.max_iterations or 30,
+                on_iteration=tell,
+            )
+        except (EquilibriumError, MotionError, OutOfViewError) as error:
+            raise InputError(f'the start values cannot be simulated: {error}') from error
+        self.coordinates = minimum.coordinates
+        for member, places in zip(self.members.values(), self.parameters.places, strict=True):
+            member.coordinates = minimum.coordinates[places]
+        return self._result(minimum, history, time.perf_counter() - begun)
+
+    def _result(
+        self, minimum: Minimum, history: list[IterationRecord], seconds: float
+    ) -> CalibrationResult:
+        at = minimum.coordinates
+        shift = np.zeros_like(at)
+        if all(member.settings.with_mesh_error for member in self.members.values()):
+            shift = self.objective.mesh_shift(at, minimum.linearisation)
+        uncertainty = estimate_uncertainty(minimum.linearisation, self.parameters, shift)
+        gap = self.objective.gap(at)
+        fitted = fitted_parameters(self.parameters, at, uncertainty)
+        outcome = judge(minimum, gap, fitted, uncertainty)
+        gaps = zip(self.members, self.objective.gaps(at), strict=True)
+        return CalibrationResult(
+            outcome=outcome,
+            parameters=fitted,
+            gap_start=history[0].gap,
+            gap_end=gap,
+            loss='robust',
+            history=tuple(history),
+            correlation=uncertainty.correlation,
+            warnings=tuple(warn(outcome, gap, fitted, uncertainty)),
+            seconds=seconds,
+            details={'members': {name: own.as_dict() for name, own in gaps}},
+        )
