@@ -79,6 +79,10 @@ blind: $(VENV)/.test ## Diagnose the independent generator's cases and score the
 twist: $(VENV)/.test ## Twist a cantilever by half a turn over a grid of materials (needs DIFFCAL_DATA).
 	$(BIN)/python benchmarks/twist.py
 
+.PHONY: motion-fit
+motion-fit: $(VENV)/.test ## Fit a released beam from ten random starts (a quarter of an hour).
+	PYTHONPATH=. $(BIN)/python benchmarks/motion_fit.py
+
 .PHONY: clean
 clean: ## Remove what was built; .venv stays.
 	rm -rf build install log out

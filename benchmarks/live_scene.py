@@ -16,9 +16,9 @@ _SIZE = (0.16, 0.030, 0.024)  # [m]
 _HELD = 0.025  # [m]
 
 
-def cantilever() -> TetMesh:
+def cantilever(cells: tuple[int, int, int] = _CELLS) -> TetMesh:
     """Mesh a box: cells on a grid, each cut into six tetrahedra."""
-    axes = [np.linspace(0.0, size, n + 1) for size, n in zip(_SIZE, _CELLS, strict=True)]
+    axes = [np.linspace(0.0, size, n + 1) for size, n in zip(_SIZE, cells, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing='ij'), axis=-1)
     numbers = np.arange(grid[..., 0].size).reshape(grid.shape[:3])
     lows = numbers[:-1, :-1, :-1].ravel()
@@ -32,9 +32,9 @@ def cantilever() -> TetMesh:
     return TetMesh(grid.reshape(-1, 3), tets.astype(np.int32))
 
 
-def write_scene(folder: Path, element: Element) -> Path:
+def write_scene(folder: Path, element: Element, cells: tuple[int, int, int] = _CELLS) -> Path:
     """Write mesh and scene; the start values are the truth."""
-    mesh = cantilever()
+    mesh = cantilever(cells)
     folder.mkdir(parents=True)
     lines = [f'v {x:.9g} {y:.9g} {z:.9g}' for x, y, z in mesh.rest_positions.tolist()]
     lines += [f't {a} {b} {c} {d}' for a, b, c, d in mesh.tets.tolist()]

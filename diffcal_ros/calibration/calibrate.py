@@ -40,7 +40,7 @@ Progress = Callable[[IterationRecord], bool]
 _LONGEST_STEPS = {
     Kind.YOUNGS_MODULUS: 0.7,
     Kind.DENSITY: 0.7,
-    Kind.DAMPING: 1.5,
+    Kind.DAMPING: 0.7,
     Kind.RELEASE_TIME: 0.03,
     Kind.POISSONS_RATIO: 0.05,
     Kind.REST_LENGTH: 0.01,
@@ -210,6 +210,7 @@ class Calibration:
             longest_steps(self.parameters),
             max_iterations=settings.max_iterations or 30,
             max_doublings=0 if settings.loss == 'robust' else _IMAGE_DOUBLINGS,
+            is_boxed=any(seen.instant is not None for seen in self.model.observations),
             on_iteration=tell,
         )
 

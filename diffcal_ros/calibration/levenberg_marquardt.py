@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+from diffcal_ros.calibration.boxed_step import boxed_step
+from diffcal_ros.calibration.gauss_newton import gauss_newton_step
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.fem.equilibrium import EquilibriumError
@@ -25,6 +27,8 @@ _ROUNDING_GAIN = 0.5 * 0.1**2
 _ROUGHNESS = 0.03
 # A step of this share of the longest changes a modulus by less than 0.1 %.
 _NEGLIGIBLE = 1e-3
+# A coordinate whose step is this share of its longest was stopped there.
+_STOPPED = 0.999
 _MAX_REJECTIONS = 8
 _MAX_BLUNT_REJECTIONS = 2
 _FIRST_DAMPING = 1e-2
@@ -37,18 +41,6 @@ class Stop(str, Enum):
     EXHAUSTED = 'exhausted'
     STUCK = 'stuck'
     INTERRUPTED = 'interrupted'
-
-
-class NormalEquations(Protocol):
-    """A cost to second order, priors included."""
-
-    @property
-    def descent(self) -> FloatArray:
-        """Minus the gradient, shape (k,)."""
-
-    @property
-    def curvature(self) -> FloatArray:
-        """Gauss-Newton matrix, shape (k, k)."""
 
 
 class Objective(Protocol):
@@ -111,6 +103,7 @@ def minimise(
     *,
     max_iterations: int = 30,
     max_doublings: int = 0,
+    is_boxed: bool = False,
     on_iteration: Callable[[Iteration], bool] | None = None,
 ) -> Minimum:
     """Find a minimum.
@@ -119,13 +112,17 @@ def minimise(
         objective: gives cost, gradient and curvature.
         start: coordinates, shape (k,).
         bounds: lower and upper, shape (k,) each.
-        longest_step: of each coordinate, shape (k,); a longer step is shortened as a whole.
+        longest_step: of each coordinate, shape (k,).
         max_iterations: accepted steps at most.
         max_doublings: how often a good step may be doubled. A whole-image loss falls in
             proportion to the outline's distance, and Gauss-Newton steps it a pixel at a time.
+        is_boxed: stop each coordinate at its own longest step, in place of shortening the step as
+            a whole; see `boxed_step`.
         on_iteration: told of every accepted step; returns False to stop.
     """
-    search = _Search(objective, np.clip(start, *bounds), bounds, longest_step, max_doublings)
+    search = _Search(
+        objective, np.clip(start, *bounds), bounds, longest_step, max_doublings, is_boxed
+    )
     tell = on_iteration or (lambda _: True)
     if not tell(search.iteration()):
         return search.minimum(Stop.INTERRUPTED)
@@ -154,11 +151,13 @@ class _Search:
         bounds: tuple[FloatArray, FloatArray],
         longest_step: FloatArray,
         max_doublings: int,
+        is_boxed: bool,
     ) -> None:
         self._objective = objective
         self._lower, self._upper = bounds
         self._longest_step = longest_step
         self._max_doublings = max_doublings
+        self._is_boxed = is_boxed
         self._damping = 0.0
         self._last: tuple[FloatArray, FloatArray] | None = None
         self._coordinates = start
@@ -181,6 +180,11 @@ class _Search:
         )
         if self._last is not None and self.rejections == 0:
             step *= _secant_share(self._linear, step, *self._last)
+        if self._is_boxed:
+            bounds = (self._lower, self._upper)
+            return boxed_step(
+                self._linear, self._coordinates, bounds, step, self._longest_step, self._damping
+            )
         return step / max(1.0, float((np.abs(step) / self._longest_step).max()))
 
     def is_done(self, step: FloatArray) -> bool:
@@ -217,7 +221,9 @@ class _Search:
         damping = 0.1 * self._damping if self._damping > 1e-3 else 0.0
         self._coordinates = trial
         self.number += 1
-        self._objective.narrow(trial)
+        # A boxed step that was stopped has not arrived: the cost stays wide to see the way on.
+        if not self._is_boxed or (np.abs(step) < _STOPPED * self._longest_step).all():
+            self._objective.narrow(trial)
         self._start_anew()
         self._last, self._damping = last, damping
         return True
@@ -235,31 +241,6 @@ class _Search:
     def _start_anew(self) -> None:
         self._linear = self._objective.linearise(self._coordinates)
         self.rejections, self._damping, self._last = 0, 0.0, None
-
-
-def gauss_newton_step(
-    linear: NormalEquations,
-    coordinates: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
-    damping: float = 0.0,
-) -> FloatArray:
-    """Solve the damped normal equations for what is not stopped by a bound, shape (k,)."""
-    stopped = (coordinates <= lower) & (linear.descent < 0.0)
-    stopped |= (coordinates >= upper) & (linear.descent > 0.0)
-    free = np.flatnonzero(~stopped)
-    step = np.zeros_like(coordinates)
-    if len(free) == 0:
-        return step
-    curvature = linear.curvature[np.ix_(free, free)]
-    diagonal = np.diag(curvature)
-    # A coordinate that nothing depends on stays where it is.
-    damped = curvature + np.diag(damping * diagonal + np.where(diagonal > 0.0, 0.0, 1.0))
-    scale = 1.0 / np.sqrt(np.diag(damped))
-    scaled = damped * scale[:, None] * scale[None, :]
-    solution, *_ = np.linalg.lstsq(scaled, scale * linear.descent[free], rcond=1e-12)
-    step[free] = scale * solution
-    return step
 
 
 def _secant_share(

@@ -10,9 +10,9 @@ from diffcal_ros.calibration.body_search import find_body, FOUND
 from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, longest_steps
 from diffcal_ros.calibration.forgetting_filter import ForgettingFilter
 from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.gauss_newton import gauss_newton_step
 from diffcal_ros.calibration.held_view import FrameEquations, FrameInformation, HeldView
 from diffcal_ros.calibration.innovation import Innovation
-from diffcal_ros.calibration.levenberg_marquardt import gauss_newton_step
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import ParameterSet

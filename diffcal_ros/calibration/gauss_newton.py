@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""One Gauss-Newton step of a cost that is known to second order."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class NormalEquations(Protocol):
+    """A cost to second order, priors included."""
+
+    @property
+    def descent(self) -> FloatArray:
+        """Minus the gradient, shape (k,)."""
+
+    @property
+    def curvature(self) -> FloatArray:
+        """Gauss-Newton matrix, shape (k, k)."""
+
+
+def gauss_newton_step(
+    linear: NormalEquations,
+    coordinates: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    damping: float = 0.0,
+) -> FloatArray:
+    """Solve the damped normal equations for what is not stopped by a bound, shape (k,)."""
+    stopped = (coordinates <= lower) & (linear.descent < 0.0)
+    stopped |= (coordinates >= upper) & (linear.descent > 0.0)
+    free = np.flatnonzero(~stopped)
+    step = np.zeros_like(coordinates)
+    if len(free) == 0:
+        return step
+    curvature = linear.curvature[np.ix_(free, free)]
+    diagonal = np.diag(curvature)
+    # A coordinate that nothing depends on stays where it is.
+    damped = curvature + np.diag(damping * diagonal + np.where(diagonal > 0.0, 0.0, 1.0))
+    scale = 1.0 / np.sqrt(np.diag(damped))
+    scaled = damped * scale[:, None] * scale[None, :]
+    solution, *_ = np.linalg.lstsq(scaled, scale * linear.descent[free], rcond=1e-12)
+    step[free] = scale * solution
+    return step
