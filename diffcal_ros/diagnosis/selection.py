@@ -27,7 +27,7 @@ AS_WELL = 5.0
 _POOR, _POOR_FLOORS = 2.0, 2.0
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
-# No further pair is begun after so much work [s of one core].
+# Beside the first, no pair is begun after so much work [s of one core].
 _PATIENCE = 40.0
 # A second effect must close so much of what the first one leaves on held-out patches.
 _CLOSES = 0.25
@@ -183,7 +183,7 @@ def _pairs(
             continue  # It was reached by small steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
-            if key in found or time.process_time() > deadline:
+            if key in found or (found and time.process_time() > deadline):
                 continue
             starts = {**_fitted(one), **starts_of(score)}
             pair = _first_look(nominal, base, [first, score.candidate], starts, tell)
