@@ -16,6 +16,7 @@ from diffcal_ros.calibration.result import CalibrationResult, IterationRecord, s
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import PoseError, RecordingError, SceneError
 from diffcal_ros.offline.observe import observe
+from diffcal_ros.offline.turn_sense import sense_note
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.scene.model import Scene
@@ -130,6 +131,9 @@ def run_calibration(
         return on_iteration is None or on_iteration(record)
 
     result = with_details(calibration.run(keep), **details)
+    if result.outcome not in _UNFINISHED:
+        note = sense_note(inputs.scene, inputs.observations, settings, result)
+        result = replace(result, warnings=(*result.warnings, *([note] if note else [])))
     if settings.profile and result.outcome not in _UNFINISHED:
         # What is found already is kept, should the profiles be interrupted.
         save_result(result, out / 'result.json')
