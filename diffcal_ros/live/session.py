@@ -13,6 +13,7 @@ from diffcal_ros.live.background import Background, TaskFailed
 from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
 from diffcal_ros.live.frame_window import FrameWindow
 from diffcal_ros.live.inputs import LiveInputs, Snapshot
+from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.release import require_release_time, with_release
 from diffcal_ros.live.session_settings import SessionSettings, with_quantization
 from diffcal_ros.live.swings import Swings
@@ -151,6 +152,9 @@ class Session:
             if self.tracking is not None:
                 self.tracking.handle(event)
                 self._values = event.tracked.values()
+        elif isinstance(event, Picture):
+            if self.tracking is not None:
+                self.tracking.picture = event
         elif isinstance(event, TaskFailed):
             self._is_ready = True
             self._fail(_told(event.error), now_ns)

@@ -28,7 +28,6 @@ class TrackStep:
         arrived_ns: when the frame came, steady time [ns].
         seconds: that the update took.
         search_count: searches for a body that changed, so far.
-        picture: what the model sees, where one is due.
     """
 
     tracked: Tracked
@@ -36,7 +35,6 @@ class TrackStep:
     arrived_ns: int
     seconds: float
     search_count: int
-    picture: Picture | None
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class TrackRequest:
 
 
 def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
-    """Post a `TrackStep` after every frame.
+    """Post a `TrackStep` after every frame, and after some of them a `Picture`.
 
     Raises:
         InputError: when the fitted values cannot be simulated.
@@ -70,9 +68,7 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
     triangles = calibration.model.body(observation).discretisation.surface_triangles
     number = 0
 
-    def draw(frame: DepthFrame) -> Picture | None:
-        if not request.is_picture_due():
-            return None
+    def draw(frame: DepthFrame) -> Picture:
         return draw_picture(
             tracker.held.view,
             tracker.held.read_depth(),
@@ -94,8 +90,7 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
         tracked = tracker.follow(frame)
         number += 1
         seconds = time.perf_counter() - begun
-        post(
-            TrackStep(
-                tracked, number, arrived.arrived_ns, seconds, tracker.search_count, draw(frame)
-            )
-        )
+        post(TrackStep(tracked, number, arrived.arrived_ns, seconds, tracker.search_count))
+        # Parameters do not wait for pictures.
+        if request.is_picture_due():
+            post(draw(frame))

@@ -15,6 +15,7 @@ from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.fit_task import FitEnd
 from diffcal_ros.live.latest_frame import LatestFrame, Order
+from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.track_task import track, TrackRequest, TrackStep
 import numpy as np
 
@@ -41,6 +42,7 @@ class Tracking:
     Attributes:
         frames: where frames are handed over.
         last: the newest step; None before the first frame.
+        picture: the last one; None before somebody looked.
         change: the last change of the body; None without one.
         change_count: changes that were told.
         has_onlookers: somebody wants pictures; set from outside.
@@ -56,6 +58,7 @@ class Tracking:
         """
         self.frames = LatestFrame()
         self.last: TrackStep | None = None
+        self.picture: Picture | None = None
         self.change: BodyChange | None = None
         self.change_count = 0
         self.has_onlookers = False

@@ -56,7 +56,7 @@ class CalibrationOutputs:
         self._estimates.publish(
             estimates_message(scene, step.parameters, step.record, None, time_ns)
         )
-        self._tell_picture(step.picture)
+        self.tell_picture(step.picture)
 
     def tell_end(self, scene: Scene, end: FitEnd) -> None:
         """Publish the result."""
@@ -68,7 +68,7 @@ class CalibrationOutputs:
             )
         )
         self._covariance.publish(covariance_message(result.parameters, result.correlation))
-        self._tell_picture(end.picture)
+        self.tell_picture(end.picture)
 
     def tell_tracked(self, scene: Scene, tracking: Tracking, step: TrackStep) -> None:
         """Publish what is known after a frame."""
@@ -78,8 +78,6 @@ class CalibrationOutputs:
             tracked_message(scene, step, tracking.change, tracking.change_count)
         )
         self._covariance.publish(covariance_message(tracked.parameters, tracked.correlation))
-        if step.picture is not None:
-            self._tell_picture(step.picture)
 
     def tell_change(self, change: BodyChange, count: int) -> None:
         """Publish a change of the body; the last one stays."""
@@ -127,7 +125,8 @@ class CalibrationOutputs:
             self._numbers[topic] = publisher
         return self._numbers[topic]
 
-    def _tell_picture(self, picture: Picture) -> None:
+    def tell_picture(self, picture: Picture) -> None:
+        """Publish what the model sees."""
         time_ns, frame_id = picture.stamp_ns, picture.frame_id
         info = camera_info_message(picture.camera, time_ns=time_ns, frame_id=frame_id)
         self._rendered_info.publish(info)

@@ -5,6 +5,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.session import Session
 from diffcal_ros.live.track_task import TrackStep
 from diffcal_ros.live.tracking import in_words
@@ -30,9 +31,12 @@ def relay_tracking(
         logger: of the node.
     """
     newest: TrackStep | None = None
+    picture: Picture | None = None
     for event in events:
         session.handle(event, steady.now().nanoseconds)
         tracking = session.tracking
+        if isinstance(event, Picture):
+            picture = event
         if not isinstance(event, TrackStep) or tracking is None:
             continue
         newest = event
@@ -43,3 +47,5 @@ def relay_tracking(
     if newest is not None and session.tracking is not None:
         outputs.tell_tracked(session.scene, session.tracking, newest)
         session.tracking.told(newest, steady.now().nanoseconds)
+    if picture is not None:
+        outputs.tell_picture(picture)

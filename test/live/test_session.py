@@ -131,8 +131,8 @@ def test_pictures_show_what_the_sensor_would_read(depth):
         running.until(lambda: running.session.phase is Phase.TRACKING)
         running.session.tracking.has_onlookers = True
         running.film(cut, 1)
-        running.until(lambda: running.session.tracking.last is not None)
-        drawn = [running.session.last_end.picture, running.session.tracking.last.picture]
+        running.until(lambda: running.session.tracking.picture is not None)
+        drawn = [running.session.last_end.picture, running.session.tracking.picture]
     finally:
         running.follower.close()
         running.background.close()
