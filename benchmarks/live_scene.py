@@ -4,6 +4,7 @@
 
 from itertools import permutations
 from pathlib import Path
+from typing import Any
 
 from diffcal_ros.fem.element import Element
 from diffcal_ros.tet_mesh import TetMesh
@@ -32,14 +33,26 @@ def cantilever(cells: tuple[int, int, int] = _CELLS) -> TetMesh:
     return TetMesh(grid.reshape(-1, 3), tets.astype(np.int32))
 
 
-def write_scene(folder: Path, element: Element, cells: tuple[int, int, int] = _CELLS) -> Path:
-    """Write mesh and scene; the start values are the truth."""
+def write_scene(
+    folder: Path,
+    element: Element,
+    cells: tuple[int, int, int] = _CELLS,
+    motion: dict[str, Any] | None = None,
+) -> Path:
+    """Write mesh and scene; the start values are the truth.
+
+    Args:
+        folder: to make.
+        element: on the mesh.
+        cells: of the mesh along each axis.
+        motion: `held`, `region`, `motion` and `fit` of a body that moves.
+    """
     mesh = cantilever(cells)
     folder.mkdir(parents=True)
     lines = [f'v {x:.9g} {y:.9g} {z:.9g}' for x, y, z in mesh.rest_positions.tolist()]
     lines += [f't {a} {b} {c} {d}' for a, b, c, d in mesh.tets.tolist()]
     (folder / 'cantilever.tet').write_text('\n'.join(lines) + '\n')
-    document = {
+    document: dict[str, Any] = {
         'format': 1,
         'name': 'cantilever',
         'mesh': {'file': 'cantilever.tet', 'unit': 'm', 'element': element.value},
@@ -51,6 +64,10 @@ def write_scene(folder: Path, element: Element, cells: tuple[int, int, int] = _C
         'gravity': [0.0, -9.81, 0.0],
         'fit': ['youngs_modulus', 'rigid_offset'],
     }
+    if motion is not None:
+        document['held'].update(motion['held'])
+        document['regions']['body'].update(motion['region'])
+        document.update(motion=motion['motion'], fit=motion['fit'])
     path = folder / 'scene.yaml'
     path.write_text(yaml.safe_dump(document, sort_keys=False))
     return path
