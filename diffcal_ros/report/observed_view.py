@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.effect_model import SensorModel
 from diffcal_ros.calibration.forward_model import View
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.pixel_masks import ViewMask
 from diffcal_ros.calibration.result import CalibrationResult
-from diffcal_ros.calibration.robust_residual import Comparison, make_comparers, Reach
+from diffcal_ros.calibration.robust_residual import make_comparers, Reach
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +30,7 @@ class Picture:
     """The simulated body in one view, over the whole image.
 
     Attributes:
-        depth: simulated z [m], shape (H, W); NaN beside the body.
+        depth: simulated z as the sensor would read it [m], shape (H, W); NaN beside the body.
         residual: observed less simulated depth [m], shape (H, W); NaN where either is missing.
         counted: simulated pixels that no mask leaves out, shape (H, W).
         masked: simulated pixels that a mask leaves out, shape (H, W).
@@ -135,23 +136,18 @@ class _Comparers:
         """Return what some of the views show, by their numbers."""
         views: Sequence[View] = self._model.views(coordinates)
         sensor = self._model.sensor(coordinates)
-        return {
-            number: self._picture(
-                number,
-                views[number],
-                self._comparers[number].compare(views[number], self._reach, sensor),
-            )
-            for number in shown
-        }
+        return {number: self._picture(number, views[number], sensor) for number in shown}
 
-    def _picture(self, number: int, view: View, comparison: Comparison) -> Picture:
+    def _picture(self, number: int, view: View, sensor: SensorModel) -> Picture:
+        comparison = self._comparers[number].compare(view, self._reach, sensor)
         trace, camera = view.trace, self._model.observations[number].camera
         shape = (camera.height, camera.width)
         window = (trace.rows, trace.columns)
         depth, residual = np.full(shape, np.nan), np.full(shape, np.nan)
         faces = np.full(shape, -1, dtype=np.int32)
         counted = np.zeros(shape, dtype=bool)
-        depth[window], residual[window] = trace.depth, comparison.difference
+        depth[window] = self._comparers[number].read(trace, sensor)
+        residual[window] = comparison.difference
         faces[window], counted[window] = trace.faces, comparison.counted
         outline = trace.outline
         edge = comparison.edge

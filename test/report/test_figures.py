@@ -5,11 +5,13 @@
 from dataclasses import replace
 import warnings
 
+from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.report.along_body import along_body, BIN_COUNT, distance_from_clamp
 from diffcal_ros.report.along_body_figure import along_body_figure
 from diffcal_ros.report.convergence_figure import convergence_figure
 from diffcal_ros.report.depth_figure import depth_figure, depth_range, RESIDUAL_LIMIT
 from diffcal_ros.report.figure_png import png_bytes
+from diffcal_ros.report.observed_view import observed_views
 from diffcal_ros.report.palette import correlation_color
 from diffcal_ros.report.picture import picture_figure, save_picture
 import numpy as np
@@ -42,6 +44,20 @@ def test_images_hold_millimetres_of_their_window(view):
     expected = 1e3 * (view.observation.depth - view.fitted.depth)[window]
     np.testing.assert_allclose(left[counted], expected[counted], atol=1e-4)
     assert np.isnan(left[~counted]).all()
+
+
+def test_simulated_depth_is_what_the_sensor_would_read(fitted, view):
+    calibration, result = fitted
+    bias = 0.004
+    scene = replace(calibration.scene, effects={'depth_affine': {'scale': 0.0, 'bias': bias}})
+    far = Calibration(scene, calibration.model.observations, calibration.settings)
+    (read,) = observed_views(far, result)
+    seen = np.isfinite(view.fitted.depth)
+    np.testing.assert_allclose((read.fitted.depth - view.fitted.depth)[seen], bias, atol=1e-9)
+    both = np.isfinite(view.fitted.residual)
+    np.testing.assert_allclose(
+        (read.fitted.residual - view.fitted.residual)[both], -bias, atol=1e-9
+    )
 
 
 def test_the_window_holds_the_body_and_the_scale_its_depths(view):
