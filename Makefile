@@ -83,6 +83,10 @@ twist: $(VENV)/.test ## Twist a cantilever by half a turn over a grid of materia
 motion-fit: $(VENV)/.test ## Fit a released beam from ten random starts (a quarter of an hour).
 	PYTHONPATH=. $(BIN)/python benchmarks/motion_fit.py
 
+.PHONY: coarsening
+coarsening: $(VENV)/.test ## Fit coarser meshes of a beam to a fine one, with each element.
+	$(BIN)/python benchmarks/coarsening.py
+
 .PHONY: clean
 clean: ## Remove what was built; .venv stays.
 	rm -rf build install log out
