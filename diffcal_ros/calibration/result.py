@@ -28,7 +28,7 @@ class FittedParameter:
         name: as in the scene.
         value: in `unit`.
         std_error: statistical and mesh error together, in `unit`.
-        mesh_error: the mesh's part of it, in `unit`.
+        mesh_error: the part of mesh and time step in it, in `unit`.
         unit: SI.
         start: where the fit started.
         at_bound: the value is at a bound.

@@ -22,7 +22,8 @@ class CalibrationSettings:
         max_iterations: of either; None: 30, or 100 for Adam.
         solver: name of the sparse solver.
         device: Warp device.
-        with_mesh_error: estimate what halving the mesh size would change.
+        with_mesh_error: estimate what halving the mesh size, and a motion's time step, would
+            change.
         profile: names of parameters whose likelihood is profiled after the fit.
     """
 

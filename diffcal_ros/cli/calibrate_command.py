@@ -97,7 +97,9 @@ def _add_fit_options(group: Any) -> None:
         'the model bends within the error; each takes about as long as the fit',
     )
     group.add_argument(
-        '--no-mesh-error', action='store_true', help='leave out what a finer mesh would change'
+        '--no-mesh-error',
+        action='store_true',
+        help='leave out what a finer mesh and shorter time steps would change',
     )
 
 
