@@ -227,13 +227,13 @@ class Calibration:
         seconds: float,
     ) -> CalibrationResult:
         shift = np.zeros(len(self.parameters))
-        if self.settings.with_mesh_error and isinstance(self.objective, RobustObjective):
-            shift = self.objective.mesh_shift(minimum.coordinates, solver=self.settings.solver)
+        loose: tuple[str, ...] = ()
+        if isinstance(self.objective, RobustObjective):
+            loose = barely_pulling(self.objective, self.parameters, minimum.coordinates)
+            if self.settings.with_mesh_error:
+                shift = self.objective.mesh_shift(minimum.coordinates, solver=self.settings.solver)
         uncertainty = estimate_uncertainty(
-            minimum.linearisation,
-            self.parameters,
-            shift,
-            one_sided=barely_pulling(self.model, self.parameters, minimum.coordinates),
+            minimum.linearisation, self.parameters, shift, one_sided=loose
         )
         gap_end = self.objective.gap(minimum.coordinates)
         fitted = fitted_parameters(self.parameters, minimum.coordinates, uncertainty)

@@ -3,6 +3,7 @@
 """A slack cable moves nothing: a fit starts where it is just taut, and may end not knowing."""
 
 from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import Kind, ParameterSet
 from diffcal_ros.fem.cable import CableTerm
 import numpy as np
@@ -12,6 +13,8 @@ FloatArray = NDArray[np.float64]
 
 # Of the width over which tension sets in: the cable has its full stiffness there.
 _TAUT = 2.0
+_OUT_OF_THE_WAY = 20.0
+_AS_LIKELY = 0.5 * 1.96**2
 
 
 def taut_start(
@@ -56,25 +59,29 @@ def taut_start(
 
 
 def barely_pulling(
-    model: ForwardModel, parameters: ParameterSet, coordinates: FloatArray
+    objective: RobustObjective, parameters: ParameterSet, coordinates: FloatArray
 ) -> tuple[str, ...]:
-    """Name fitted rest lengths of cables that pull in no posture, or just begin to.
+    """Name fitted rest lengths of cables that might as well be slack.
 
-    Any longer rest length would fit as well.
+    Those are cables that pull in no posture by more than the onset of tension, and without which
+    the data are as likely, by the ratio of likelihoods at 95 %. Any longer rest length would do.
     """
-    places = parameters.find(Kind.REST_LENGTH)
-    if not places:
-        return ()
-    model.views(coordinates)
-    names = []
-    for place in places:
+    model, names = objective.model, []
+    for place in parameters.find(Kind.REST_LENGTH):
+        model.views(coordinates)
         parameter = parameters.parameters[place]
-        loose = [
+        smoothing = _smoothing(model, parameter.target)
+        loose = min(
             _slack(posture.body.cables[parameter.target], posture.positions(0))
             for posture in model.bodies.values()
-        ]
-        if min(loose) > -_smoothing(model, parameter.target):
+        )
+        if loose > 0.0:
             names.append(parameter.name)
+        elif loose > -smoothing:
+            without = coordinates.copy()
+            without[place] += _OUT_OF_THE_WAY * smoothing
+            if objective.cost(without) - objective.cost(coordinates) < _AS_LIKELY:
+                names.append(parameter.name)
     return tuple(names)
 
 
