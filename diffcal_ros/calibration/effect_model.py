@@ -132,6 +132,13 @@ class EffectModel:
         ratio = amplitudes.get('strain_stiffening', {}).get('ratio', 0.0)
         if ratio:
             conditions = replace(conditions, strain_stiffening=ratio)
+        fibres = amplitudes.get('anisotropy', {})
+        if fibres.get('ratio', 0.0):
+            conditions = replace(
+                conditions,
+                fibre_ratio=fibres['ratio'],
+                fibre_direction=self._fibre_direction(setup_index, fibres),
+            )
         plane = amplitudes.get('contact_plane')
         if plane is not None:
             normal = plane_normal(gravity, plane)
@@ -160,9 +167,20 @@ class EffectModel:
             return ConditionsChange(rest_curvature=np.eye(2)[_BENDS.index(component)])
         if head == 'strain_stiffening':
             return ConditionsChange(strain_stiffening=1.0)
+        if head == 'anisotropy':
+            direction = self._fibre_direction(setup_index, amplitudes['anisotropy'])
+            return ConditionsChange(fibre_ratio=1.0, fibre_direction=direction)
         if head == 'contact_plane':
             return self._plane_change(component, setup_index, amplitudes['contact_plane'])
         return None
+
+    def _fibre_direction(self, setup_index: int, fibres: Mapping[str, float]) -> FloatArray:
+        """Return where fibres run at rest in the world frame; along the body by default."""
+        given = np.array([fibres.get(name, 0.0) for name in 'xyz'])
+        if not given.any():
+            return self.axes(setup_index).axes[0]
+        rotation = self._scene.observations[setup_index].world_from_object[:3, :3]
+        return rotation @ given / np.linalg.norm(given)
 
     def _plane_change(
         self, component: str, setup_index: int, plane: Mapping[str, float]

@@ -9,7 +9,7 @@ from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.cable import CableTerm
 from diffcal_ros.fem.conditions import CableState, Conditions, NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumSolver
-from diffcal_ros.fem.potential_terms import ContactTerm, PotentialTerm, StiffeningTerm
+from diffcal_ros.fem.potential_terms import ContactTerm, FibreTerm, PotentialTerm, StiffeningTerm
 from diffcal_ros.fem.rest_shape import bent_discretisation
 from diffcal_ros.material import NeoHookeanNumbers
 from diffcal_ros.tet_mesh import TetMesh
@@ -33,6 +33,9 @@ class ConditionsChange:
         forces: on the nodes [N], world frame, shape (N, 3).
         rest_curvature: [1/m], shape (2,).
         strain_stiffening: change of C2 / C1.
+        fibre_ratio: of fibres' stiffness to the shear modulus.
+        fibre_direction: where they run; must be that of the conditions where these have any,
+            shape (3,).
         plane_height: [m].
         plane_normal: change of the plane's normal, shape (3,).
         cable_rest_lengths: [m], shape (c,), one a cable of the body.
@@ -45,6 +48,8 @@ class ConditionsChange:
     forces: FloatArray | None = None
     rest_curvature: FloatArray | None = None
     strain_stiffening: float = 0.0
+    fibre_ratio: float = 0.0
+    fibre_direction: FloatArray | None = None
     plane_height: float = 0.0
     plane_normal: FloatArray | None = None
     cable_rest_lengths: FloatArray | None = None
@@ -62,8 +67,10 @@ class AppliedConditions:
         self._mesh = mesh
         self._solver = solver
         self._stiffening: StiffeningTerm | None = None
+        self._fibres: FibreTerm | None = None
         self._contact: ContactTerm | None = None
         self._shear_moduli = np.zeros(0)
+        self._shape = solver.body.discretisation  # Without stress.
         self._curvature = np.zeros(2)
 
     def apply(self, conditions: Conditions, numbers: NeoHookeanNumbers, axes: BodyAxes) -> None:
@@ -75,6 +82,10 @@ class AppliedConditions:
             stiffening = self._stiffening_term()
             stiffening.set_numbers(self._shear_moduli, conditions.strain_stiffening)
             terms.append(stiffening)
+        if conditions.fibre_ratio != 0.0:
+            fibres = self._fibre_term(conditions.fibre_direction)
+            fibres.set_numbers(self._shear_moduli, conditions.fibre_ratio)
+            terms.append(fibres)
         self._contact = None
         if conditions.plane is not None:
             body = self._solver.body
@@ -99,6 +110,10 @@ class AppliedConditions:
         if change.strain_stiffening != 0.0:
             term = self._stiffening_term()
             force -= change.strain_stiffening * term.force_of_ratio(positions, self._shear_moduli)
+        if change.fibre_ratio != 0.0:
+            direction = change.fibre_direction
+            fibres = self._fibre_term(self.now.fibre_direction if direction is None else direction)
+            force -= change.fibre_ratio * fibres.force_of_ratio(positions, self._shear_moduli)
         if change.plane_height != 0.0 and self._contact is not None:
             force -= change.plane_height * self._contact.force_of_height(positions)
         if change.plane_normal is not None and self._contact is not None:
@@ -115,19 +130,35 @@ class AppliedConditions:
 
     def force_of_shear_moduli(self, positions: FloatArray, change: FloatArray) -> FloatArray:
         """Return how the terms' forces follow the shear moduli [N], shape (N, 3)."""
-        ratio = self.now.strain_stiffening
-        if ratio == 0.0:
-            return np.zeros_like(positions)
-        return ratio * self._stiffening_term().force_of_ratio(positions, change)
+        forces = np.zeros_like(positions)
+        for ratio, term in self._ratios():
+            forces += ratio * term.force_of_ratio(positions, change)
+        return forces
 
     def shear_modulus_gradient(
         self, positions: FloatArray, adjoint: FloatArray
     ) -> FloatArray | None:
         """Return adjoint . d terms' forces by each shear modulus, shape (T,); None for zero."""
-        ratio = self.now.strain_stiffening
-        if ratio == 0.0:
-            return None
-        return ratio * self._stiffening_term().shear_modulus_gradient(positions, adjoint)
+        parts = [
+            ratio * term.shear_modulus_gradient(positions, adjoint)
+            for ratio, term in self._ratios()
+        ]
+        return sum(parts[1:], parts[0]) if parts else None
+
+    def _ratios(self) -> list[tuple[float, StiffeningTerm]]:
+        """Return the terms that follow the shear moduli, with their ratios."""
+        found: list[tuple[float, StiffeningTerm]] = []
+        if self.now.strain_stiffening != 0.0:
+            found.append((self.now.strain_stiffening, self._stiffening_term()))
+        if self.now.fibre_ratio != 0.0:
+            found.append((self.now.fibre_ratio, self._fibre_term(self.now.fibre_direction)))
+        return found
+
+    def _fibre_term(self, direction: FloatArray) -> FibreTerm:
+        body = self._solver.body
+        if self._fibres is None or not np.array_equal(self._fibres.direction, direction):
+            self._fibres = FibreTerm(self._shape, self._solver.pattern, body.device, direction)
+        return self._fibres
 
     def cable_gradient(
         self, positions: FloatArray, adjoint: FloatArray
@@ -152,17 +183,17 @@ class AppliedConditions:
     def _stiffening_term(self) -> StiffeningTerm:
         if self._stiffening is None:
             body = self._solver.body
-            self._stiffening = StiffeningTerm(
-                body.discretisation, self._solver.pattern, body.device
-            )
+            self._stiffening = StiffeningTerm(self._shape, self._solver.pattern, body.device)
         return self._stiffening
 
     def _bend(self, curvature: FloatArray, axes: BodyAxes) -> None:
         body = self._solver.body
         shape = bent_discretisation(self._mesh, body.discretisation, axes, curvature)
         body.set_rest_shape(shape)
-        if self._stiffening is not None:
-            self._stiffening.set_rest_shape(shape)
+        self._shape = shape
+        for term in (self._stiffening, self._fibres):
+            if term is not None:
+                term.set_rest_shape(shape)
         self._curvature = curvature.copy()
 
     def _force_of_curvature(

@@ -52,6 +52,8 @@ class Conditions:
         rest_curvature: curvature of the shape without stress about the two axes across the body
             [1/m], shape (2,).
         strain_stiffening: C2 / C1 of a Yeoh term, C1 being half the shear modulus.
+        fibre_ratio: stiffness that fibres add along one direction, over the shear modulus.
+        fibre_direction: of the fibres in the body at rest, world frame, shape (3,).
         plane: an obstacle, or None.
         cables: one for each cable of the body, or none: then no cable pulls.
     """
@@ -61,6 +63,8 @@ class Conditions:
     added_masses: FloatArray | None = None
     rest_curvature: FloatArray = field(default_factory=lambda: _nothing(2))
     strain_stiffening: float = 0.0
+    fibre_ratio: float = 0.0
+    fibre_direction: FloatArray = field(default_factory=lambda: np.eye(3)[0])
     plane: Plane | None = None
     cables: tuple[CableState, ...] = ()
 

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Potentials that join a body's elastic energy in the equilibrium."""
 
+from dataclasses import replace
+from types import ModuleType
 from typing import Protocol
 
-from diffcal_ros.fem import strain_stiffening
+from diffcal_ros.fem import fibre_stiffening, strain_stiffening
 from diffcal_ros.fem.conditions import Plane
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation
@@ -37,14 +39,21 @@ class PotentialTerm(Protocol):
 
 
 class StiffeningTerm:
-    """Strain stiffening of the whole body."""
+    """An energy of the whole body that is a ratio of its shear moduli: strain stiffening."""
 
-    def __init__(self, discretisation: Discretisation, pattern: SparsePattern, device: str):
-        self._body = ElasticBody(discretisation, law=strain_stiffening, device=device)
+    def __init__(
+        self,
+        discretisation: Discretisation,
+        pattern: SparsePattern,
+        device: str,
+        law: ModuleType = strain_stiffening,
+    ) -> None:
+        """Prepare the term; `law` is linear in its first number and knows no other."""
+        self._body = ElasticBody(discretisation, law=law, device=device)
         self._stiffness = self._body.make_stiffness(pattern)
 
     def set_numbers(self, shear_moduli: FloatArray, ratio: float) -> None:
-        """Set the shear modulus of each tetrahedron [Pa] and C2 / C1."""
+        """Set the shear modulus of each tetrahedron [Pa] and the ratio, C2 / C1."""
         mu = ratio * shear_moduli
         self._body.set_numbers(NeoHookeanNumbers(mu, np.zeros_like(mu)))
 
@@ -53,12 +62,12 @@ class StiffeningTerm:
         self._body.set_rest_shape(discretisation)
 
     def force_of_ratio(self, positions: FloatArray, shear_moduli: FloatArray) -> FloatArray:
-        """Return the derivative of the forces by C2 / C1 [N], shape (N, 3)."""
+        """Return the derivative of the forces by the ratio [N], shape (N, 3)."""
         unit = NeoHookeanNumbers(shear_moduli, np.zeros_like(shear_moduli))
         return self._body.force_of_numbers(positions, unit)
 
     def shear_modulus_gradient(self, positions: FloatArray, adjoint: FloatArray) -> FloatArray:
-        """Return adjoint . d forces by each tetrahedron's C2 / C1 times shear modulus, (T,)."""
+        """Return adjoint . d forces by each tetrahedron's ratio times shear modulus, (T,)."""
         return self._body.number_gradient(positions, adjoint).neo_hookean_mu
 
     def energy(self, positions: FloatArray) -> float:
@@ -76,6 +85,42 @@ class StiffeningTerm:
     def stiffness(self, positions: FloatArray, *, is_guarded: bool) -> FloatArray:
         """Return its Hessian's entries in the pattern, shape (nnz,)."""
         return self._stiffness.values(positions, is_guarded=is_guarded)
+
+
+class FibreTerm(StiffeningTerm):
+    """Fibres along one direction of the body at rest; the ratio is theirs to the shear modulus.
+
+    Attributes:
+        direction: of the fibres at rest, shape (3,).
+    """
+
+    def __init__(
+        self,
+        discretisation: Discretisation,
+        pattern: SparsePattern,
+        device: str,
+        direction: FloatArray,
+    ) -> None:
+        """Prepare the term."""
+        self.direction = direction
+        self._from_fibre = _frame_along(direction)
+        super().__init__(self._turned(discretisation), pattern, device, fibre_stiffening)
+
+    def set_rest_shape(self, discretisation: Discretisation) -> None:
+        """Follow a change of the shape without stress."""
+        super().set_rest_shape(self._turned(discretisation))
+
+    def _turned(self, discretisation: Discretisation) -> Discretisation:
+        """Return the elements with gradients in the frame whose first axis is the fibre's."""
+        return replace(discretisation, gradients=discretisation.gradients @ self._from_fibre)
+
+
+def _frame_along(direction: FloatArray) -> FloatArray:
+    """Return a right-handed frame whose first column is a direction, shape (3, 3)."""
+    first = direction / np.linalg.norm(direction)
+    across = np.cross(first, np.eye(3)[int(np.abs(first).argmin())])
+    across /= np.linalg.norm(across)
+    return np.stack([first, across, np.cross(first, across)], axis=1)
 
 
 class ContactTerm:

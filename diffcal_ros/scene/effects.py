@@ -52,6 +52,8 @@ class Effect:
         settles: what would tell it from its twins.
         twins: effects that may look the same.
         settings: fixed numbers that go with it, with their defaults.
+        setting_limits: what each of them may be.
+        is_searched: a diagnosis looks for it.
     """
 
     identifier: str
@@ -61,6 +63,8 @@ class Effect:
     settles: str
     twins: tuple[str, ...]
     settings: dict[str, float] = field(default_factory=dict)
+    setting_limits: tuple[float, float] = (0.0, 1.0)
+    is_searched: bool = True
 
     def component(self, name: str) -> Component:
         """Return a component by name."""
@@ -182,6 +186,18 @@ _ALL = (
         'the material stiffens when it is strained',
         'a second load that strains it less',
         ('stiffness_contrast',),
+    ),
+    # One load of one body cannot tell it from another modulus.
+    Effect(
+        'anisotropy',
+        'material',
+        (Component('ratio', '1', 0.0, 100.0, 3.0, 'added stiffness / G', 1.0),),
+        'the material is stiffer along one direction',
+        'a twist besides the bend, or loads along and across that direction',
+        ('stiffness_contrast',),
+        {'x': 0.0, 'y': 0.0, 'z': 0.0},  # Of the object frame; all zero: along the body.
+        (-1.0, 1.0),
+        is_searched=False,
     ),
 )
 EFFECTS = {effect.identifier: effect for effect in _ALL}

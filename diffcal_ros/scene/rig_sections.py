@@ -226,7 +226,8 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
             for part in effect.components
         }
         for name, usual in effect.settings.items():
-            numbers[name] = entry.number(name, default=usual, allowed=Interval(0.0, 1.0))
+            allowed = Interval(*effect.setting_limits)
+            numbers[name] = entry.number(name, default=usual, allowed=allowed)
         entry.refuse_unknown()
         found[identifier] = numbers
     section.refuse_unknown()
