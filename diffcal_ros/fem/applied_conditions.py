@@ -40,6 +40,7 @@ class ConditionsChange:
         plane_normal: change of the plane's normal, shape (3,).
         cable_rest_lengths: [m], shape (c,), one a cable of the body.
         cable_stiffnesses: [N/m], shape (c,).
+        air_drag: [m^2].
     """
 
     clamp_motion: FloatArray | None = None
@@ -54,6 +55,7 @@ class ConditionsChange:
     plane_normal: FloatArray | None = None
     cable_rest_lengths: FloatArray | None = None
     cable_stiffnesses: FloatArray | None = None
+    air_drag: float = 0.0
 
 
 class AppliedConditions:

@@ -56,6 +56,7 @@ class Conditions:
         fibre_direction: of the fibres in the body at rest, world frame, shape (3,).
         plane: an obstacle, or None.
         cables: one for each cable of the body, or none: then no cable pulls.
+        air_drag: drag coefficient times area of the moving body [m^2]; a body at rest feels none.
     """
 
     clamp_motion: FloatArray = field(default_factory=lambda: _nothing(6))
@@ -67,6 +68,7 @@ class Conditions:
     fibre_direction: FloatArray = field(default_factory=lambda: np.eye(3)[0])
     plane: Plane | None = None
     cables: tuple[CableState, ...] = ()
+    air_drag: float = 0.0
 
     @property
     def moves_clamp(self) -> bool:

@@ -8,6 +8,7 @@ on the free nodes, with a diagonal M (`lumped_mass`).
 """
 
 from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.motion.air_drag import AirDrag
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
 from diffcal_ros.fem.motion.lumped_mass import lumped_masses, lumped_shares
 from diffcal_ros.fem.motion.moving_elements import MovingElements
@@ -27,6 +28,7 @@ class Dynamics:
         self.free = self.pattern.free_nodes
         self.shares = lumped_shares(body.discretisation)
         self.elements = MovingElements(body.elastic, self.pattern)
+        self.drag = AirDrag(body.discretisation, self.pattern)
         self.masses = np.zeros((body.discretisation.node_count, 1))
         self.loads = np.zeros((body.discretisation.node_count, 3))
         self._inputs: MotionInputs | None = None
@@ -54,6 +56,7 @@ class Dynamics:
         self.masses = masses[:, None]
         self.elements.set_damping(inputs.damping.strain_rate)
         self._mass_damping = inputs.damping.mass
+        self.drag.set_area(inputs.conditions.air_drag)
 
     def forces(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return f(x, v)."""
@@ -63,6 +66,8 @@ class Dynamics:
             forces += term.forces(positions)
         if self._mass_damping != 0.0:
             forces += self._mass_damping * self.masses * velocities
+        if self.drag.is_present:
+            forces += self.drag.forces(velocities)
         return forces
 
     def accelerations(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
@@ -85,6 +90,8 @@ class Dynamics:
             values += term.stiffness(positions, is_guarded=False)
         weights = (inertia + self._mass_damping * rate) * self.masses[self.free, 0]
         values[self.pattern.diagonal_slots] += np.repeat(weights, 3)
+        if self.drag.is_present:
+            self.drag.add_values(values, velocities, rate)
         return values
 
     def force_tangent(
@@ -96,6 +103,8 @@ class Dynamics:
             forces += self.elements.viscous_tangent(positions, velocities, moved, sped)
         if self._mass_damping != 0.0:
             forces += self._mass_damping * self.masses * sped
+        if self.drag.is_present:
+            forces += self.drag.tangent(velocities, sped)
         return forces
 
     def velocity_tangent(
@@ -107,6 +116,8 @@ class Dynamics:
             forces += self.elements.viscous_tangent(
                 positions, velocities, np.zeros_like(sped), sped
             )
+        if self.drag.is_present:
+            forces += self.drag.tangent(velocities, sped)
         return forces
 
     def pull_back(
@@ -129,6 +140,8 @@ class Dynamics:
                 by_positions += term.force_tangent(positions, adjoint)
         if self._mass_damping != 0.0:
             by_velocities += self._mass_damping * self.masses * adjoint
+        if self.drag.is_present:
+            by_velocities += self.drag.tangent(velocities, adjoint)
         return by_positions, by_velocities
 
     def residual_change(
@@ -149,6 +162,8 @@ class Dynamics:
             residual += masses[:, None] * inertial
         if change.conditions is not None and change.conditions.added_masses is not None:
             residual += change.conditions.added_masses[:, None] * inertial
+        if change.conditions is not None and change.conditions.air_drag != 0.0:
+            residual += change.conditions.air_drag * self.drag.force_of_area(velocities)
         if isinstance(change, MotionChange):
             if change.damping is not None:
                 residual += self.elements.force_of_damping(positions, velocities, change.damping)

@@ -63,11 +63,13 @@ class MotionChange(Change):
         damping: strain-rate damping [Pa s] per unit of the parameter, shape (T,).
         mass_damping: [1/s].
         release_time: [s].
+        time_offset: by which stamps are late [s].
     """
 
     damping: FloatArray | None = None
     mass_damping: float = 0.0
     release_time: float = 0.0
+    time_offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -78,11 +80,13 @@ class MotionGradient(StaticGradient):
         damping: by each tetrahedron's own strain-rate damping [1/(Pa s)], shape (T,).
         mass_damping: [s].
         release_time: [1/s].
+        time_offset: [1/s].
     """
 
     damping: FloatArray
     mass_damping: float
     release_time: float
+    time_offset: float = 0.0
 
     def along(self, change: Change) -> float:
         """Return the derivative along a change of the inputs; effects are left out."""
@@ -90,6 +94,7 @@ class MotionGradient(StaticGradient):
         if isinstance(change, MotionChange):
             total += self.mass_damping * change.mass_damping
             total += self.release_time * change.release_time
+            total += self.time_offset * change.time_offset
             if change.damping is not None:
                 total += float(self.damping @ change.damping)
         return total

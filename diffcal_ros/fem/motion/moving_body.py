@@ -8,7 +8,7 @@ velocity at the frame, with the sign turned.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
@@ -124,6 +124,7 @@ class MovingBody:
         held_motion: HeldMotion | None = None,
         conditions: Conditions = NO_CONDITIONS,
         release_time: float | None = None,
+        time_offset: float = 0.0,
     ) -> Motion:
         """Find the body's positions at the stamps.
 
@@ -137,6 +138,7 @@ class MovingBody:
                 they stay.
             conditions: effects on the body; added masses count as inertia too.
             release_time: [s], in place of the release's own.
+            time_offset: by which the stamps are late [s]: the body is where it was so long before.
 
         Raises:
             EquilibriumError: when the body finds no rest before its release.
@@ -152,7 +154,7 @@ class MovingBody:
         self._held = HeldNodes(self.static_body, held_motion, conditions.clamp_motion)
         start = self._start.settle(inputs, self._held.vertices_at(release_time))
         self._dynamics.take(inputs)
-        reader = self.integrator.march(start, stamps - release_time, self._held_at)
+        reader = self.integrator.march(start, stamps - time_offset - release_time, self._held_at)
         self._motion = Motion(
             stamps,
             reader.frames,
@@ -180,8 +182,10 @@ class MovingBody:
             changes, start, lambda time: self._held_changes(changes, time)
         )
         for field, change in zip(fields, changes, strict=True):
-            if isinstance(change, MotionChange) and change.release_time != 0.0:
-                field -= change.release_time * motion.velocities
+            if isinstance(change, MotionChange):
+                later = change.release_time + change.time_offset
+                if later != 0.0:
+                    field -= later * motion.velocities
         return fields
 
     def gradient(self, by_positions: FloatArray) -> MotionGradient:
@@ -196,7 +200,7 @@ class MovingBody:
                 f'the derivative has shape {by_positions.shape}: it must be like the positions, '
                 f'{motion.positions.shape}'
             )
-        by_release = -float((by_positions * motion.velocities).sum())
+        by_release = by_offset = -float((by_positions * motion.velocities).sum())
         unit = MotionChange(release_time=1.0)
 
         def add_held(time: float, by_place: FloatArray, by_speed: FloatArray) -> None:
@@ -214,7 +218,7 @@ class MovingBody:
         if self._held.moves:
             held = self.static_body.held_nodes
             add_held(0.0, by_clamp[held], np.zeros_like(by_clamp[held]))
-        return total.total(start, by_release)
+        return replace(total.total(start, by_release), time_offset=by_offset)
 
     def _held_at(self, time: float) -> HeldState:
         return self._held.at(self._release_time + time)
