@@ -15,6 +15,7 @@ from diffcal_ros.material import Material
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import rotation_matrix
 from diffcal_ros.scene.cables import start_cables
+from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -160,6 +161,11 @@ class BodyInputs:
         rest_nodes: FloatArray,
         coordinates: FloatArray,
     ) -> Change | None:
+        if EFFECTS[parameter.name.partition('.')[0]].needs_motion:
+            if self._scene.observations[setup_index].motion is None:
+                return None
+            if parameter.name == 'time_offset.late':
+                return MotionChange(time_offset=1.0)
         mode = self._effects.modulus_mode(parameter)
         if mode is not None:
             return Change(youngs_modulus=mode * self.material(coordinates).youngs_modulus)

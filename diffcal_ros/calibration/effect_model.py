@@ -139,6 +139,9 @@ class EffectModel:
                 fibre_ratio=fibres['ratio'],
                 fibre_direction=self._fibre_direction(setup_index, fibres),
             )
+        area = amplitudes.get('air_drag', {}).get('area', 0.0)
+        if area:
+            conditions = replace(conditions, air_drag=area)
         plane = amplitudes.get('contact_plane')
         if plane is not None:
             normal = plane_normal(gravity, plane)
@@ -170,6 +173,8 @@ class EffectModel:
         if head == 'anisotropy':
             direction = self._fibre_direction(setup_index, amplitudes['anisotropy'])
             return ConditionsChange(fibre_ratio=1.0, fibre_direction=direction)
+        if head == 'air_drag':
+            return ConditionsChange(air_drag=1.0)
         if head == 'contact_plane':
             return self._plane_change(component, setup_index, amplitudes['contact_plane'])
         return None
@@ -193,6 +198,10 @@ class EffectModel:
             for step in (_NORMAL_STEP, -_NORMAL_STEP)
         ]
         return ConditionsChange(plane_normal=(normals[0] - normals[1]) / (2.0 * _NORMAL_STEP))
+
+    def time_offset(self, amplitudes: Amplitudes) -> float:
+        """Return by how much the stamps of depth images are late [s]."""
+        return amplitudes.get('time_offset', {}).get('late', 0.0)
 
     def modulus_mode(self, parameter: Parameter) -> FloatArray | None:
         """Return d log E / d amplitude of a stiffness contrast, shape (T,), or None."""

@@ -315,6 +315,7 @@ class ForwardModel:
             conditions=replace(conditions, cables=self.inputs.cables(index, coordinates)),
             damping=self.inputs.damping(coordinates),
             release_time=self.inputs.release_time(index, coordinates),
+            time_offset=self.effects.time_offset(amplitudes),
         )
 
     def _seen(self, fields: dict[int, FloatArray], coordinates: FloatArray) -> list[FloatArray]:

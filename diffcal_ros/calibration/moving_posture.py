@@ -100,6 +100,7 @@ class MovingPosture:
             held_motion=self._held_motion(),
             conditions=inputs.conditions,
             release_time=inputs.release_time,
+            time_offset=inputs.time_offset,
         )
 
     def positions(self, state: int) -> FloatArray:

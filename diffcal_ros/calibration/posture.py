@@ -36,6 +36,7 @@ class PostureInputs:
         conditions: effects on the body.
         damping: by strain rates [Pa s], shape (T,).
         release_time: when the support lets go, after the first frame [s].
+        time_offset: by which the stamps of the frames are late [s].
     """
 
     material: Material
@@ -43,6 +44,7 @@ class PostureInputs:
     conditions: Conditions
     damping: FloatArray
     release_time: float
+    time_offset: float = 0.0
 
 
 class Posture(Protocol):

@@ -46,7 +46,7 @@ class Effect:
 
     Attributes:
         identifier: as in verdicts and scene files.
-        group: sensor, load, boundary, shape or material.
+        group: sensor, load, boundary, shape, material or dynamics.
         components: its amplitudes.
         sentence: what it means, for a person.
         settles: what would tell it from its twins.
@@ -54,6 +54,7 @@ class Effect:
         settings: fixed numbers that go with it, with their defaults.
         setting_limits: what each of them may be.
         is_searched: a diagnosis looks for it.
+        needs_motion: whether a body at rest shows nothing of it.
     """
 
     identifier: str
@@ -65,6 +66,7 @@ class Effect:
     settings: dict[str, float] = field(default_factory=dict)
     setting_limits: tuple[float, float] = (0.0, 1.0)
     is_searched: bool = True
+    needs_motion: bool = False
 
     def component(self, name: str) -> Component:
         """Return a component by name."""
@@ -107,6 +109,15 @@ _ALL = (
         'the depth camera reads one of the materials too far or too near',
         'both materials flat on one plane',
         ('camera_offset', 'clamp_offset'),
+    ),
+    Effect(
+        'time_offset',
+        'sensor',
+        (Component('late', 's', -0.2, 0.2, 0.010, 'ms', 1e3),),
+        'the stamps of the depth images are late',
+        'a signal that the camera sees and the release clock stamps, such as a light',
+        ('air_drag',),
+        needs_motion=True,
     ),
     Effect(
         'gravity_tilt',
@@ -198,6 +209,15 @@ _ALL = (
         {'x': 0.0, 'y': 0.0, 'z': 0.0},  # Of the object frame; all zero: along the body.
         (-1.0, 1.0),
         is_searched=False,
+    ),
+    Effect(
+        'air_drag',
+        'dynamics',
+        (Component('area', 'm^2', 0.0, 2.0, 0.020, 'cm^2', 1e4),),
+        'the air holds the moving body back',
+        'a second release with half the swing',
+        ('time_offset',),
+        needs_motion=True,
     ),
 )
 EFFECTS = {effect.identifier: effect for effect in _ALL}

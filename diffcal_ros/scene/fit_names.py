@@ -82,7 +82,9 @@ def _load_problems(
     problems = []
     for name in names:
         material = name.partition('.')[0]
-        if material in (DAMPING, RELEASE_TIME) and not has_motion:
+        effect = EFFECTS.get(material)
+        needs_motion = effect is not None and effect.needs_motion
+        if (material in (DAMPING, RELEASE_TIME) or needs_motion) and not has_motion:
             problems.append(
                 f'has {name!r} while the body is at rest in every observation: give a `motion`, '
                 'or leave it out'

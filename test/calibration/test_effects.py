@@ -19,7 +19,9 @@ from support.scenes import beam_scene, noisy, observation, true_depth
 # Values away from zero, in usual sizes of each component.
 _AWAY = (0.5, -0.3, 0.4, 0.6, -0.4, 0.3)
 _PLANE_HEIGHT = -0.060
-_BODY_EFFECTS = [n for n in EFFECT_NAMES if not n.startswith('depth_')]
+_BODY_EFFECTS = [
+    n for n in EFFECT_NAMES if not n.startswith('depth_') and not EFFECTS[n].needs_motion
+]
 
 
 def _coordinates(parameters) -> np.ndarray:
