@@ -255,22 +255,26 @@ class Calibration:
             gap_held_out=self._held_out_gap(minimum.coordinates),
         )
 
+    def model_of_all(self) -> ForwardModel:
+        """Return the model of all observations, those that are held out last."""
+        if not self.held_out:
+            return self.model
+        # Frames that were fitted come first, so that camera poses keep their owners.
+        return ForwardModel(
+            self.scene,
+            (*self.model.observations, *self.held_out),
+            self.parameters,
+            solver=self.settings.solver,
+            device=self.settings.device,
+        )
+
     def _held_out_gap(self, coordinates: FloatArray) -> Gap | None:
         """Measure the gap on frames that the fit did not see; None where it cannot be."""
         if not self.held_out:
             return None
-        settings, seen = self.settings, self.model.observations
-        # Frames that were fitted come first, so that camera poses keep their owners.
-        model = ForwardModel(
-            self.scene,
-            (*seen, *self.held_out),
-            self.parameters,
-            solver=settings.solver,
-            device=settings.device,
-        )
-        objective = RobustObjective(model, device=settings.device)
+        objective = RobustObjective(self.model_of_all(), device=self.settings.device)
         try:
-            compared = objective.comparisons(coordinates)[len(seen) :]
+            compared = objective.comparisons(coordinates)[len(self.model.observations) :]
         except (EquilibriumError, MotionError, OutOfViewError):
             return None  # The fit came there by steps; from scratch there is no way.
         return measure_gap(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.frame_times import FEWEST_FRAMES, FrameTime
 from diffcal_ros.calibration.motion_check import check_motion
-from diffcal_ros.calibration.observation import Instant, Observation, untruncated
+from diffcal_ros.calibration.observation import Instant, noise_at_rest, Observation, untruncated
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.scene.model import DepthSensor, MotionSetup
@@ -39,13 +39,15 @@ def observe_motion(
             f'{FEWEST_FRAMES}'
         )
     check_motion([frame for _, frame in good], [when.time for when, _ in good], motion)
+    before = [frame for when, frame in good if when.time < motion.release_time.start]
+    noise = noise_at_rest(before)
     return tuple(
         replace(
             resting,
             name=f'{resting.name}, {when.time:.3f} s',
             depth=untruncated(frame.depth, sensor),
             frame_count=1,
-            noise=float('nan'),
+            noise=noise,
             instant=Instant(when.time, resting.setup_index, when.is_held_out),
         )
         for when, frame in good

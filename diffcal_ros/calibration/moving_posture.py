@@ -120,7 +120,8 @@ class MovingPosture:
         """Return about how a better mesh and shorter steps would move the nodes [m], (S, N, 3).
 
         A coarse mesh is above all too stiff. How much, the body at rest in its clamp tells, in
-        which the better mesh is affordable: that change of stiffness is followed in the motion.
+        which the better mesh is affordable: that change of stiffness is followed in the motion,
+        and what stiffness does not explain grows with how far the body sags in each frame.
         """
         stiffer = Change(youngs_modulus=inputs.material.youngs_modulus)
         (by_stiffness,) = self.tangents([stiffer])
@@ -130,7 +131,11 @@ class MovingPosture:
         error = MeshError(body, solver=solver)
         moved = error.displacement(inputs.material, inputs.gravity, path)
         share = float((static * moved).sum() / max(float((static**2).sum()), 1e-300))
-        return share * by_stiffness + self.step_moves(inputs)
+        sag = body.state.positions - body.discretisation.rest_nodes
+        sagged = self.motion.positions - body.discretisation.rest_nodes
+        follows = np.einsum('sni,ni->s', sagged, sag) / max(float((sag**2).sum()), 1e-300)
+        rest = follows[:, None, None] * (moved - share * static)
+        return share * by_stiffness + rest + self.step_moves(inputs)
 
     def step_moves(self, inputs: PostureInputs) -> FloatArray:
         """Return how steps too short to matter would move the nodes [m], shape (S, N, 3).

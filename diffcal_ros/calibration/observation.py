@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 # Frames beyond this many say nothing new about a body at rest.
 MAX_FUSED_FRAMES = 31
+# Repeated frames from which the noise of a pixel counts as measured.
+MEASURED_FRAMES = 5
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,8 @@ class Observation:
         pose_pivot: point of the rig whose pose was measured, in the depth camera's frame [m],
             shape (3,); None for the middle of the held part.
         frame_count: frames that `depth` was made from.
-        noise: standard deviation of one fused pixel [m], measured from the frames; NaN from one.
+        noise: standard deviation of one pixel of `depth` [m], measured from the frames; of a
+            motion from those before the release; NaN where there are too few.
         instant: of a body that moves; None for one at rest.
         left_out: pixels that are not looked at, shape (H, W); None: all are.
     """
@@ -183,6 +186,23 @@ def _temporal_noise(samples: NDArray[np.float32]) -> float:
     """Return the noise of a median of these frames [m], from shape (frames, pixels)."""
     if samples.shape[1] == 0:
         return float('nan')
-    single = float(np.median(np.std(samples, axis=0, ddof=1)))
+    single = _pixel_noise(samples)
     # A median of n normal samples is as good as a mean of 2 n / pi.
     return single * float(np.sqrt(np.pi / (2.0 * samples.shape[0])))
+
+
+def noise_at_rest(frames: Sequence[DepthFrame]) -> float:
+    """Return the noise of one pixel of one frame [m] from frames of a body at rest.
+
+    NaN where fewer than `MEASURED_FRAMES` are given, or no pixel is valid in all of them.
+    """
+    if len(frames) < MEASURED_FRAMES:
+        return float('nan')
+    images = np.stack([frame.depth for frame in frames])
+    samples = images[:, np.isfinite(images).all(axis=0)]
+    return _pixel_noise(samples) if samples.shape[1] else float('nan')
+
+
+def _pixel_noise(samples: NDArray[np.float32]) -> float:
+    """Return the usual standard deviation over frames [m], from shape (frames, pixels)."""
+    return float(np.median(np.std(samples, axis=0, ddof=1)))

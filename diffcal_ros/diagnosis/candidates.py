@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from diffcal_ros.scene.effects import Effect, EFFECTS, FIT_NAME_OF
+from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Scene
 
 MASS_PLACES = (0.25, 0.5, 0.75, 1.0)
@@ -54,7 +55,12 @@ _VARIANTS: dict[str, tuple[tuple[str, ...], ...]] = {
     'rest_curvature': (('a', 'b'),),
     'stiffness_contrast': (('split',), ('along',)),
     'strain_stiffening': (('ratio',),),
+    'time_offset': (('late',),),
+    'air_drag': (('area',),),
 }
+# A clamp that gives way is modelled for a body at rest only, and the forces that stand in for
+# contact in the screening would be masses in a motion.
+_AT_REST_ONLY = ('compliant_clamp', 'contact_plane')
 
 
 def candidates(
@@ -63,7 +69,8 @@ def candidates(
     """List what a scene's model may lack.
 
     Args:
-        scene: effects that it states already are no candidates.
+        scene: effects that it states already are no candidates, nor are those that its
+            observations cannot show.
         without: identifiers to leave out.
         fit: names of the nominal parameters; effects among them are no candidates. Default: the
             scene's.
@@ -71,6 +78,7 @@ def candidates(
     fitted = {name.partition('.')[0] for name in (scene.fit if fit is None else fit)}
     left_out = {*without, *scene.effects}
     left_out |= {name for name in EFFECTS if FIT_NAME_OF.get(name, name) in fitted}
+    left_out |= _not_shown(scene, fitted)
     found = [
         Candidate(identifier, components)
         for identifier, variants in _VARIANTS.items()
@@ -79,4 +87,16 @@ def candidates(
     ]
     if 'added_mass' not in left_out:
         found += [Candidate('added_mass', ('mass',), place) for place in MASS_PLACES]
+    return found
+
+
+def _not_shown(scene: Scene, fitted: Collection[str]) -> set[str]:
+    """Return the effects that the observations of a scene cannot show, or not apart."""
+    motions = [setup.motion for setup in scene.observations if setup.motion is not None]
+    if not motions:
+        return {name for name, effect in EFFECTS.items() if effect.needs_motion}
+    found = set(_AT_REST_ONLY)
+    if RELEASE_TIME in fitted and any(m.release_time.prior_std is None for m in motions):
+        # A release of which nothing is known beforehand does all that late stamps do.
+        found.add('time_offset')
     return found

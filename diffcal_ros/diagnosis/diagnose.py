@@ -90,7 +90,8 @@ def diagnose(
     listed = candidates(evidence.model.scene, settings.without, settings.fit)
     tell(f'screening {len(listed)} candidates')
     scores = screen(evidence, nominal.coordinates, listed)
-    disagreement = measure_disagreement(nominal, scores, settings.margin)
+    is_moving = any(observation.instant is not None for observation in observations)
+    disagreement = measure_disagreement(nominal, scores, settings.margin, is_moving=is_moving)
     selection = None
     if disagreement.is_worth_naming:
         selection = select(evidence, nominal, scores, tell)
@@ -109,7 +110,7 @@ def fit_nominal(
         scene, observations, CalibrationSettings(fit=names, with_mesh_error=False)
     )
     calibration.run()
-    evidence = make_evidence(calibration.model, calibration.coordinates)
+    evidence = make_evidence(calibration.model_of_all(), calibration.coordinates)
     # What noise to fit patches by is a guess where it was not measured: the robust fit stands.
-    most = MAX_ITERATIONS if evidence.is_measured else 1
+    most = 1 if evidence.stays_robust else MAX_ITERATIONS
     return evidence, refit(evidence, calibration.coordinates, max_iterations=most)

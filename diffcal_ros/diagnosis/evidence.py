@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything that is measured about one set of parameters, patch by patch and view by view."""
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.levenberg_marquardt import minimise
 from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.observation import Observation, pose_owners
 from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.robust_residual import (
     Comparison,
@@ -17,6 +19,7 @@ from diffcal_ros.calibration.robust_residual import (
     ViewComparer,
 )
 from diffcal_ros.diagnosis.noise_model import noise_of
+from diffcal_ros.diagnosis.numerics import find_numerics, Numerics
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +45,7 @@ class Block:
     Attributes:
         view: number of the observation.
         kind: `depth` or `edge`.
+        group: number of the first view of its recording; views of a group share errors.
         patches: residuals and Jacobian; the mesh's expected error is taken off.
         mesh: what the mesh's error adds to the values, one standard deviation [m], shape (n,).
         is_report: which patches are kept for the report, shape (n,).
@@ -49,6 +53,7 @@ class Block:
 
     view: int
     kind: str
+    group: int
     patches: Patches
     mesh: FloatArray
     is_report: BoolArray
@@ -61,7 +66,7 @@ class Evidence:
         self,
         model: ForwardModel,
         comparers: list[ViewComparer],
-        mesh_moves: list[FloatArray],
+        numerics: Numerics,
         cell: int,
         left_out: frozenset[PatchName] = frozenset(),
     ) -> None:
@@ -70,17 +75,18 @@ class Evidence:
         Args:
             model: with its parameters.
             comparers: of its observations.
-            mesh_moves: how a finer mesh would move each view's points [m], shape (N, 3) each.
+            numerics: what a finer mesh and step would change.
             cell: side of the image cells [px].
             left_out: patches that show something else than the body.
         """
         self.left_out = left_out
         self.model = model
         self.comparers = comparers
-        self.mesh_moves = mesh_moves
+        self.numerics = numerics
         self.cell = cell
         self._objective = RobustObjective(model, comparers=comparers)
         self._objective.scales = Scales(reach=_FAR_REACH)
+        self._groups = pose_owners(model.observations)
         self._noises = [noise_of(o, model.scene.sensor) for o in model.observations]
 
     @property
@@ -88,13 +94,23 @@ class Evidence:
         """Tell whether the sensor floor comes from repeated frames."""
         return all(noise.is_measured for noise in self._noises)
 
+    @property
+    def stays_robust(self) -> bool:
+        """Tell whether the robust fit of pixels stands: what noise to fit patches by is a guess.
+
+        A motion is fitted by patches all the same: a robust fit would see held-out frames.
+        """
+        return not self.is_measured and not any(
+            observation.is_held_out for observation in self.model.observations
+        )
+
     def of(self, model: ForwardModel) -> 'Evidence':
         """Return the evidence of another model of the same bodies and observations."""
-        return Evidence(model, self.comparers, self.mesh_moves, self.cell, self.left_out)
+        return Evidence(model, self.comparers, self.numerics, self.cell, self.left_out)
 
     def without(self, patches: frozenset[PatchName]) -> 'Evidence':
         """Return the same evidence with some patches left out."""
-        return Evidence(self.model, self.comparers, self.mesh_moves, self.cell, patches)
+        return Evidence(self.model, self.comparers, self.numerics, self.cell, patches)
 
     def robust_fit(self, start: FloatArray) -> FloatArray:
         """Fit as a calibration does, which structured errors and obstacles mislead least.
@@ -155,7 +171,7 @@ class Evidence:
             tangents = [np.concatenate(pair) for pair in zip(tangents, more, strict=True)]
         blocks = []
         for number, view in enumerate(model.views(coordinates)):
-            wide = np.concatenate([tangents[number], self.mesh_moves[number][None]])
+            wide = np.concatenate([tangents[number], self.numerics.columns(number)])
             (depth, by_depth, _), (edge, by_edge, _) = self._objective.blocks(
                 number, compared[number], view, wide, coordinates
             )
@@ -170,32 +186,28 @@ class Evidence:
 
     def _block(self, view: int, kind: str, patches: Patches) -> Block:
         wide = self._kept(view, kind, patches)
-        mesh = wide.jacobian[:, -1]
-        patches = Patches(
-            values=wide.values - _MESH_GAIN * mesh,
-            jacobian=wide.jacobian[:, :-1],
-            covariance=wide.covariance,
-            centers=wide.centers,
-            cells=wide.cells,
-            weights=wide.weights,
-        )
-        rows, columns = np.divmod(wide.cells, 100_000)
-        # Every second cell of every second row: none touches another.
-        is_report = (rows % 2 == 0) & (columns % 2 == 0)
-        return Block(view, kind, patches, _MESH_DOUBT * mesh, is_report)
+        mesh, doubt = wide.jacobian[:, -2:].T
+        patches = replace(
+            wide, values=wide.values - _MESH_GAIN * mesh, jacobian=wide.jacobian[:, :-2]
+        ).doubted(np.abs(doubt))
+        is_report = _report_part(self.model.observations[view], wide.cells)
+        return Block(view, kind, self._groups[view], patches, _MESH_DOUBT * mesh, is_report)
 
     def _kept(self, view: int, kind: str, patches: Patches) -> Patches:
         if not self.left_out:
             return patches
         kept = np.array([(view, kind, int(c)) not in self.left_out for c in patches.cells], bool)
-        return Patches(
-            values=patches.values[kept],
-            jacobian=patches.jacobian[kept],
-            covariance=patches.covariance[np.ix_(kept, kept)],
-            centers=patches.centers[kept],
-            cells=patches.cells[kept],
-            weights=patches.weights[kept],
-        )
+        return patches.chosen(kept)
+
+
+def _report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:
+    """Tell which patches are kept for the report: whole frames of a motion, else cells."""
+    if observation.instant is not None:
+        return np.full(len(cells), observation.is_held_out)
+    rows, columns = np.divmod(cells, 100_000)
+    # Every second cell of every second row: none touches another.
+    found: BoolArray = (rows % 2 == 0) & (columns % 2 == 0)
+    return found
 
 
 def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
@@ -218,15 +230,17 @@ def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
 
 def _sizes(block: Block) -> FloatArray:
     """Return residuals in units of their noise, shape (n,)."""
-    noise = np.diag(block.patches.covariance) + block.mesh**2
+    noise = block.patches.variances + block.mesh**2
     return np.asarray(np.abs(block.patches.values) / np.sqrt(noise))
 
 
 def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:
     """Prepare the evidence around a nominal fit."""
     comparers = make_comparers(model)
-    moves = model.mesh_moves(coordinates)
+    numerics = find_numerics(model, coordinates)
     views = model.views(coordinates)
     pixels = [int(np.isfinite(view.trace.depth).sum()) for view in views]
-    evidence = Evidence(model, comparers, moves, cell_size(int(np.median(pixels))))
+    frames = max(Counter(pose_owners(model.observations)).values())
+    cell = cell_size(int(np.median(pixels)), frames)
+    evidence = Evidence(model, comparers, numerics, cell)
     return evidence.without(strange_patches(evidence.blocks(coordinates)))

@@ -12,6 +12,7 @@ from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.refit import Refit, refit
 from diffcal_ros.diagnosis.starts import more_starts
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.scene.effects import amplitude_name
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -116,7 +117,7 @@ def try_effects(
     best: Refit | None = None
     for more in more_starts(nominal, base, added):
         # A robust fit would fall back from a start that is beyond its reach.
-        is_robust = not evidence.is_measured and 'depth_bias_by_region.bias' not in more
+        is_robust = evidence.stays_robust and 'depth_bias_by_region.bias' not in more
         found = _refit_from(evidence, base, {**starts, **more}, max_iterations, is_robust)
         if found is None:
             continue
@@ -134,7 +135,7 @@ def fitted_on(hypothesis: Hypothesis) -> Hypothesis:
     """
     try:
         fit = refit(hypothesis.evidence, hypothesis.fit.coordinates)
-    except (EquilibriumError, OutOfViewError):
+    except (EquilibriumError, MotionError, OutOfViewError):
         return hypothesis
     return replace(hypothesis, fit=fit)
 
@@ -157,7 +158,7 @@ def _refit_from(
                 # What noise to fit patches by is a guess: the robust fit stands as it is.
                 return refit(evidence, evidence.robust_fit(begin), max_iterations=1)
             return refit(evidence, begin, max_iterations=max_iterations)
-        except (EquilibriumError, OutOfViewError):
+        except (EquilibriumError, MotionError, OutOfViewError):
             continue
     return None
 

@@ -14,6 +14,7 @@ from diffcal_ros.diagnosis.limits import upper_limits
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.selection import AS_WELL, Selection
+from diffcal_ros.diagnosis.time_course import time_course
 from diffcal_ros.diagnosis.unknown import (
     describe_unknown,
     FAR_ABOVE,
@@ -88,6 +89,7 @@ def conclude(
         stand_in=None if unknown is None else unknown.stand_in,
         separating_recording=separating,
         where=where_largest(evidence.model, nominal),
+        when=time_course(evidence.model, nominal),
         gap_mm=gap_figures(nominal, added),
         closure=closure,
         parameters={

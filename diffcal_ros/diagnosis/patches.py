@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Residuals averaged over patches of the image, with their Jacobian: what a diagnosis looks at."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.robust_residual import Residuals
-from diffcal_ros.diagnosis.noise_model import NoiseModel
+from diffcal_ros.diagnosis.noise_model import CommonError, NoiseModel
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +14,8 @@ IntArray = NDArray[np.int64]
 
 # A body fills about so many patches of depth.
 _WANTED = 60
+# And so many at least in each of many frames.
+_WANTED_OF_MANY = 16
 _SMALLEST_CELL, _LARGEST_CELL = 8, 40
 # A patch with less is noise [px].
 _LEAST_PIXELS, _LEAST_OUTLINE = 12, 3.0
@@ -34,6 +36,7 @@ class Patches:
         centers: in the image [px], shape (n, 2).
         cells: number of the image cell of each, the same at other coordinates, shape (n,).
         weights: pixels, or length of outline, shape (n,).
+        common: error that other frames of the recording have too; not in `covariance`.
     """
 
     values: FloatArray
@@ -42,11 +45,43 @@ class Patches:
     centers: FloatArray
     cells: IntArray
     weights: FloatArray
+    common: CommonError
+
+    @property
+    def variances(self) -> FloatArray:
+        """Variance of each value [m^2], shape (n,)."""
+        return np.asarray(np.diag(self.covariance) + self.common.spread**2)
+
+    def doubted(self, spread: FloatArray) -> 'Patches':
+        """Return the patches with a further smooth error of this size [m], shape (n,)."""
+        if not spread.any():
+            return self
+        further = CommonError(spread, self.common.length).covariance(self.centers)
+        return replace(self, covariance=self.covariance + further)
+
+    def chosen(self, places: IntArray | NDArray[np.bool_]) -> 'Patches':
+        """Return some of the patches."""
+        own = np.arange(len(self.values))[places]
+        return Patches(
+            values=self.values[own],
+            jacobian=self.jacobian[own],
+            covariance=self.covariance[np.ix_(own, own)],
+            centers=self.centers[own],
+            cells=self.cells[own],
+            weights=self.weights[own],
+            common=CommonError(self.common.spread[own], self.common.length),
+        )
 
 
-def cell_size(pixel_count: int) -> int:
-    """Return the side of the image cells for a body of so many pixels [px]."""
-    side = int(np.sqrt(max(pixel_count, 1) / _WANTED))
+def cell_size(pixel_count: int, frame_count: int = 1) -> int:
+    """Return the side of the image cells [px].
+
+    Args:
+        pixel_count: of the body in one view.
+        frame_count: views of one recording; many need fewer patches each.
+    """
+    wanted = max(_WANTED / np.sqrt(frame_count), _WANTED_OF_MANY)
+    side = int(np.sqrt(max(pixel_count, 1) / wanted))
     return int(np.clip(side, _SMALLEST_CELL, _LARGEST_CELL))
 
 
@@ -60,7 +95,9 @@ def depth_patches(
     values, slopes, centers, cells, totals = _averaged(
         residuals, jacobian, numbers, weights, _LEAST_PIXELS
     )
-    return Patches(values, slopes, noise.depth_covariance(centers, totals), centers, cells, totals)
+    covariance = noise.depth_covariance(centers, totals)
+    common = noise.depth_common(len(values))
+    return Patches(values, slopes, covariance, centers, cells, totals, common)
 
 
 def edge_patches(
@@ -90,7 +127,8 @@ def edge_patches(
     )
     sizes, doubts = slopes[:, -2], slopes[:, -1]
     covariance = noise.edge_covariance(centers, totals, sizes) + np.diag((doubts * sizes) ** 2)
-    return Patches(values, slopes[:, :-2], covariance, centers, cells, totals)
+    common = noise.edge_common(sizes)
+    return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common)
 
 
 def _cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:

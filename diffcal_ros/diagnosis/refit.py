@@ -11,6 +11,7 @@ from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.evidence import Block, Evidence
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten, Whitened
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -78,6 +79,7 @@ def refit(
 
     Raises:
         EquilibriumError: when the start cannot be simulated.
+        MotionError: likewise.
         OutOfViewError: when a camera does not see the body at the start.
     """
     parameters = evidence.model.parameters
@@ -106,7 +108,7 @@ def refit(
         evaluations += 1
         try:
             trial_blocks = evidence.blocks(trial)
-        except (EquilibriumError, OutOfViewError):
+        except (EquilibriumError, MotionError, OutOfViewError):
             damping, rejections = max(_FIRST_DAMPING, 10.0 * damping), rejections + 1
             continue
         trial_seen = whiten(trial_blocks, part, slack)

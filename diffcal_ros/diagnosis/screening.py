@@ -120,10 +120,11 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
     masses = model.tangents_of(_mass_changes(evidence), start)
     blocks = evidence.of(model).blocks(start, masses)
     names = (*wide.names[len(nominal) :], *(f'mass {place}' for place in MASS_PLACES))
-    plain = _seen_through(blocks, nominal, names, 0.0)
+    beyond = _beyond_prior(nominal, coordinates)
+    plain = _seen_through(blocks, nominal, names, beyond, 0.0)
     # Far from where they were taken, tangents hold to a share of the whole.
     slack = _TANGENT_ERROR * residual_size(blocks, Part.FIT)
-    held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, slack)
+    held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, beyond, slack)
     scores = [_seen_both_ways(candidate, held, plain) for candidate in listed]
     scores.sort(key=lambda score: -score.log_evidence)
     return Screen(
@@ -168,13 +169,26 @@ class _Sight:
 
 
 def _seen_through(
-    blocks: list[Block], nominal: ParameterSet, names: tuple[str, ...], slack: float
+    blocks: list[Block],
+    nominal: ParameterSet,
+    names: tuple[str, ...],
+    beyond: FloatArray,
+    slack: float,
 ) -> _Sight:
     seen = whiten(blocks, Part.FIT, slack)
     _, precision = full_prior(nominal)
-    project = _Projection(seen.jacobian[:, : len(nominal)], precision)
+    own = seen.jacobian[:, : len(nominal)]
+    project = _Projection(own, precision)
     columns = project(seen.jacobian[:, len(nominal) :])
-    return _Sight(names, project(seen.values), columns, seen.views, project)
+    # Seen from the priors' means, so that what strains a prior has to be explained, too.
+    residual = project(seen.values + own @ beyond)
+    return _Sight(names, residual, columns, seen.views, project)
+
+
+def _beyond_prior(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
+    """Return how far the coordinates are off their priors' means; 0 without one, shape (k,)."""
+    mean, precision = parameters.prior()
+    return np.where(np.diag(precision) > 0.0, coordinates - mean, 0.0)
 
 
 def _mass_changes(evidence: Evidence) -> Callable[[int, StaticBody], list[Change]]:
@@ -197,10 +211,10 @@ class _Projection:
 
     def __init__(self, nuisances: FloatArray, precision: FloatArray) -> None:
         information = nuisances.T @ nuisances + precision
-        self._nuisances = nuisances
-        self._inverse = np.linalg.inv(information)
         # Symmetric square root of I - N (N'N + P)^-1 N', so that inner products come out right.
-        values, vectors = np.linalg.eigh(nuisances @ self._inverse @ nuisances.T)
+        basis, triangle = np.linalg.qr(nuisances)
+        values, turns = np.linalg.eigh(triangle @ np.linalg.inv(information) @ triangle.T)
+        vectors = basis @ turns
         shrink = 1.0 - np.sqrt(np.clip(1.0 - values, 0.0, 1.0))
         active = shrink > 1e-12
         self._vectors, self._shrink = vectors[:, active], shrink[active]

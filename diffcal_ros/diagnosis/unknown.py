@@ -83,7 +83,9 @@ def describe_unknown(evidence: Evidence, nominal: Refit, scores: Screen) -> Unkn
         nominal: its fit.
         scores: of the library's effects.
     """
-    tested = frame_test(evidence, nominal)
+    # Frames of a motion are no poses of which one could be predicted from the others.
+    is_moving = any(seen.instant is not None for seen in evidence.model.observations)
+    tested = () if is_moving else frame_test(evidence, nominal)
     if not tested:
         return Unknown(_nearest_class(scores), None)
     return Unknown(tested[0].group, _stand_in(tested))

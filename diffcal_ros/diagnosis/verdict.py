@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.diagnosis.time_course import TimeCourse
 
 
 class Verdict(str, Enum):
@@ -104,6 +105,7 @@ class Diagnosis:
         stand_in: fields in place of an effect outside the library, where several views tell them.
         separating_recording: what to record to settle a doubt, or None.
         where: where the gap is largest, in words.
+        when: how the gap of a motion goes, see `time_course.TimeCourse`; None at rest.
         gap_mm: on held-out patches.
         closure: share of the gap above the floor that the effects close; NaN without effects.
         parameters: before and after, by name: value, std_error, unit.
@@ -132,6 +134,7 @@ class Diagnosis:
     limits: dict[str, dict[str, float]]
     largest_cosine: dict[str, float]
     seconds: float
+    when: TimeCourse | None = None
     notes: tuple[str, ...] = ()
     details: dict[str, Any] = field(default_factory=dict)
 

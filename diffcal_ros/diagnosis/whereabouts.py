@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_PARTS = ((1.0 / 3.0, 'near the clamp'), (2.0 / 3.0, 'in the middle'), (np.inf, 'at the tip'))
+PART_NAMES = ('near the clamp', 'in the middle', 'at the tip')
+_BORDERS = (1.0 / 3.0, 2.0 / 3.0)
 
 
 def where_largest(model: ForwardModel, fit: Refit) -> str:
@@ -25,15 +26,10 @@ def where_largest(model: ForwardModel, fit: Refit) -> str:
     best, words = -1.0, 'nowhere: nothing was compared'
     for block in fit.blocks:
         observation = model.observations[block.view]
-        axes = model.effects.axes(observation.setup_index)
-        body = model.body(observation)
-        along = axes.share(body.discretisation.rest_nodes)
-        shares = _shares(block, views[block.view].points, along, observation.camera)
+        parts = part_numbers(block, model, views[block.view].points)
         squares = block.patches.values**2
-        low = 0.0
-        for high, part in _PARTS:
-            inside = (shares >= low) & (shares < high)
-            low = high
+        for number, part in enumerate(PART_NAMES):
+            inside = parts == number
             if inside.sum() < 2 or squares[inside].mean() <= best:
                 continue
             best = float(squares[inside].mean())
@@ -43,6 +39,21 @@ def where_largest(model: ForwardModel, fit: Refit) -> str:
                 words += f', {observation.name}'
             words += f' ({1e3 * np.sqrt(best):.2f} mm)'
     return words
+
+
+def part_numbers(block: Block, model: ForwardModel, points: FloatArray) -> NDArray[np.int64]:
+    """Return on which of `PART_NAMES` each patch of a block lies, shape (n,).
+
+    Args:
+        block: patches.
+        model: of the body.
+        points: its nodes in the camera frame [m], shape (N, 3).
+    """
+    observation = model.observations[block.view]
+    axes = model.effects.axes(observation.setup_index)
+    along = axes.share(model.body(observation).discretisation.rest_nodes)
+    shares = _shares(block, points, along, observation.camera)
+    return np.searchsorted(_BORDERS, shares, side='right').astype(np.int64)
 
 
 def _shares(

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from diffcal_ros.diagnosis.evidence import Block
+from diffcal_ros.diagnosis.noise_model import CommonError
+from diffcal_ros.diagnosis.patches import Patches
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -52,7 +54,7 @@ class Whitened:
 
 
 def whiten(blocks: Sequence[Block], part: Part, slack: float = 0.0) -> Whitened:
-    """Put the patches of one part together; those of different views are independent.
+    """Put the patches of one part together; those of different recordings are independent.
 
     Args:
         blocks: of all views.
@@ -60,29 +62,38 @@ def whiten(blocks: Sequence[Block], part: Part, slack: float = 0.0) -> Whitened:
         slack: further error of each patch [m]: what a model that is still far off, or tangents
             far from where they were taken, cannot be held to.
     """
-    values, jacobians, views = [], [], []
-    for number in dict.fromkeys(block.view for block in blocks):
-        own = [block for block in blocks if block.view == number]
+    values: list[FloatArray] = []
+    jacobians: list[FloatArray] = []
+    views: list[NDArray[np.int64]] = []
+    for group in dict.fromkeys(block.group for block in blocks):
+        own = sorted((b for b in blocks if b.group == group), key=lambda block: block.kind)
         chosen = [chosen_patches(block, part) for block in own]
-        covariance = block_diag(
-            *(
-                block.patches.covariance[np.ix_(which, which)]
-                for block, which in zip(own, chosen, strict=True)
-            )
-        )
+        patches = [b.patches.chosen(w) for b, w in zip(own, chosen, strict=True)]
+        covariance = block_diag(*(p.covariance for p in patches)) + _common(own, patches)
         if not covariance.size:
             continue
         mesh = np.concatenate([b.mesh[w] for b, w in zip(own, chosen, strict=True)])
-        plain = np.concatenate([b.patches.values[w] for b, w in zip(own, chosen, strict=True)])
-        slopes = np.concatenate([b.patches.jacobian[w] for b, w in zip(own, chosen, strict=True)])
-        # The mesh's error is one number a view: it moves depth and outline together.
+        plain = np.concatenate([p.values for p in patches])
+        slopes = np.concatenate([p.jacobian for p in patches])
+        # The mesh's error is one number a recording: it moves depth and outline together.
         covariance = covariance + np.outer(mesh, mesh) + slack**2 * np.eye(len(plain))
         factor = cholesky(_tolerant(covariance, plain), lower=True)
         both = solve_triangular(factor, np.hstack([plain[:, None], slopes]), lower=True)
         values.append(both[:, 0])
         jacobians.append(both[:, 1:])
-        views.append(np.full(len(plain), number))
+        views.extend(np.full(len(p.values), b.view) for b, p in zip(own, patches, strict=True))
     return Whitened(np.concatenate(values), np.concatenate(jacobians), np.concatenate(views))
+
+
+def _common(blocks: Sequence[Block], patches: Sequence[Patches]) -> FloatArray:
+    """Return the covariance of what frames of one recording have in common, shape (n, n)."""
+    parts = []
+    for kind in dict.fromkeys(block.kind for block in blocks):
+        own = [p for b, p in zip(blocks, patches, strict=True) if b.kind == kind]
+        spread = np.concatenate([p.common.spread for p in own])
+        common = CommonError(spread, own[0].common.length)
+        parts.append(common.covariance(np.concatenate([p.centers for p in own])))
+    return np.asarray(block_diag(*parts))
 
 
 def _tolerant(covariance: FloatArray, values: FloatArray) -> FloatArray:
@@ -144,9 +155,7 @@ def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
     """Measure the gap on the patches of one part."""
     chosen = [chosen_patches(block, part) for block in blocks]
     values = np.concatenate([b.patches.values[w] for b, w in zip(blocks, chosen, strict=True)])
-    noise = np.concatenate(
-        [np.diag(b.patches.covariance)[w] for b, w in zip(blocks, chosen, strict=True)]
-    )
+    noise = np.concatenate([b.patches.variances[w] for b, w in zip(blocks, chosen, strict=True)])
     mesh = np.concatenate([b.mesh[w] for b, w in zip(blocks, chosen, strict=True)])
     if len(values) == 0:
         nothing = float('nan')

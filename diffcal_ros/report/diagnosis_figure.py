@@ -18,6 +18,7 @@ _QUANTILE = 0.95
 _LEAST_LIMIT, _MOST_LIMIT = 0.5, 20.0
 _MARGIN = 8
 _SHOWN_SCORES = 12
+_MOST_VIEWS = 8
 
 
 def residual_figure(course: Course) -> Any:
@@ -29,11 +30,13 @@ def residual_figure(course: Course) -> Any:
     if best is not None:
         added = best.evidence.residual_images(best.fit.coordinates)
     limit = _limit(nominal)
-    count = len(model.observations)
+    shown = _shown(len(model.observations))
+    count = len(shown)
     figure = new_figure(_WIDTH, _ROW_HEIGHT * count + 0.6)
     axes = figure.subplots(count, 3, squeeze=False)
     heads = ('measured', 'left by the model as it was', 'left with what was added')
-    for number, (row, observation) in enumerate(zip(axes, model.observations, strict=True)):
+    for row, number in zip(axes, shown, strict=True):
+        observation = model.observations[number]
         window = _window(nominal[number])
         seen = np.where(np.isfinite(nominal[number]), observation.depth.astype(np.float64), np.nan)
         depth = row[0].imshow(1e3 * seen[window], cmap='viridis_r', interpolation='nearest')
@@ -70,6 +73,12 @@ def score_figure(screen: Screen) -> Any:
     panel.set_xlabel('fall of chi-square that it could explain; line: what chance does not give')
     panel.spines[['top', 'right']].set_visible(False)
     return figure
+
+
+def _shown(count: int) -> list[int]:
+    """Return the views to draw: evenly chosen where a motion has many."""
+    places = np.linspace(0, count - 1, min(count, _MOST_VIEWS)).round()
+    return [int(place) for place in places]
 
 
 def _limit(residuals: list[FloatArray]) -> float:

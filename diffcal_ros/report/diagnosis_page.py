@@ -85,6 +85,8 @@ def _gap_table(course: Course) -> str:
     for number, observation in enumerate(course.evidence.model.observations):
         own = [block for block in course.nominal.blocks if block.view == number]
         before = patch_gap(own, Part.REPORT)
+        if before.count == 0:  # A frame that was fitted.
+            continue
         cells = [escape(observation.name), plain(1e3 * before.rms)]
         if best is not None:
             after = patch_gap([b for b in best.fit.blocks if b.view == number], Part.REPORT)

@@ -68,11 +68,15 @@ def _line(word: str, text: str) -> str:
 def _gap_line(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap_mm
     chance = 'p < 0.001' if diagnosis.p_value < 0.001 else f'p = {diagnosis.p_value:.3f}'
+    when = diagnosis.when
+    swing = ''
+    if when is not None and when.frequency_hz is not None:
+        swing = f'; residuals {when.part} swing at {when.frequency_hz:.1f} Hz'
     return _line(
         _WORDS[diagnosis.verdict],
         f'held-out RMS {gap.nominal:.2f} mm; floor {gap.floor_sensor:.2f} mm sensor, '
         f'{gap.floor_numerics:.2f} mm mesh ({chance}, {diagnosis.evidence}); largest '
-        f'{diagnosis.where}',
+        f'{diagnosis.where}{swing}',
     )
 
 

@@ -11,7 +11,6 @@ so that a body that moves as one feels that of drag coefficient C_d and area A.
 
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.potential_terms import surface_areas
-from diffcal_ros.fem.sparse_pattern import SparsePattern
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,16 +22,15 @@ AIR_DENSITY = 1.2  # At 20 degrees and sea level [kg/m^3].
 class AirDrag:
     """Drag on one body; velocities [m/s] and forces [N] have shape (N, 3)."""
 
-    def __init__(self, discretisation: Discretisation, pattern: SparsePattern) -> None:
+    def __init__(self, discretisation: Discretisation, free_nodes: NDArray[np.int32]) -> None:
         """Prepare the shares of the free surface.
 
         Args:
             discretisation: whose surface meets the air.
-            pattern: of the stiffness; nodes that are not free feel no drag.
+            free_nodes: those that are not held; others feel no drag.
         """
-        self._pattern = pattern
         areas = np.zeros(discretisation.node_count)
-        areas[pattern.free_nodes] = surface_areas(discretisation)[pattern.free_nodes]
+        areas[free_nodes] = surface_areas(discretisation)[free_nodes]
         self._unit = (0.5 * AIR_DENSITY / areas.sum()) * areas[:, None]
         self._area = 0.0
 
@@ -59,23 +57,6 @@ class AirDrag:
         along = (velocities * sped).sum(axis=1, keepdims=True)
         turned = np.divide(velocities * along, speeds, where=speeds > 0.0, out=np.zeros_like(sped))
         return self._area * self._unit * (speeds * sped + turned)
-
-    def add_values(self, values: FloatArray, velocities: FloatArray, rate: float) -> None:
-        """Add how forces follow positions in a step to a matrix in the pattern, shape (nnz,).
-
-        Args:
-            values: entries to add to.
-            velocities: where forces are linearised.
-            rate: change of velocity per change of position [1/s].
-        """
-        free = self._pattern.free_nodes
-        for column in range(3):
-            unit = np.zeros_like(velocities)
-            unit[:, column] = 1.0
-            blocks = rate * self.tangent(velocities, unit)[free]
-            starts = self._pattern.column_starts[column:-1:3]
-            for row in range(column, 3):
-                values[starts + row - column] += blocks[:, row]
 
 
 def _speeds(velocities: FloatArray) -> FloatArray:

@@ -28,7 +28,7 @@ class Dynamics:
         self.free = self.pattern.free_nodes
         self.shares = lumped_shares(body.discretisation)
         self.elements = MovingElements(body.elastic, self.pattern)
-        self.drag = AirDrag(body.discretisation, self.pattern)
+        self.drag = AirDrag(body.discretisation, self.free)
         self.masses = np.zeros((body.discretisation.node_count, 1))
         self.loads = np.zeros((body.discretisation.node_count, 3))
         self._inputs: MotionInputs | None = None
@@ -90,9 +90,31 @@ class Dynamics:
             values += term.stiffness(positions, is_guarded=False)
         weights = (inertia + self._mass_damping * rate) * self.masses[self.free, 0]
         values[self.pattern.diagonal_slots] += np.repeat(weights, 3)
-        if self.drag.is_present:
-            self.drag.add_values(values, velocities, rate)
         return values
+
+    @property
+    def has_rest(self) -> bool:
+        """Tell whether `system_values` leaves anything out."""
+        return self.elements.is_damped or self.drag.is_present
+
+    def rest_product(
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        direction: FloatArray,
+        rate: float,
+        *,
+        is_transposed: bool,
+    ) -> FloatArray:
+        """Return what `system_values` leaves out times a direction, shape (N, 3)."""
+        product = np.zeros_like(direction)
+        if self.elements.is_damped:
+            product = self.elements.rest_product(
+                positions, velocities, direction, is_transposed=is_transposed
+            )
+        if self.drag.is_present:
+            product += rate * self.drag.tangent(velocities, direction)
+        return product
 
     def force_tangent(
         self, positions: FloatArray, velocities: FloatArray, moved: FloatArray, sped: FloatArray

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# What the matrix leaves out of damping is a thousandth of it: a round or two settle that.
+# What the matrix leaves out of damping and drag is a thousandth of it: a round or two settle that.
 _REST_TOLERANCE = 1e-8
 _MAX_REST_ROUNDS = 30
 
@@ -24,6 +24,7 @@ class StepSystem:
         self._free = dynamics.free
         self._solver = make_solver(dynamics.pattern, dynamics.body.solver.solver_name)
         self._step: float | None = None
+        self._rate = 0.0
 
     def forget(self) -> None:
         """Let go of the factorisation: the inputs have changed."""
@@ -42,7 +43,7 @@ class StepSystem:
         self._step = None
         values = self._dynamics.system_values(positions, rule.inertia, rule.rate)
         self._solver.factor(values)
-        self._step = rule.step
+        self._step, self._rate = rule.step, rule.rate
 
     def apply(self, forces: FloatArray) -> FloatArray:
         """Solve with the factorisation as it is for forces (3 M,) on free nodes; shape (M, 3)."""
@@ -53,14 +54,15 @@ class StepSystem:
     ) -> FloatArray:
         """Solve exactly at the state factored last, shape (k, N, 3)."""
         solution = self._solve_sides(right_sides)
-        elements = self._dynamics.elements
-        if not elements.is_damped:
+        dynamics = self._dynamics
+        if not dynamics.has_rest:
             return solution
         place = state.positions, state.velocities
         last, size = solution, float(np.abs(solution).max())
         for _ in range(_MAX_REST_ROUNDS):
             products = [
-                elements.rest_product(*place, side, is_transposed=is_transposed) for side in last
+                dynamics.rest_product(*place, side, self._rate, is_transposed=is_transposed)
+                for side in last
             ]
             before = float(np.abs(last).max())
             last = -self._solve_sides(np.stack(products))

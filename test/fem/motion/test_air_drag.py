@@ -14,6 +14,8 @@ import pytest
 from support.moving_bodies import Case, directions, released_beam
 
 AREA = 0.03
+# Solves of a step iterate what their matrix leaves out to 1e-8, in hundreds of nodes.
+_ITERATED = 1e-6
 STEPS = (2e-2, 1e-2, 5e-3)
 
 
@@ -23,7 +25,7 @@ def with_drag(case: Case, area: float) -> Case:
 
 def test_a_body_that_moves_as_one_feels_coefficient_times_area(random) -> None:
     body = released_beam(Element.QUADRATIC, random).body.static_body
-    drag = AirDrag(body.discretisation, body.solver.pattern)
+    drag = AirDrag(body.discretisation, body.solver.pattern.free_nodes)
     drag.set_area(AREA)
     velocity = np.array([0.3, -1.2, 0.5])
     forces = drag.forces(np.tile(velocity, (body.discretisation.node_count, 1)))
@@ -90,7 +92,7 @@ def test_other_tangents_and_the_adjoint_hold_under_drag(random) -> None:
     gradient = case.body.gradient(by_positions)
     for name, tangent in tangents.items():
         forward = float((tangent * by_positions).sum())
-        assert gradient.along(changes[name]) == pytest.approx(forward, rel=1e-8), name
+        assert gradient.along(changes[name]) == pytest.approx(forward, rel=_ITERATED), name
     change = changes['damping']
     ahead, behind = case.moved(change, 0.01).run(), case.moved(change, -0.01).run()
     difference = (ahead.positions - behind.positions) / 0.02

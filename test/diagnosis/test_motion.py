@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Diagnosis of a released beam: clean frames agree, late stamps and the air's drag are named."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.disagreement import unstrained
+from diffcal_ros.diagnosis.noise_model import CommonError
+from diffcal_ros.diagnosis.verdict import Verdict
+from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.scene.model import Quantity
+import numpy as np
+import pytest
+from support.filmed import filmed, filmed_scene, RELEASE
+from support.moving_beams import DAMPING
+from support.scenes import beam_scene
+
+LATE, AREA, SOFT = 0.006, 0.06, 100e3
+# Another mesh shifts the amplitudes by more than their standard errors, which are of the noise.
+_AMPLITUDE = 0.08
+
+
+def test_clean_frames_from_another_mesh_and_step_agree() -> None:
+    diagnosis = diagnose(filmed_scene(), filmed(seed=1)).diagnosis
+    assert diagnosis.verdict is Verdict.AGREE
+    assert diagnosis.effects == ()
+    assert diagnosis.evidence == 'confirmed'
+    assert diagnosis.gap_mm.nominal < 1.5 * diagnosis.gap_mm.floor_sensor
+    assert {'time_offset', 'air_drag'} <= set(diagnosis.limits)
+
+
+def test_late_stamps_are_named_and_the_gap_closes() -> None:
+    course = diagnose(filmed_scene(), filmed(seed=1, late=LATE))
+    diagnosis = course.diagnosis
+    assert diagnosis.verdict is Verdict.DISAGREE
+    (effect,) = diagnosis.effects
+    assert effect.identifier == 'time_offset'
+    assert effect.amplitude['late'] == pytest.approx(1e3 * LATE, rel=_AMPLITUDE)
+    assert effect.unit['late'] == 'ms'
+    assert diagnosis.closure > 0.9
+    when = diagnosis.when
+    assert when is not None
+    assert len(when.times) == len(when.rms_mm) == 14
+    assert sum(when.held_out) == 3
+    # The first frames show the body at rest; stamps do not matter there.
+    assert when.rms_mm[0] < 0.5 * max(when.rms_mm)
+    assert when.frequency_hz is not None
+    assert 1.0 < when.frequency_hz < 15.0
+    held_out = [o for o in course.evidence.model.observations if o.is_held_out]
+    assert len(held_out) == 3
+    for block in course.nominal.blocks:
+        seen = course.evidence.model.observations[block.view]
+        assert (block.is_report == seen.is_held_out).all()
+
+
+def test_drag_that_hides_in_the_damping_is_named_and_the_damping_heals() -> None:
+    course = diagnose(filmed_scene(SOFT), filmed(seed=2, area=AREA, modulus=SOFT))
+    diagnosis = course.diagnosis
+    assert diagnosis.verdict is Verdict.DISAGREE
+    (effect,) = diagnosis.effects
+    assert effect.identifier == 'air_drag'
+    assert effect.amplitude['area'] == pytest.approx(1e4 * AREA, rel=_AMPLITUDE)
+    before, after = (diagnosis.parameters[when]['damping'] for when in ('before', 'after'))
+    assert before['value'] > 3.0 * DAMPING
+    assert after['value'] == pytest.approx(DAMPING, rel=0.2)
+    # The gap alone is small: it is the strain on what is known of the damping that tells.
+    plain, strained = course.nominal.blocks, unstrained(course.nominal)
+    assert patch_gap(strained, Part.ALL).rms > 2.0 * patch_gap(plain, Part.ALL).rms
+
+
+def test_effects_are_offered_where_they_can_be_seen() -> None:
+    at_rest = {c.identifier for c in candidates(beam_scene())}
+    assert not at_rest & {'time_offset', 'air_drag'}
+    moving = {c.identifier for c in candidates(filmed_scene())}
+    assert moving >= {'time_offset', 'air_drag', 'gravity_tilt', 'added_mass'}
+    assert not moving & {'compliant_clamp', 'contact_plane'}
+    free = {c.identifier for c in candidates(filmed_scene(), fit=('damping', 'release_time'))}
+    assert 'time_offset' not in free
+    known = replace(RELEASE, prior_mean=0.05, prior_std=0.001)
+    scene = with_release(known)
+    assert 'time_offset' in {c.identifier for c in candidates(scene, fit=('release_time',))}
+
+
+def with_release(release: Quantity):
+    scene = filmed_scene()
+    (setup,) = scene.observations
+    assert setup.motion is not None
+    motion = replace(setup.motion, release_time=release)
+    return replace(scene, observations=(replace(setup, motion=motion),))
+
+
+def test_frames_of_a_recording_share_their_smooth_error() -> None:
+    error = CommonError(np.full(3, 2e-4), 80.0)
+    covariance = error.covariance(np.array([[10.0, 20.0], [10.0, 20.0], [400.0, 20.0]]))
+    np.testing.assert_allclose(covariance[0, 1], 4e-8)
+    assert abs(covariance[0, 2]) < 1e-15

@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A released beam as a depth camera films it: another mesh and integrator, noise, smooth error."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.observation import Instant, Observation
+from diffcal_ros.scene.model import Quantity, Scene
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from support.moving_beams import DAMPING, instants, moving_scene, true_depths
+from support.scenes import noisy
+
+# The release is clocked.
+RELEASE = Quantity(0.05, 0.0, 0.2)
+# Damping of the material is known from elsewhere, or drag would pass for it within a swing.
+KNOWN_DAMPING = Quantity(1.2 * DAMPING, 0.1, 1e4, DAMPING, 0.1 * DAMPING)
+FIT = ('youngs_modulus', 'damping')
+STIFF = 150e3
+_RATE, _COUNT, _HOLD_OUT = 30.0, 14, 5
+_NOISE = 0.00014
+
+
+def filmed_scene(modulus: float = STIFF) -> Scene:
+    """Return the scene that a diagnosis starts from: all of its numbers are somewhat off."""
+    scene = moving_scene((8, 2, 2), modulus=1.15 * modulus, fit=FIT)
+    regions = tuple(replace(region, damping=KNOWN_DAMPING) for region in scene.regions)
+    (setup,) = scene.observations
+    assert setup.motion is not None
+    motion = replace(setup.motion, release_time=RELEASE)
+    return replace(scene, regions=regions, observations=(replace(setup, motion=motion),))
+
+
+def filmed(
+    *, seed: int, late: float = 0.0, area: float = 0.0, modulus: float = STIFF
+) -> list[Observation]:
+    """Film the beam for half a second.
+
+    Args:
+        seed: of noise and of the sensor's smooth error.
+        late: by which stamps are late [s].
+        area: of the air's drag [m^2].
+        modulus: Young's modulus [Pa].
+    """
+    random = np.random.default_rng(seed)
+    scene = moving_scene((10, 3, 3), modulus=modulus, time_step=1.0 / 600.0)
+    if area:
+        scene = replace(scene, effects={'air_drag': {'area': area}})
+    stamps = np.arange(_COUNT) / _RATE
+    depths = true_depths(scene, [float(t) for t in np.maximum(stamps - late, 0.0)])
+    smooth = gaussian_filter(random.normal(size=depths[0].shape), 40.0)
+    pattern = 0.00012 * smooth / smooth.std()
+    frames = instants(stamps, [noisy(depth + pattern, random) for depth in depths])
+    return [
+        replace(
+            frame,
+            noise=_NOISE,
+            instant=Instant(float(stamp), 0, number % _HOLD_OUT == _HOLD_OUT // 2),
+        )
+        for number, (frame, stamp) in enumerate(zip(frames, stamps, strict=True))
+    ]
