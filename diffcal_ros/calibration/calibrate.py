@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time
 
-from diffcal_ros.calibration.demon import minimise_with_demon
+from diffcal_ros.calibration.demon import learning_rates, minimise_with_demon
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.image_objective import ImageObjective
@@ -49,9 +49,9 @@ _LONGEST_STEPS = {
     Kind.EDGE_BIAS: 2.0,
 }
 _LONGEST_SHIFT, _LONGEST_TURN = 0.03, 0.15
-# Doublings of a Gauss-Newton step on a whole-image loss, and Adam's step in the coordinates.
+# Doublings of a Gauss-Newton step on a whole-image loss, and Adam's longest step over its.
 _IMAGE_DOUBLINGS = 8
-_ADAM_STEP = 0.05
+_ADAM_SHARE = 0.1
 
 
 class Calibration:
@@ -199,7 +199,7 @@ class Calibration:
                 self.objective,
                 start,
                 bounds,
-                _ADAM_STEP * longest_steps(self.parameters) / 0.7,
+                learning_rates(self.model, start, _ADAM_SHARE * longest_steps(self.parameters)),
                 max_iterations=settings.max_iterations or 100,
                 on_iteration=tell,
             )

@@ -9,6 +9,7 @@ gradient comes from the adjoint of simulator and tracer; torch sees one function
 from collections.abc import Callable
 from typing import Any, TYPE_CHECKING
 
+from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.image_objective import ImageObjective
 from diffcal_ros.calibration.levenberg_marquardt import Iteration, Minimum, Stop
 from diffcal_ros.errors import InputError
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _SETTLED = 0.01
+_STEP_LENGTH = 1e-3  # Of the body's nodes, RMS [m].
 _BETA_1, _BETA_2, _EPSILON = 0.9, 0.999, 1e-8
 
 
@@ -58,6 +60,22 @@ def differentiable_loss(objective: ImageObjective, coordinates: 'torch.Tensor') 
             return upstream * gradient
 
     return _Loss.apply(coordinates)
+
+
+def learning_rates(model: ForwardModel, start: FloatArray, longest: FloatArray) -> FloatArray:
+    """Choose steps that each move the body by a millimetre, shape (k,).
+
+    The paper's rates, 0.1 to 1e7, were found by trying: its parameters have units, and how far the
+    body follows them differs from case to case. The model's tangents know it.
+
+    Args:
+        model: with its tangents.
+        start: coordinates, shape (k,).
+        longest: step of each coordinate that is not to be exceeded, shape (k,).
+    """
+    moved = np.concatenate(model.tangents(start), axis=1)
+    sensitivity = np.sqrt((moved**2).sum(axis=2).mean(axis=1))
+    return np.minimum(_STEP_LENGTH / np.maximum(sensitivity, 1e-12), longest)
 
 
 def minimise_with_demon(

@@ -45,6 +45,8 @@ def open_experiment(variant: Variant, dataset: Path | None, folder: Path) -> Off
     if variant.simulate is not None:
         document = _filmed(variant.simulate, document, base.parent, dataset, folder)
     document = merged(document, variant.scene)
+    if variant.mesh is not None:
+        document['mesh']['file'] = str(_mesh_of(variant.mesh, dataset).resolve())
     path = base.with_name('fit.yaml')
     write_text_atomically(path, yaml.safe_dump(document, sort_keys=False))
     scene = load_scene(path)
@@ -120,7 +122,7 @@ def _filmed(
         truth = merged(document, simulate.get('truth', {}))
         mesh = base_folder / str(document['mesh']['file'])
         if 'mesh' in simulate:
-            mesh = _true_mesh(str(simulate['mesh']), dataset)
+            mesh = _mesh_of(str(simulate['mesh']), dataset)
         truth = merged(truth, {'mesh': {'file': str(mesh.resolve())}, 'bag': None})
         path = folder / 'truth' / 'scene.yaml'
         write_text_atomically(path, yaml.safe_dump(truth, sort_keys=False))
@@ -156,7 +158,7 @@ def _recorder(simulate: Mapping[str, Any]) -> RecorderSettings:
     return RecorderSettings(**settings, timing=timing, element=element)
 
 
-def _true_mesh(name: str, dataset: Path | None) -> Path:
+def _mesh_of(name: str, dataset: Path | None) -> Path:
     """Return the tetrahedral mesh in a folder of the data set."""
     found = [] if dataset is None else sorted((dataset / name).glob('*.tet'))
     if len(found) != 1:

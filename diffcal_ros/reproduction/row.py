@@ -20,6 +20,7 @@ _VARIANT_KEYS = {
     'title',
     'case',
     'scene_file',
+    'mesh',
     'simulate',
     'scene',
     'pose',
@@ -45,6 +46,7 @@ class Variant:
         title: for people.
         case: of the public data set, or None.
         scene_file: a scene instead of a case, or None.
+        mesh: folder of the data set with the mesh that is fitted, in place of the case's own.
         simulate: how a synthetic recording is made; None where the case's own frames are used.
         scene: what replaces keys of the scene, as nested mappings.
         settings: how to fit.
@@ -63,6 +65,7 @@ class Variant:
     title: str
     case: str | None = None
     scene_file: Path | None = None
+    mesh: str | None = None
     simulate: Mapping[str, Any] | None = None
     scene: Mapping[str, Any] = field(default_factory=dict)
     settings: CalibrationSettings = field(default_factory=CalibrationSettings)
