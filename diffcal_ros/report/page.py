@@ -20,6 +20,7 @@ from diffcal_ros.report.convergence_figure import convergence_figure
 from diffcal_ros.report.depth_figure import depth_figure, depth_range, RESIDUAL_LIMIT
 from diffcal_ros.report.field_section import field_section
 from diffcal_ros.report.figure_png import figure_html
+from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
 from diffcal_ros.report.naming import interval_95, is_material, shown, title
 from diffcal_ros.report.observed_view import observed_views, ObservedView
 from diffcal_ros.report.page_style import STYLE
@@ -67,6 +68,7 @@ def write_report(
         _warnings(result),
         _pictures(calibration, views),
         field_section(calibration, field) if field is not None else '',
+        _over_time(calibration, result),
         _remaining_gap(calibration, views),
         _convergence(result),
         _parameters(calibration, result),
@@ -178,6 +180,22 @@ def _source(view: ObservedView) -> str:
     if instant is None:
         return f'{view.observation.frame_count} depth frames made into one.'
     return f'The depth frame {instant.time:.3f} s after the first one.'
+
+
+def _over_time(calibration: Calibration, result: CalibrationResult) -> str:
+    motions = motion_gaps(calibration, result)
+    if not motions:
+        return ''
+    text = '<h2>Frame by frame</h2>\n'
+    for motion in motions:
+        heading = f'<h3>{escape(motion.name)}</h3>\n' if len(motions) > 1 else ''
+        caption = (
+            'Each frame is compared at its own stamp. Frames kept from the fit show how well the '
+            'others predict them; a gap that grows with time asks for another damping or law.'
+        )
+        figure = gap_over_time_figure(motion)
+        text += heading + figure_html(figure, f'Gap over time of {escape(motion.name)}', caption)
+    return text
 
 
 def _remaining_gap(calibration: Calibration, views: list[ObservedView]) -> str:

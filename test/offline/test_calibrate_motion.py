@@ -9,6 +9,7 @@ from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import RecordingError, SceneError
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
+from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
 from diffcal_ros.report.naming import interval_95
 from diffcal_ros.report.page import write_report
 from diffcal_ros.report.result_table import result_text
@@ -63,6 +64,32 @@ def test_the_report_shows_a_few_frames(fitted, tmp_path):
     page = (tmp_path / 'report.html').read_text()
     assert page.count('Depth and residual images of') == 4
     assert 'on frames kept from the fit' in page
+    assert page.count('Gap over time of') == 1
+
+
+def test_every_frame_has_its_gap(fitted):
+    calibration, result, _ = fitted
+    (motion,) = motion_gaps(calibration, result)
+    assert motion.release_time == result['release_time'].value
+    assert [frame.time for frame in motion.frames] == pytest.approx([k / 30.0 for k in range(12)])
+    assert [k for k, frame in enumerate(motion.frames) if frame.is_held_out] == [2, 6, 10]
+    # All frames together are what the result says of them.
+    own = [frame.fitted for frame in motion.frames if not frame.is_held_out]
+    assert sum(gap.pixels for gap in own) == result.gap_end.pixels
+    square = sum(gap.pixels * gap.rms**2 for gap in own) / result.gap_end.pixels
+    assert square**0.5 == pytest.approx(result.gap_end.rms, rel=1e-9)
+    before = [frame for frame in motion.frames if frame.time < 0.05]
+    falling = [frame for frame in motion.frames if 0.1 < frame.time < 0.2]
+    assert max(frame.start.rms for frame in before) < max(frame.start.rms for frame in falling)
+    # At some instants the wrong motion passes through the right place.
+    assert all(frame.fitted.rms < frame.start.rms for frame in falling)
+    axes = gap_over_time_figure(motion).axes[0]
+    assert [line.get_label() for line in axes.get_lines()] == [
+        'start',
+        'fitted',
+        'kept from the fit',
+        'release',
+    ]
 
 
 def test_without_a_prior_motion_shows_only_ratios(released):
