@@ -87,6 +87,12 @@ motion-fit: $(VENV)/.test ## Fit a released beam from ten random starts (a quart
 coarsening: $(VENV)/.test ## Fit coarser meshes of a beam to a fine one, with each element.
 	$(BIN)/python benchmarks/coarsening.py
 
+CABLES ?= out/cables
+.PHONY: cables
+cables: $(VENV)/.test ## Fit the cable of the data set's finger from ten starts a pull (slow).
+	@if [ -z "$${DIFFCAL_DATA:-}" ]; then echo 'skipped: set DIFFCAL_DATA to a clone of the public DiffCal data set'; \
+	else $(BIN)/python benchmarks/cables.py $(CABLES); fi
+
 .PHONY: clean
 clean: ## Remove what was built; .venv stays.
 	rm -rf build install log out
