@@ -40,8 +40,8 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         'calibrate',
         help='fit parameters to recordings',
-        description='Fit the parameters of SCENE to depth recordings of the body at rest, and '
-        'write DIR/result.json, DIR/report.html and DIR/fitted_scene.yaml.',
+        description='Fit the parameters of SCENE to depth recordings of the body, at rest or let '
+        'go, and write DIR/result.json, DIR/report.html and DIR/fitted_scene.yaml.',
         epilog='Exit codes: 0 done; 2 bad input; 3 diverged, not converged or not identifiable.',
     )
     add_recordings(parser)
