@@ -104,7 +104,10 @@ class FieldSystem:
             ],
             axis=1,
         )
-        self._inverse = np.linalg.pinv(self.curvature, rcond=1e-12, hermitian=True)
+        # Metres, radians and logarithms differ by powers of ten: scaled first.
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.curvature), 1e-300))
+        scaled = np.linalg.pinv(self.curvature * np.outer(scale, scale), 1e-12, hermitian=True)
+        self._inverse = scaled * np.outer(scale, scale)
 
     def reduced_descent(self) -> FloatArray:
         """Return the field's descent when the ordinary parameters follow, shape (n,)."""
