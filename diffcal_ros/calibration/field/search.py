@@ -12,6 +12,7 @@ from diffcal_ros.calibration.calibrate import Calibration, longest_steps
 from diffcal_ros.calibration.field.krylov import krylov_space, KrylovSpace
 from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
+from diffcal_ros.calibration.field.merit import measure_merit, Merit
 from diffcal_ros.calibration.field.smoothness import Smoothness
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import Kind
@@ -26,8 +27,9 @@ FloatArray = NDArray[np.float64]
 # No step may change a modulus by more than about a factor of two.
 _LONGEST_STEP = 0.7
 _MOST_HALVINGS = 5
-# The cost is rough by this share, as pixels join and leave.
+# The cost is rough by this share, as pixels join and leave; a step may lose that of a view.
 _ROUGHNESS = 0.03
+_MOST_LOST = 0.15
 # A round that gains less than this share of the cost ends a weight's search.
 _SMALL_GAIN = 0.01
 
@@ -84,6 +86,7 @@ class FieldSearch:
         self._unit: float | None = None
         self.state = FieldState(calibration.coordinates.copy(), np.zeros(self.unknown_count))
         self.go_to(self.state)
+        self._first = measure_merit(self.objective, self.state.coordinates)
 
     def go_to(self, state: FieldState) -> None:
         """Put search and model there."""
@@ -108,8 +111,8 @@ class FieldSearch:
         return most_rounds
 
     def misfit(self) -> float:
-        """Return chi-square of data and ordinary priors."""
-        return 2.0 * self.objective.cost(self.state.coordinates)
+        """Return chi-square of data and ordinary priors, see `merit`."""
+        return 2.0 * self._merit().cost(self._first)
 
     def roughness(self) -> float:
         """Return the field's roughness."""
@@ -158,31 +161,38 @@ class FieldSearch:
         """Take one step; return by which share the cost fell."""
         system, space = self._expand(share)
         weight = share * (self._unit or space.strongest)
-        start, before = self.state, self._total(weight)
+        start, here = self.state, self._merit()
+        before = here.cost(self._first) + 0.5 * weight * self.roughness()
         step = space.solve(weight) - start.unknowns
+        own = system.follow(step)
         length = min(1.0, _LONGEST_STEP / max(float(np.abs(self._spread @ step).max()), 1e-12))
         for _ in range(_MOST_HALVINGS):
-            self._try(start, length * step, system)
-            after = self._total(weight)
+            self._try(start, length * step, length * own)
+            after = self._total(weight, here)
             if after < before * (1.0 + _ROUGHNESS):
                 return 1.0 - after / before
             length *= 0.5
         self.go_to(start)
         return 0.0
 
-    def _try(self, start: FieldState, step: FloatArray, system: FieldSystem) -> None:
+    def _try(self, start: FieldState, step: FloatArray, own: FloatArray) -> None:
         longest = longest_steps(self.calibration.parameters)
-        own = np.clip(system.follow(step), -longest, longest)
-        coordinates = np.clip(start.coordinates + own, *self.calibration.parameters.bounds())
+        moved = start.coordinates + np.clip(own, -longest, longest)
+        coordinates = np.clip(moved, *self.calibration.parameters.bounds())
         self.go_to(FieldState(coordinates, start.unknowns + step))
 
-    def _total(self, weight: float) -> float:
-        """Return cost and penalty here, infinite where the model cannot follow."""
+    def _merit(self) -> Merit:
+        return measure_merit(self.objective, self.state.coordinates)
+
+    def _total(self, weight: float, start: Merit) -> float:
+        """Return cost and penalty here, infinite where the model cannot follow or loses sight."""
         try:
-            cost = self.objective.cost(self.state.coordinates)
+            merit = self._merit()
         except (EquilibriumError, OutOfViewError):
             return float('inf')
-        return cost + 0.5 * weight * self.roughness()
+        if merit.lost(start) > _MOST_LOST:
+            return float('inf')
+        return merit.cost(self._first) + 0.5 * weight * self.roughness()
 
 
 def _fitted_regions(calibration: Calibration) -> list[NDArray[np.int32]]:

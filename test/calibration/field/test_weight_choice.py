@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which weight is taken: the noise where it is reached, else the L-curve."""
 
-from diffcal_ros.calibration.field.weight_choice import by_l_curve, corner, SHARES
+from diffcal_ros.calibration.field.weight_choice import by_l_curve, corner
 import numpy as np
 import pytest
 
@@ -18,9 +18,10 @@ def test_the_corner_is_near_the_best_weight(random) -> None:
     # Patterns of a signal that the data see ever less, and noise.
     seen = 10.0 ** -np.arange(0.0, 4.0, 0.25)
     signal = 0.8 ** np.arange(len(seen))
+    shares = 10.0 ** -np.arange(0.5, 5.0, 0.5)
     for _ in range(10):
         data = seen * signal + 1e-3 * random.normal(size=len(seen))
-        fits = [seen * data / (seen**2 + share) for share in SHARES]
+        fits = [seen * data / (seen**2 + share) for share in shares]
         misfits = [float(((data - seen * fit) ** 2).sum()) for fit in fits]
         errors = [float(((fit - signal) ** 2).sum()) for fit in fits]
         chosen = corner(misfits, [float((fit**2).sum()) for fit in fits])
