@@ -29,7 +29,7 @@ def law_lines(ranking: Sequence[LawFit]) -> list[str]:
     if len(gaps) > 1 and gaps[1] < (1.0 + _SAME) * gaps[0]:
         lines.append(
             f'{ranking[0].law} and {ranking[1].law} fit equally well: a load that strains the '
-            'body more, such as a twist, would tell them apart'
+            'body more, such as a stretch, would tell them apart'
         )
     return lines
 

@@ -65,7 +65,7 @@ def test_a_rubber_is_told_from_two_others(random) -> None:
     assert best['youngs_modulus'].value == pytest.approx(MODULUS, rel=_MODULUS_SHARE)
     lines = law_lines(ranking)
     assert lines[1].startswith('mooney_rivlin')
-    assert 'a twist, would tell them apart' in lines[-1]
+    assert 'a stretch, would tell them apart' in lines[-1]
 
 
 @pytest.mark.slow
