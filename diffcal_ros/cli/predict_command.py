@@ -5,7 +5,10 @@
 import argparse
 from pathlib import Path
 import sys
-from typing import Any
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from diffcal_ros.prediction.predicted_body import PredictedBody
 
 
 def add_parser(subparsers: Any) -> None:
@@ -84,13 +87,7 @@ def run(args: argparse.Namespace) -> int:
     bodies = predict_bodies(scene, film)
     position = tuple(args.camera_position) if args.camera_position else None
     views = look_at(scene, bodies, position)
-    rows = [
-        (
-            body.setup.name,
-            f'{len(body.times)} frames, moved by up to {1e3 * body.largest_displacement:.3g} mm',
-        )
-        for body in bodies
-    ]
+    rows = [(body.setup.name, _words(body)) for body in bodies]
     written = write_prediction(views, args.out, outputs)
     for warning in (text for body in bodies for text in body.warnings):
         print(f'diffcal predict: warning: {warning}', file=sys.stderr)
@@ -101,3 +98,8 @@ def run(args: argparse.Namespace) -> int:
         )
     print(format_rows([*rows, *((word, str(path)) for word, path in written)]))
     return 0
+
+
+def _words(body: 'PredictedBody') -> str:
+    count, moved = len(body.times), 1e3 * body.largest_displacement
+    return f'{count} frame{"s" if count > 1 else ""}, moved by up to {moved:.3g} mm'

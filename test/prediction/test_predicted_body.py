@@ -12,6 +12,7 @@ from diffcal_ros.synthetic.moving_body import move_body
 from diffcal_ros.synthetic.posed_body import pose_body
 import numpy as np
 import pytest
+from support.fingers import cable, finger_scene, via_points
 from support.recorded_beam import write_beam_scene
 
 RELEASE_TIME = 0.08
@@ -45,6 +46,14 @@ def test_the_effects_of_the_scene_are_in_it(tmp_path):
     loaded = load_scene(write_beam_scene(tmp_path / 'loaded', weight))
     (hanging,), (sagging,) = (predict_bodies(scene, FilmTimes()) for scene in (plain, loaded))
     assert sagging.largest_displacement > 1.2 * hanging.largest_displacement
+
+
+def test_cables_pull():
+    slack, taut = (finger_scene(cable('top', pull, via_points())) for pull in (-0.01, 0.01))
+    (free,), (bent,) = (predict_bodies(scene, FilmTimes()) for scene in (slack, taut))
+    posed = pose_body(taut, taut.observations[0])
+    np.testing.assert_allclose(bent.positions[0], posed.positions, atol=SAME)
+    assert np.abs(bent.positions - free.positions).max() > 0.005
 
 
 def test_a_film_lasts_as_long_as_is_said(moving_scene):
