@@ -75,6 +75,12 @@ blind: $(VENV)/.test ## Diagnose the independent generator's cases and score the
 	$(BIN)/python -m benchmarks.diagnosis --cases $(BLIND)/cases --out $(BLIND)/run
 	$(BIN)/python -m benchmarks.blind.scorer --verdicts $(BLIND)/run --labels $(BLIND)/labels --out $(BLIND)/score
 
+.PHONY: blind-motion
+blind-motion: $(VENV)/.test ## The same for released bodies and held loads (slow).
+	$(BIN)/python -m benchmarks.blind.generator --motion --set development --out $(BLIND)/motion
+	$(BIN)/python -m benchmarks.diagnosis --cases $(BLIND)/motion/cases --out $(BLIND)/motion/run
+	$(BIN)/python -m benchmarks.blind.scorer --verdicts $(BLIND)/motion/run --labels $(BLIND)/motion/labels --out $(BLIND)/motion/score
+
 .PHONY: twist
 twist: $(VENV)/.test ## Twist a cantilever by half a turn over a grid of materials (needs DIFFCAL_DATA).
 	$(BIN)/python benchmarks/twist.py

@@ -166,6 +166,24 @@ def strain_stiffening(size: int, setup: Setup, random: np.random.Generator) -> E
     return Effect('strain_stiffening', {'ratio': ratio}, 'C2/C1', {'yeoh_ratio': ratio})
 
 
+def time_offset(size: int, setup: Setup, random: np.random.Generator) -> Effect:
+    late = _signed((2.0, 5.0, 12.0)[size], random)
+    return Effect('time_offset', {'late': late}, 'ms', {'stamps_late': late})
+
+
+def air_drag(size: int, setup: Setup, random: np.random.Generator) -> Effect:
+    area = _number((150.0, 450.0, 1200.0)[size], random)
+    return Effect('air_drag', {'area': area}, 'cm^2', {'drag_area': area})
+
+
+def creep(size: int, setup: Setup, random: np.random.Generator) -> Effect:
+    share = _number((0.08, 0.2, 0.4)[size], random)
+    tau = round(float(random.uniform(4.0, 12.0)), 2)
+    return Effect(
+        'creep', {'share': share, 'tau': tau}, '-, s', {'creep_share': share, 'creep_time': tau}
+    )
+
+
 def side_wind(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     wind = _signed((0.2, 0.4, 0.7)[size], random)
     return Effect('side_wind', {'share': wind}, 'of the weight', {'wind': wind})
@@ -207,6 +225,8 @@ LIBRARY: dict[str, Drawer] = {
         strain_stiffening,
     )
 }
+# Effects that show only over time.
+MOTION: dict[str, Drawer] = {drawer.__name__: drawer for drawer in (time_offset, air_drag, creep)}
 OUTSIDE: dict[str, Drawer] = {
     drawer.__name__: drawer for drawer in (side_wind, swelling, bulge, soft_skin, lens_distortion)
 }

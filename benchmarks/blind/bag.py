@@ -27,13 +27,16 @@ def _types() -> Typestore:
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-def write_bag(path: Path, camera: Camera, frames: Sequence[NDArray[np.float32]]) -> None:
+def write_bag(
+    path: Path, camera: Camera, frames: Sequence[NDArray[np.float32]], period: int = _PERIOD
+) -> None:
     """Write one recording.
 
     Args:
         path: folder to make.
         camera: its intrinsics.
         frames: depth [m], shape (H, W), NaN where invalid.
+        period: between stamps [ns].
     """
     path.mkdir(parents=True)
     with (path / 'bag_0.mcap').open('wb') as stream:
@@ -41,7 +44,7 @@ def write_bag(path: Path, camera: Camera, frames: Sequence[NDArray[np.float32]])
         writer.start(profile='ros2', library='blind tests')
         channels = {topic: _channel(writer, topic, kind) for topic, kind in (_IMAGE, _INFO)}
         for number, depth in enumerate(frames):
-            stamp = _FIRST_STAMP + number * _PERIOD
+            stamp = _FIRST_STAMP + number * period
             for topic, message in (
                 (_INFO[0], _camera_info(camera, stamp)),
                 (_IMAGE[0], _image(depth, stamp)),
@@ -49,7 +52,7 @@ def write_bag(path: Path, camera: Camera, frames: Sequence[NDArray[np.float32]])
                 data = bytes(_types().serialize_cdr(message, message.__msgtype__))
                 writer.add_message(channels[topic], stamp, data, stamp, number)
         writer.finish()  # type: ignore[no-untyped-call]
-    (path / 'metadata.yaml').write_text(_metadata(len(frames)))
+    (path / 'metadata.yaml').write_text(_metadata(len(frames), period))
 
 
 def _channel(writer: Writer, topic: str, kind: str) -> int:
@@ -99,8 +102,8 @@ def _camera_info(camera: Camera, stamp: int) -> Any:
     )
 
 
-def _metadata(count: int) -> str:
-    duration = (count - 1) * _PERIOD
+def _metadata(count: int, period: int) -> str:
+    duration = (count - 1) * period
     topics = ''.join(
         f"""
     - topic_metadata:

@@ -8,11 +8,14 @@ from itertools import combinations
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import LIBRARY, OUTSIDE, SIZES
+from benchmarks.blind.amplitudes import LIBRARY, MOTION, OUTSIDE, SIZES
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 
 SETS = ('development', 'sealed')
 CLEAN_COUNT = 300
+MOTION_CLEAN_COUNT = 100
+# Whose end face can lie on a ledge.
+_SWINGING = {'development': ('beam', 'taper', 'plate'), 'sealed': ('waist', 'fin', 'beam')}
 _PAIR_COUNT = 20
 _OUTSIDE_COUNT = 20
 # Single effects: one pose, four poses, and four poses of another shape.
@@ -47,6 +50,11 @@ class Case:
         return _seeded(f'{self.salt}/{self.set_name}/{self.key}/{purpose}')
 
     @property
+    def is_moving(self) -> bool:
+        """Tell whether the body is filmed after its release."""
+        return self.id.startswith('swing_')
+
+    @property
     def key(self) -> str:
         """What the case is, in words: the seed of its draws."""
         parts = [f'{name}-{SIZES[size]}' for name, size in self.effects]
@@ -63,6 +71,26 @@ def list_cases(set_name: str, salt: str = '') -> list[Case]:
     order = _seeded(f'{salt}/{set_name}/order').permutation(len(faulty))
     named = [replace(faulty[i], id=f'case_{number:03d}') for number, i in enumerate(order)]
     return [replace(case, salt=salt) for case in (*_clean(set_name, families), *named)]
+
+
+def list_motion_cases(set_name: str, salt: str = '') -> list[Case]:
+    """List the cases of released bodies: 100 clean, 27 single (3 effects, sizes and set-ups)."""
+    if set_name not in SETS:
+        raise ValueError(f'set is {set_name!r}: {" or ".join(SETS)}')
+    families = _SWINGING[set_name]
+    clean = [
+        Case(f'swing_clean_{number:03d}', 'clean', families[number % 3], 1, (), set_name)
+        for number in range(MOTION_CLEAN_COUNT)
+    ]
+    faulty = [
+        Case('', 'single', family, 1, ((name, size),), set_name)
+        for name in MOTION
+        for size in range(len(SIZES))
+        for family in families
+    ]
+    order = _seeded(f'{salt}/{set_name}/motion order').permutation(len(faulty))
+    named = [replace(faulty[i], id=f'swing_{number:03d}') for number, i in enumerate(order)]
+    return [replace(case, salt=salt) for case in (*clean, *named)]
 
 
 def _seeded(text: str) -> np.random.Generator:

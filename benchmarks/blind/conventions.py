@@ -38,6 +38,8 @@ def true_components(label: Mapping[str, Any], effect: Mapping[str, Any]) -> dict
         return _along((amplitude['x'], 0.0, amplitude['z']), frame)
     if name == 'rest_curvature':
         return _along((0.0, amplitude['y'], amplitude['z']), frame)
+    if name == 'creep':
+        return {'share': 100.0 * amplitude['share'], 'tau': amplitude['tau']}
     if name == 'contact_plane':
         return {'height': 1e3 * amplitude['height']}
     if name == 'stiffness_contrast':

@@ -41,6 +41,10 @@ class Faults:
         bulge: share by which the true section is wider in the middle than the stated one.
         soft_skin: log E of the outer layer of elements on the upper side.
         radial_distortion: first radial coefficient of a lens that was taken for ideal.
+        stamps_late: an image stamped t shows the body at t less this [ms].
+        drag_area: drag coefficient times area of the free surface [cm^2].
+        creep_share: g of a Prony pair: all stresses relax to 1 - g of what they were [-].
+        creep_time: tau of that pair [s].
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -65,3 +69,7 @@ class Faults:
     bulge: float = 0.0
     soft_skin: float = 0.0
     radial_distortion: float = 0.0
+    stamps_late: float = 0.0
+    drag_area: float = 0.0
+    creep_share: float = 0.0
+    creep_time: float = 1.0

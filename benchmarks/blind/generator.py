@@ -3,9 +3,11 @@
 """Write the cases of a set.
 
     python -m benchmarks.blind.generator --set development --out DIR [--only 'clean_0*'] [--jobs 2]
+                                         [--motion]
 
-DIR/cases/<id> is what the workflow sees, DIR/labels/<id>.json what it must not. Cases that are
-there already are left as they are.
+With --motion they are of released bodies instead of bodies at rest. DIR/cases/<id> is what the
+workflow sees, DIR/labels/<id>.json what it must not. Cases that are there already are left as they
+are.
 """
 
 import argparse
@@ -21,12 +23,13 @@ import time
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import combined, Effect, LIBRARY, OUTSIDE
+from benchmarks.blind.amplitudes import combined, Effect, LIBRARY, MOTION, OUTSIDE
 from benchmarks.blind.bag import write_bag
-from benchmarks.blind.cases import Case, list_cases, SETS
+from benchmarks.blind.cases import Case, list_cases, list_motion_cases, SETS
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.labels import label_of, write_json
-from benchmarks.blind.observe import camera_center, record, true_rendering
+from benchmarks.blind.observe import camera_center, film, record, true_rendering
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.scene_file import extra_text, scene_text
 from benchmarks.blind.sensor import smooth_field
@@ -34,7 +37,10 @@ from benchmarks.blind.setups import draw_setup, Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
+from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 
+# A motion is many simulations: its mesh has longer cells.
+_MOTION_COARSENING = 1.7
 _CLEARANCE = 0.008  # Of a body that does not touch the plane [m].
 
 
@@ -45,12 +51,13 @@ def write_case(case: Case, out: Path) -> float:
     if target.exists() and label.exists():
         return 0.0
     setup, effects, faults = draw_case(case)
+    timing = draw_timing(case, effects) if case.is_moving else None
     specimen = make_specimen(setup, faults)
     fresh = target.with_name(f'.{case.id}.{os.getpid()}')
     shutil.rmtree(fresh, ignore_errors=True)
     fresh.mkdir(parents=True)
     try:
-        _write_seen(case, setup, specimen, faults, fresh)
+        _write_seen(case, setup, specimen, faults, timing, fresh)
         label.parent.mkdir(parents=True, exist_ok=True)
         center = camera_center(specimen, setup)
         write_json(label, label_of(case, setup, effects, faults, center))
@@ -69,16 +76,27 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
         poses=case.poses,
         random=case.random('setup'),
     )
-    drawers = {**LIBRARY, **OUTSIDE}
+    drawers = {**LIBRARY, **MOTION, **OUTSIDE}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)
+    if case.is_moving:
+        # A body that hardly sags hardly swings.
+        setup = _softer(setup, 0.6)
     if faults.yeoh_ratio:
         # Stiffening shows where the strain is large.
         setup = _softer(setup, 0.6)
     if faults.contact_height is not None:
         setup, faults = _lay_on_plane(setup, faults, random)
     return setup, effects, faults
+
+
+def draw_timing(case: Case, effects: tuple[Effect, ...]) -> Timing:
+    """Draw when a case's body is let go; creep and every fourth clean case are held loads."""
+    random = case.random('timing')
+    creeps = any(effect.identifier == 'creep' for effect in effects)
+    is_slow = creeps or (case.kind == 'clean' and int(case.id[-3:]) % 4 == 3)
+    return draw_hold(random) if is_slow else draw_swing(random)
 
 
 def _softer(setup: Setup, factor: float) -> Setup:
@@ -129,16 +147,29 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
 
 
 def _write_seen(
-    case: Case, setup: Setup, specimen: Specimen, faults: Faults, folder: Path
+    case: Case,
+    setup: Setup,
+    specimen: Specimen,
+    faults: Faults,
+    timing: Timing | None,
+    folder: Path,
 ) -> None:
     """Write what the workflow sees."""
-    write_vtk(mesh_tetrahedra(setup.shape), folder / 'mesh.vtk')
-    (folder / 'scene.yaml').write_text(scene_text(setup))
+    coarsening = 1.0 if timing is None else _MOTION_COARSENING
+    write_vtk(mesh_tetrahedra(setup.shape, coarsening), folder / 'mesh.vtk')
+    (folder / 'scene.yaml').write_text(scene_text(setup, timing))
     (folder / 'extra.yaml').write_text(extra_text(setup, case.without))
     camera = setup.camera
     shape = (camera.height, camera.width)
     pattern = smooth_field(shape, setup.sensor.bias_length, case.random('pattern'))
     for observation in setup.observations:
+        if timing is not None:
+            places = filmed_positions(specimen, setup, observation, faults, timing)
+            views = [true_rendering(specimen, setup, observation, faults, p) for p in places]
+            filmed = film(views, setup, pattern, case.random(f'noise {observation.name}'))
+            period = round(1e9 * timing.period)
+            write_bag(folder / f'bag_{observation.name}', camera, filmed, period)
+            continue
         positions = settle(specimen, setup, observation, faults)
         rendering = true_rendering(specimen, setup, observation, faults, positions)
         frames = record(rendering, setup, pattern, case.random(f'noise {observation.name}'))
@@ -154,10 +185,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--kind', default='*', help='clean, single, pair, outside or denied')
     parser.add_argument('--salt', default='', help='secret of a sealed set')
     parser.add_argument('--jobs', type=int, default=1)
+    parser.add_argument('--motion', action='store_true', help='released bodies')
     given = parser.parse_args(arguments)
+    listed = list_motion_cases if given.motion else list_cases
     cases = [
         case
-        for case in list_cases(given.set_name, given.salt)
+        for case in listed(given.set_name, given.salt)
         if fnmatch(case.id, given.only) and fnmatch(case.kind, given.kind)
     ]
     if not cases:

@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a faulty camera sees of a body at rest."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.renderer import render, Rendering
+from benchmarks.blind.renderer import Camera, render, Rendering
 from benchmarks.blind.rotations import applied, rigid, rotation
-from benchmarks.blind.sensor import expose, scan, smooth_field
+from benchmarks.blind.sensor import expose, scan, Sensor, smooth_field
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import Specimen
@@ -57,6 +58,34 @@ def camera_center(specimen: Specimen, setup: Setup) -> FloatArray:
     nodes = applied(setup.observations[0].world_from_object, specimen.mesh.nodes)
     middle = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))
     return applied(setup.depth_from_world, middle[None])[0]
+
+
+def film(
+    renderings: Sequence[Rendering],
+    setup: Setup,
+    pattern: FloatArray,
+    random: np.random.Generator,
+) -> list[NDArray[np.float32]]:
+    """Take one noisy frame of each view [m], shape (H, W) each; smooth errors stay."""
+    camera, sensor = setup.camera, setup.sensor
+    own = smooth_field((camera.height, camera.width), sensor.bias_length, random)
+    bias = (pattern + own) * sensor.bias / np.sqrt(2.0)
+    return [_frame(view, camera, sensor, bias, random) for view in renderings]
+
+
+def _frame(
+    rendering: Rendering,
+    camera: Camera,
+    sensor: Sensor,
+    bias: FloatArray,
+    random: np.random.Generator,
+) -> NDArray[np.float32]:
+    view = scan(rendering, camera, sensor.wall)
+    rows = slice(rendering.row, rendering.row + view.depth.shape[0])
+    columns = slice(rendering.column, rendering.column + view.depth.shape[1])
+    image = np.full((camera.height, camera.width), np.nan, dtype=np.float32)
+    image[rows, columns] = expose(view, sensor, bias[rows, columns], random)
+    return image
 
 
 def record(

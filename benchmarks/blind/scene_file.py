@@ -8,12 +8,18 @@ import yaml
 
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.timing import LEDGE, Timing
 
 _HELD_MARGIN = 0.006  # The fixture's jaws may hide this much of the body beside it [m].
 
 
-def scene_text(setup: Setup) -> str:
-    """Write the scene; start values are off, nothing in it is a fault's."""
+def scene_text(setup: Setup, timing: Timing | None = None) -> str:
+    """Write the scene; start values are off, nothing in it is a fault's.
+
+    Args:
+        setup: the rig.
+        timing: of a body that is let go; None: it is at rest.
+    """
     sensor = setup.sensor
     document: dict[str, Any] = {
         'format': 1,
@@ -37,16 +43,53 @@ def scene_text(setup: Setup) -> str:
             'quantization_mode': 'round',
         },
         'fit': ['youngs_modulus'],
+        **(_timed(setup, timing) if timing is not None else {}),
         'observations': [
             {
                 'name': observation.name,
                 'bag': f'bag_{observation.name}',
                 'placement': _placement(observation.world_from_object),
+                **(_motion(timing) if timing is not None else {}),
             }
             for observation in setup.observations
         ],
     }
     return _dump(document)
+
+
+def _timed(setup: Setup, timing: Timing) -> dict[str, Any]:
+    """Return what a scene of a released body says besides or instead."""
+    shape = setup.shape
+    body: dict[str, Any] = {
+        'youngs_modulus': {'start': setup.start_modulus, 'min': 5.0e3, 'max': 2.0e7},
+        'poissons_ratio': setup.poissons_ratio,
+        'density': setup.density,
+    }
+    fit = ['youngs_modulus']
+    if not timing.is_slow:
+        mean = timing.stated_damping
+        body['damping'] = {
+            'start': mean,
+            'min': 0.01,
+            'max': 1.0e4,
+            'prior': {'mean': mean, 'std': round(0.1 * mean, 6)},
+        }
+        fit.append('damping')
+    return {
+        'held': {
+            'clamp': {'box': {'x': [float('-inf'), round(shape.clamp, 9)]}},
+            'ledge': {'box': {'x': [round(shape.length - LEDGE, 9), float('inf')]}},
+        },
+        'regions': {'body': body},
+        'fit': fit,
+    }
+
+
+def _motion(timing: Timing) -> dict[str, Any]:
+    motion: dict[str, Any] = {'released': ['ledge'], 'at': timing.release}
+    if timing.is_slow:
+        motion['integrator'] = 'quasi_static'
+    return {'motion': motion}
 
 
 def extra_text(setup: Setup, without: str | None) -> str:

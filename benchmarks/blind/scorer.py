@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import LIBRARY
+from benchmarks.blind.amplitudes import LIBRARY, MOTION
 from benchmarks.blind.answers import Answer
 from benchmarks.blind.labels import write_json
 from benchmarks.blind.seal import broken
 
-COLUMNS = (*LIBRARY, 'unknown', 'agree', 'abstain')
+COLUMNS = (*LIBRARY, *MOTION, 'unknown', 'agree', 'abstain')
 _CLEAR, _TWIN = 3.0, 0.95
 
 

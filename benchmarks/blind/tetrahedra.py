@@ -30,11 +30,18 @@ class TetMesh:
     regions: IntArray
 
 
-def mesh_tetrahedra(shape: Shape) -> TetMesh:
-    """Mesh a body: six tetrahedra a cell, mirrored from cell to cell so that faces match."""
+def mesh_tetrahedra(shape: Shape, coarsening: float = 1.0) -> TetMesh:
+    """Mesh a body: six tetrahedra a cell, mirrored from cell to cell so that faces match.
+
+    Args:
+        shape: the body.
+        coarsening: how many times longer than usual the cells are.
+    """
     width, height = shape.section
     size = (0.0057, min(width / 2.6, 0.0068), min(height / 1.8, 0.0068))
-    lattice = cut(shape, size, held_cells=4)
+    if coarsening > 1.0:
+        size = (0.0057 * coarsening, width / 1.6, height / 1.6)
+    lattice = cut(shape, size, held_cells=max(round(4 / coarsening), 1))
     paths = []
     for order in permutations(range(3)):
         corner = np.zeros(3, dtype=np.int64)

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A load that is held on a body whose stress relaxes: finite viscoelasticity with one Prony pair.
+
+With the elastic second Piola-Kirchhoff stress S0 the stress is (1 - g) S0 + g H, where H follows
+dH/dt = dS0/dt - H / tau (Simo 1987, the same share of all stresses). Inertia is left out.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
+
+from benchmarks.blind.body import Body
+from benchmarks.blind.equilibrium import find_equilibrium, Load
+from benchmarks.blind.material import respond
+from benchmarks.blind.shapes import FloatArray
+
+_STEPS_PER_TIME = 12.0  # Steps in one relaxation time.
+_TOLERANCE = 1e-6  # Of the residual against the load.
+_ROUNDS = 60
+
+
+class NoRestError(RuntimeError):
+    """A step found no equilibrium."""
+
+
+def held_load(
+    body: Body,
+    load: Load,
+    start: FloatArray,
+    times: Sequence[float],
+    share: float,
+    relaxation: float,
+) -> list[FloatArray]:
+    """Return node positions [m], shape (N, 3), at times since a support was taken away.
+
+    Args:
+        body: without the support.
+        load: held from then on.
+        start: positions at first [m], shape (N, 3); stresses of before are taken for relaxed in
+            the same way as those that come.
+        times: ascending, above 0 [s].
+        share: g.
+        relaxation: tau [s].
+
+    Raises:
+        NoRestError: when a step does not converge.
+    """
+    positions = find_equilibrium(body, load, start)
+    if share == 0.0:
+        return [positions for _ in times]
+    history, elastic = _stress(body, positions), _stress(body, positions)
+    now, found = 0.0, []
+    for time in times:
+        count = max(int(np.ceil((time - now) * _STEPS_PER_TIME / relaxation)), 1)
+        step = (time - now) / count
+        fall, half = np.exp(-step / relaxation), np.exp(-0.5 * step / relaxation)
+        for _ in range(count):
+            # H' = fall H + half (S0' - S0), so that the stress is linear in S0'.
+            known = share * (fall * history - half * elastic)
+            kept = 1.0 - share + share * half
+            positions = _settle(body, load, positions, kept, known)
+            now_elastic = _stress(body, positions)
+            history = fall * history + half * (now_elastic - elastic)
+            elastic = now_elastic
+        now = time
+        found.append(positions.copy())
+    return found
+
+
+def _gradients(body: Body, positions: FloatArray) -> FloatArray:
+    return np.swapaxes(positions[body.cells], 1, 2)[:, None] @ body.quadrature.gradients
+
+
+def _stress(body: Body, positions: FloatArray) -> FloatArray:
+    """Return the elastic second Piola-Kirchhoff stress [Pa], shape (C, 8, 3, 3)."""
+    F = _gradients(body, positions)
+    law = respond(F, body.numbers)
+    first = law.along[..., None, None] * F + law.pressure[..., None, None] * law.cofactor
+    return np.asarray(np.linalg.solve(F, first))
+
+
+def _settle(
+    body: Body, load: Load, start: FloatArray, kept: float, known: FloatArray
+) -> FloatArray:
+    """Find the equilibrium of kept S0 + known [Pa] by Newton with the elastic stiffness."""
+    positions, factor, left = start.copy(), None, np.inf
+    scale = float(np.linalg.norm(load.forces))
+    for _ in range(_ROUNDS):
+        stress = _gradients(body, positions) @ (kept * _stress(body, positions) + known)
+        scaled = body.quadrature.volumes[..., None, None] * body.quadrature.gradients
+        parts = (scaled @ np.swapaxes(stress, -1, -2)).sum(axis=1)
+        force = -load.forces.copy()
+        for axis in range(3):
+            force[:, axis] += np.bincount(
+                body.cells.ravel(), parts[..., axis].ravel(), body.node_count
+            )
+        residual = force.ravel()[body.band.numbers]
+        size = float(np.linalg.norm(residual))
+        if size < _TOLERANCE * scale:
+            return positions
+        if factor is None or size > 0.5 * left:
+            blocks = body.evaluate(positions).blocks
+            assert blocks is not None
+            factor = cholesky_banded(body.band.assemble(blocks), lower=True, check_finite=False)
+        left = size
+        flat = positions.ravel()
+        flat[body.band.numbers] -= cho_solve_banded((factor, True), residual, check_finite=False)
+        positions = flat.reshape(-1, 3)
+    raise NoRestError('a creeping body found no rest')

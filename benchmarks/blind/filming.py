@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where the nodes of a released body are at the moments of its frames."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.blind.body import Body
+from benchmarks.blind.creep import held_load
+from benchmarks.blind.equilibrium import find_equilibrium, Load
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.setups import GRAVITY, Observation, Setup
+from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.simulation import Specimen
+from benchmarks.blind.swing import AIR, consistent_masses, Forces, swing
+from benchmarks.blind.timing import LEDGE, Timing
+
+_STEP = 1.0 / 600.0
+
+
+def moments(timing: Timing, faults: Faults) -> list[float]:
+    """Return when the frames were taken in truth, after the release [s]."""
+    late = 1e-3 * faults.stamps_late
+    return [stamp - late - timing.release for stamp in timing.stamps]
+
+
+def filmed_positions(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults, timing: Timing
+) -> list[FloatArray]:
+    """Return node positions in every frame, object frame [m], shape (N, 3)."""
+    object_from_world = observation.world_from_object[:3, :3].T
+    gravity = object_from_world @ np.array([0.0, -GRAVITY, 0.0])
+    load = Load(specimen.body.masses[:, None] * gravity)
+    start = find_equilibrium(_supported(specimen, setup), load, specimen.mesh.nodes)
+    when = moments(timing, faults)
+    after = [moment for moment in when if moment > 0.0]
+    moving = _after(specimen, setup, faults, timing, load, start, after)
+    return [start] * (len(when) - len(after)) + moving
+
+
+def _supported(specimen: Specimen, setup: Setup) -> Body:
+    """Return the body whose end face is held, too."""
+    face = np.flatnonzero(specimen.mesh.lattice[:, 0] >= setup.shape.length - LEDGE)
+    return replace(specimen.body, held=np.union1d(specimen.body.held, face))
+
+
+def _after(
+    specimen: Specimen,
+    setup: Setup,
+    faults: Faults,
+    timing: Timing,
+    load: Load,
+    start: FloatArray,
+    times: Sequence[float],
+) -> list[FloatArray]:
+    if timing.is_slow:
+        return held_load(specimen.body, load, start, times, faults.creep_share, faults.creep_time)
+    masses = consistent_masses(specimen.mesh.nodes, specimen.body, setup.density)
+    free = specimen.areas.copy()
+    free[specimen.body.held] = 0.0
+    drag = 0.5 * AIR * 1e-4 * faults.drag_area * free / free.sum()
+    forces = Forces(load.forces, timing.damping, drag, setup.youngs_modulus)
+    return swing(specimen.body, masses, forces, start, times, _STEP)

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Released bodies of the independent generator: its integrator, its creep, its list of cases."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.blind.cases import list_motion_cases
+from benchmarks.blind.creep import held_load
+from benchmarks.blind.equilibrium import find_equilibrium, Load
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.filming import moments
+from benchmarks.blind.setups import draw_setup, GRAVITY
+from benchmarks.blind.simulation import make_specimen, Specimen
+from benchmarks.blind.swing import AIR, consistent_masses, Forces, swing
+from benchmarks.blind.timing import draw_swing
+
+DOWN = np.array([0.1, 0.0, -GRAVITY])
+
+
+@pytest.fixture(scope='module')
+def specimen() -> Specimen:
+    setup = draw_setup('beam', is_sealed=False, poses=1, random=np.random.default_rng(3))
+    return make_specimen(replace(setup, youngs_modulus=6.0e5), Faults(), refinement=0.5)
+
+
+def _forces(specimen: Specimen, damping: float, area: float) -> Forces:
+    free = specimen.areas.copy()
+    free[specimen.body.held] = 0.0
+    drag = 0.5 * AIR * area * free / free.sum()
+    return Forces(specimen.body.masses[:, None] * DOWN, damping, drag, 6.0e5)
+
+
+def _energy(specimen: Specimen, masses, start, end, step: float) -> tuple[float, float]:
+    """Return total energy [J] at the start and half way through the last step."""
+    body, weight = specimen.body, specimen.body.masses[:, None] * DOWN
+    middle, rate = 0.5 * (start + end), (end - start) / step
+    moving = 0.5 * float(np.einsum('cai,cab,cbi', rate[body.cells], masses, rate[body.cells]))
+    still = body.evaluate(middle, with_stiffness=False).energy - float((weight * middle).sum())
+    return moving, still
+
+
+def test_masses_are_those_of_the_body(specimen: Specimen) -> None:
+    density = 1000.0
+    masses = consistent_masses(specimen.mesh.nodes, specimen.body, density)
+    assert masses.sum() == pytest.approx(density * specimen.body.quadrature.volumes.sum())
+    assert np.linalg.eigvalsh(masses).min() > 0.0
+
+
+def test_a_swing_keeps_its_energy_without_damping_and_loses_it_with(specimen: Specimen) -> None:
+    density = float(specimen.body.masses.sum() / specimen.body.quadrature.volumes.sum())
+    masses = consistent_masses(specimen.mesh.nodes, specimen.body, density)
+    rest, step = specimen.mesh.nodes, 1.0 / 2000.0
+    first = -float((specimen.body.masses[:, None] * DOWN * rest).sum())
+    left = {}
+    for name, damping, area in (('free', 0.0, 0.0), ('damped', 20.0, 0.0), ('air', 0.0, 0.1)):
+        forces = _forces(specimen, damping, area)
+        times = [0.06, 0.06 + step]
+        start, end = swing(specimen.body, masses, forces, rest, times, step)
+        moving, still = _energy(specimen, masses, start, end, step)
+        left[name] = (moving + still - first) / moving
+    # The rule keeps energy to the square of its step; half a step's middle is off as much.
+    assert abs(left['free']) < 0.02
+    assert left['damped'] < -0.05
+    assert left['air'] < -0.05
+
+
+def test_creep_ends_at_the_equilibrium_of_the_relaxed_modulus(specimen: Specimen) -> None:
+    share, tau = 0.3, 2.0
+    load = Load(specimen.body.masses[:, None] * DOWN)
+    first, last = held_load(specimen.body, load, specimen.mesh.nodes, [1e-6, 40.0], share, tau)
+    numbers = specimen.body.numbers
+    softer = replace(
+        specimen.body,
+        numbers=replace(
+            numbers,
+            shear=(1.0 - share) * numbers.shear,
+            bulk=(1.0 - share) * numbers.bulk,
+        ),
+    )
+    sag = find_equilibrium(specimen.body, load, specimen.mesh.nodes)
+    relaxed = find_equilibrium(softer, load, specimen.mesh.nodes)
+    size = np.abs(relaxed - sag).max()
+    assert size > 1e-3
+    assert np.abs(first - sag).max() < 1e-3 * size
+    assert np.abs(last - relaxed).max() < 1e-2 * size
+
+
+def test_late_stamps_show_earlier_moments() -> None:
+    timing = draw_swing(np.random.default_rng(1))
+    late = moments(timing, Faults(stamps_late=5.0))
+    np.testing.assert_allclose(np.array(moments(timing, Faults())) - late, 0.005)
+
+
+def test_the_list_of_cases() -> None:
+    cases = list_motion_cases('development')
+    assert Counter(case.kind for case in cases) == {'clean': 100, 'single': 27}
+    assert len({case.id for case in cases}) == len(cases)
+    assert all(case.is_moving for case in cases)
+    singles = Counter(case.effects[0] for case in cases if case.kind == 'single')
+    assert set(singles.values()) == {3}
+    assert {name for name, _ in singles} == {'time_offset', 'air_drag', 'creep'}
+    with pytest.raises(ValueError, match='development or sealed'):
+        list_motion_cases('other')
