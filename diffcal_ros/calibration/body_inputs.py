@@ -8,6 +8,7 @@ from diffcal_ros.calibration.effect_model import EffectModel
 from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet, TILT_AXES
 from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.conditions import CableState
+from diffcal_ros.fem.creep import CreepChange
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.motion.inputs import MotionChange
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _CABLE = (Kind.REST_LENGTH, Kind.CABLE_STIFFNESS)
+_CREEP = {'creep.share': CreepChange(share=1.0), 'creep.tau': CreepChange(time=1.0)}
 _MATERIAL = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY)
 
 
@@ -166,6 +168,9 @@ class BodyInputs:
                 return None
             if parameter.name == 'time_offset.late':
                 return MotionChange(time_offset=1.0)
+            if parameter.name in _CREEP:
+                creep = self._effects.creep(self._effects.amplitudes(coordinates))
+                return replace(_CREEP[parameter.name], creep=creep)
         mode = self._effects.modulus_mode(parameter)
         if mode is not None:
             return Change(youngs_modulus=mode * self.material(coordinates).youngs_modulus)

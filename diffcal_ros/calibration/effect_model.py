@@ -9,6 +9,7 @@ from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet
 from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS, Plane
+from diffcal_ros.fem.creep import Creep
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import apply, rotation_matrix
 from diffcal_ros.scene.effects import EFFECTS
@@ -202,6 +203,11 @@ class EffectModel:
     def time_offset(self, amplitudes: Amplitudes) -> float:
         """Return by how much the stamps of depth images are late [s]."""
         return amplitudes.get('time_offset', {}).get('late', 0.0)
+
+    def creep(self, amplitudes: Amplitudes) -> Creep:
+        """Return how the material creeps under a held load."""
+        pair = amplitudes.get('creep', {})
+        return Creep(pair.get('share', 0.0), pair.get('tau', 0.0))
 
     def modulus_mode(self, parameter: Parameter) -> FloatArray | None:
         """Return d log E / d amplitude of a stiffness contrast, shape (T,), or None."""

@@ -316,6 +316,7 @@ class ForwardModel:
             damping=self.inputs.damping(coordinates),
             release_time=self.inputs.release_time(index, coordinates),
             time_offset=self.effects.time_offset(amplitudes),
+            creep=self.effects.creep(amplitudes),
         )
 
     def _seen(self, fields: dict[int, FloatArray], coordinates: FloatArray) -> list[FloatArray]:

@@ -32,11 +32,14 @@ class FrameTime:
     is_held_out: bool = False
 
 
-def frame_times(stamps_ns: Sequence[int | None]) -> tuple[list[FrameTime], list[str]]:
+def frame_times(
+    stamps_ns: Sequence[int | None], *, is_slow: bool = False
+) -> tuple[list[FrameTime], list[str]]:
     """Turn header stamps into times, ascending.
 
     Args:
         stamps_ns: of the images in the order of recording [ns]; None where one is unreadable.
+        is_slow: of a load that is held: any time may pass between frames.
 
     Returns:
         The frames with good stamps up to the first long gap, and notes for a person.
@@ -70,7 +73,7 @@ def frame_times(stamps_ns: Sequence[int | None]) -> tuple[list[FrameTime], list[
     notes = [f'{told}: these frames are left out'] if told else []
     first = rising[0][1]
     frames = [FrameTime(place, (stamp - first) / _SECOND) for place, stamp in rising]
-    return _up_to_gap(frames, notes)
+    return (frames, notes) if is_slow else _up_to_gap(frames, notes)
 
 
 def _up_to_gap(frames: list[FrameTime], notes: list[str]) -> tuple[list[FrameTime], list[str]]:

@@ -356,7 +356,7 @@ def _effect(scene: Scene, identifier: str, component_name: str) -> list[Paramete
 
 
 def _effect_quantity(part: Component, start: float) -> Quantity:
-    if part.name == 'height':  # Of a plane anywhere: nothing is known beforehand.
+    if part.name in ('height', 'tau'):  # Nothing is known beforehand.
         return Quantity(start, part.lower, part.upper)
     return Quantity(start, part.lower, part.upper, 0.0, part.scale)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.creep import Creep, NO_CREEP
 from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
@@ -37,6 +38,7 @@ class PostureInputs:
         damping: by strain rates [Pa s], shape (T,).
         release_time: when the support lets go, after the first frame [s].
         time_offset: by which the stamps of the frames are late [s].
+        creep: of the material under a load that is held.
     """
 
     material: Material
@@ -45,6 +47,7 @@ class PostureInputs:
     damping: FloatArray
     release_time: float
     time_offset: float = 0.0
+    creep: Creep = NO_CREEP
 
 
 class Posture(Protocol):

@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from diffcal_ros.calibration.held_load import HeldLoadPosture
 from diffcal_ros.calibration.moving_posture import MovingPosture
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.posture import Posture, RestingPosture
@@ -24,6 +25,8 @@ def _posture(
     setup, times = scene.observations[index], instants(observations, index)
     if setup.motion is None:
         return RestingPosture(scene, setup, solver, device)
+    if setup.motion.is_slow:
+        return HeldLoadPosture(scene, setup, times, solver, device)
     return MovingPosture(scene, setup, times, solver, device)
 
 

@@ -10,6 +10,8 @@ from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Scene
 
 MASS_PLACES = (0.25, 0.5, 0.75, 1.0)
+# Relaxation times that are screened [s]; refits go on from the best.
+CREEP_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,7 @@ class Candidate:
     Attributes:
         identifier: of the effect.
         components: names of the amplitudes that are free.
-        at: place along the body, for an effect that has one.
+        at: place along the body, or relaxation time [s], for an effect that has one.
     """
 
     identifier: str
@@ -30,6 +32,11 @@ class Candidate:
     def effect(self) -> Effect:
         """The effect."""
         return EFFECTS[self.identifier]
+
+    @property
+    def settings(self) -> dict[str, float]:
+        """Fixed numbers that go with it."""
+        return {'at': self.at} if self.at is not None and self.effect.settings else {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -87,15 +94,23 @@ def candidates(
     ]
     if 'added_mass' not in left_out:
         found += [Candidate('added_mass', ('mass',), place) for place in MASS_PLACES]
+    if 'creep' not in left_out:
+        found += [Candidate('creep', ('share', 'tau'), time) for time in CREEP_TIMES]
     return found
 
 
 def _not_shown(scene: Scene, fitted: Collection[str]) -> set[str]:
     """Return the effects that the observations of a scene cannot show, or not apart."""
     motions = [setup.motion for setup in scene.observations if setup.motion is not None]
+    kinds = {motion.is_slow for motion in motions}
+    found = {
+        name
+        for name, effect in EFFECTS.items()
+        if effect.needs_motion and effect.needs_hold not in kinds
+    }
     if not motions:
-        return {name for name, effect in EFFECTS.items() if effect.needs_motion}
-    found = set(_AT_REST_ONLY)
+        return found
+    found |= set(_AT_REST_ONLY)
     if RELEASE_TIME in fitted and any(m.release_time.prior_std is None for m in motions):
         # A release of which nothing is known beforehand does all that late stamps do.
         found.add('time_offset')

@@ -149,7 +149,8 @@ def _refit_from(
 ) -> Refit | None:
     """Refit from a start; tangents may have promised more than the body can bear."""
     nominal = set(base.parameters.names)
-    amplitudes = {n for n in starts if n not in nominal and not n.endswith('.height')}
+    fixed = ('.height', '.tau')
+    amplitudes = {n for n in starts if n not in nominal and not n.endswith(fixed)}
     for share in _SHARES:
         fewer = {n: share * v if n in amplitudes else v for n, v in starts.items()}
         begin = _start(evidence.model.parameters, base, fewer)
@@ -166,8 +167,8 @@ def _refit_from(
 def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:
     effects = dict(scene.effects)
     for candidate in added:
-        if candidate.at is not None:
-            effects[candidate.identifier] = {'at': candidate.at}
+        if candidate.settings:
+            effects[candidate.identifier] = candidate.settings
     return replace(scene, effects=effects)
 
 

@@ -132,7 +132,7 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
                 amplitude={a.name: a.value for a in amplitudes},
                 std_error={a.name: a.std_error for a in amplitudes},
                 unit={a.name: a.unit for a in amplitudes},
-                setting={} if candidate.at is None else {'at': candidate.at},
+                setting=candidate.settings,
                 frame=frame_of(
                     candidate.identifier, hypothesis.evidence.model, hypothesis.fit.coordinates
                 ),

@@ -11,11 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
-from diffcal_ros.diagnosis.candidates import Candidate, MASS_PLACES
+from diffcal_ros.diagnosis.candidates import Candidate, CREEP_TIMES, MASS_PLACES
 from diffcal_ros.diagnosis.evidence import Block, Evidence
 from diffcal_ros.diagnosis.refit import full_prior
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten
 from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.fem.creep import Creep, CreepChange
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
@@ -90,7 +91,7 @@ def library_parameters(
     smooth = dict.fromkeys(
         name
         for candidate in listed
-        if candidate.identifier not in ('contact_plane', 'added_mass')
+        if candidate.identifier not in ('contact_plane', 'added_mass', 'creep')
         for name in candidate.names
     )
     extra: list[str] = []
@@ -117,9 +118,13 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
     start = wide.start()
     start[: len(nominal)] = coordinates
     model = evidence.model.with_parameters(scene, wide)
-    masses = model.tangents_of(_mass_changes(evidence), start)
-    blocks = evidence.of(model).blocks(start, masses)
-    names = (*wide.names[len(nominal) :], *(f'mass {place}' for place in MASS_PLACES))
+    further = model.tangents_of(_further_changes(evidence), start)
+    blocks = evidence.of(model).blocks(start, further)
+    names = (
+        *wide.names[len(nominal) :],
+        *(f'mass {place}' for place in MASS_PLACES),
+        *(f'creep {time}' for time in CREEP_TIMES),
+    )
     beyond = _beyond_prior(nominal, coordinates)
     plain = _seen_through(blocks, nominal, names, beyond, 0.0)
     # Far from where they were taken, tangents hold to a share of the whole.
@@ -165,6 +170,10 @@ class _Sight:
         """Return the columns of a candidate's amplitudes, shape (n, c)."""
         if candidate.identifier == 'added_mass':
             return self.columns[:, [self.names.index(f'mass {candidate.at}')]]
+        if candidate.identifier == 'creep':
+            # Where nothing relaxes, the time in which it does changes nothing.
+            share = self.columns[:, self.names.index(f'creep {candidate.at}')]
+            return np.stack([share, np.zeros_like(share)], axis=1)
         return self.columns[:, [self.names.index(name) for name in candidate.names]]
 
 
@@ -191,16 +200,17 @@ def _beyond_prior(parameters: ParameterSet, coordinates: FloatArray) -> FloatArr
     return np.where(np.diag(precision) > 0.0, coordinates - mean, 0.0)
 
 
-def _mass_changes(evidence: Evidence) -> Callable[[int, StaticBody], list[Change]]:
+def _further_changes(evidence: Evidence) -> Callable[[int, StaticBody], list[Change]]:
     effects = evidence.model.effects
 
     def changes(index: int, body: StaticBody) -> list[Change]:
         share = effects.axes(index).share(body.discretisation.rest_nodes)
-        found = []
+        found: list[Change] = []
         for place in MASS_PLACES:
             weights = np.exp(-0.5 * ((share - place) / _MASS_SPREAD) ** 2)
             weights[share == 0.0] = 0.0
             found.append(Change(conditions=ConditionsChange(added_masses=weights / weights.sum())))
+        found.extend(CreepChange(creep=Creep(0.0, time), share=1.0) for time in CREEP_TIMES)
         return found
 
     return changes
@@ -265,8 +275,8 @@ def expected_amplitudes(
     parts = [candidate.effect.component(name) for name in candidate.components]
     precision = np.diag([1.0 / part.scale**2 for part in parts])
     found = np.linalg.solve(columns.T @ columns + precision, columns.T @ residuals)
-    if len(parts) == 1:
-        found = np.clip(found, parts[0].lower, parts[0].upper)
+    if len(parts) == 1 or parts[0].lower == 0.0:
+        found[0] = np.clip(found[0], parts[0].lower, parts[0].upper)
     return np.asarray(found)
 
 

@@ -65,8 +65,11 @@ def distinct(scores: Sequence[Score]) -> list[Score]:
 
 def starts_of(score: Score) -> dict[str, float]:
     """Return the amplitudes that tangents expect, SI units by name among the parameters."""
-    names = score.candidate.names
-    return {name: float(value) for name, value in zip(names, score.amplitudes, strict=True)}
+    candidate = score.candidate
+    found = {n: float(v) for n, v in zip(candidate.names, score.amplitudes, strict=True)}
+    if candidate.identifier == 'creep' and candidate.at is not None:
+        found['creep.tau'] = candidate.at
+    return found
 
 
 def _variants(scores: Sequence[Score]) -> list[Score]:

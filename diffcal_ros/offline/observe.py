@@ -77,7 +77,7 @@ def observe(
 def _instants(
     resting: Observation, scene: Scene, motion: MotionSetup, recording: Recording
 ) -> tuple[tuple[Observation, ...], tuple[str, ...]]:
-    times, notes = frame_times(recording.depth_stamps())
+    times, notes = frame_times(recording.depth_stamps(), is_slow=motion.is_slow)
     chosen = chosen_frames(times, motion)
     read = list(recording.depth_frames_at([frame.place for frame in chosen]))
     return observe_motion(resting, scene.sensor, motion, chosen, read), tuple(notes)

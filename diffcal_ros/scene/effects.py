@@ -55,6 +55,7 @@ class Effect:
         setting_limits: what each of them may be.
         is_searched: a diagnosis looks for it.
         needs_motion: whether a body at rest shows nothing of it.
+        needs_hold: whether only a load that is held for long shows it; a swing then does not.
     """
 
     identifier: str
@@ -67,6 +68,7 @@ class Effect:
     setting_limits: tuple[float, float] = (0.0, 1.0)
     is_searched: bool = True
     needs_motion: bool = False
+    needs_hold: bool = False
 
     def component(self, name: str) -> Component:
         """Return a component by name."""
@@ -209,6 +211,19 @@ _ALL = (
         {'x': 0.0, 'y': 0.0, 'z': 0.0},  # Of the object frame; all zero: along the body.
         (-1.0, 1.0),
         is_searched=False,
+    ),
+    Effect(
+        'creep',
+        'material',
+        (
+            Component('share', '1', 0.0, 0.9, 0.1, '%', 100.0),
+            Component('tau', 's', 0.0, 1e5, 10.0, 's', 1.0),
+        ),
+        'the material yields slowly under a load that is held',
+        'hold the load for three times as long',
+        ('added_mass', 'clamp_offset'),
+        needs_motion=True,
+        needs_hold=True,
     ),
     Effect(
         'air_drag',

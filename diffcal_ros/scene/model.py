@@ -18,6 +18,8 @@ from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
+# Name of the integrator that leaves inertia out.
+QUASI_STATIC = 'quasi_static'
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
@@ -139,6 +141,11 @@ class MotionSetup:
     duration: float | None = None
     most_frames: int = 60
     hold_out: int = 5
+
+    @property
+    def is_slow(self) -> bool:
+        """Tell whether the body is at rest in every frame, and only creeps."""
+        return self.integrator == QUASI_STATIC
 
 
 @dataclass(frozen=True)

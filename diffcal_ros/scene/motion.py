@@ -5,13 +5,13 @@
 from collections.abc import Sequence
 
 from diffcal_ros.scene.held_parts import check_hold
-from diffcal_ros.scene.model import HeldPart, MotionSetup
+from diffcal_ros.scene.model import HeldPart, MotionSetup, QUASI_STATIC
 from diffcal_ros.scene.problems import listed, suggestion
 from diffcal_ros.scene.quantities import read_quantity, RELEASE_TIME
 from diffcal_ros.scene.section import Interval, Section
 from diffcal_ros.tet_mesh import TetMesh
 
-INTEGRATORS = ('implicit', 'semi_implicit')
+INTEGRATORS = ('implicit', 'semi_implicit', QUASI_STATIC)
 _STEPS = Interval(1e-6, 0.02)
 _DURATIONS = Interval(0.01, 600.0)
 _USUAL_FRAMES, _MOST_FRAMES = 60, 2000

@@ -13,7 +13,7 @@ from diffcal_ros.diagnosis.whitened import Part, patch_gap
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest
-from support.filmed import filmed, filmed_scene, RELEASE
+from support.filmed import filmed, filmed_hold, filmed_scene, held_scene, RELEASE
 from support.moving_beams import DAMPING
 from support.scenes import beam_scene
 
@@ -68,6 +68,18 @@ def test_drag_that_hides_in_the_damping_is_named_and_the_damping_heals() -> None
     # The gap alone is small: it is the strain on what is known of the damping that tells.
     plain, strained = course.nominal.blocks, unstrained(course.nominal)
     assert patch_gap(strained, Part.ALL).rms > 2.0 * patch_gap(plain, Part.ALL).rms
+
+
+def test_creep_is_named_with_its_time_and_a_load_that_is_only_held_agrees() -> None:
+    share, tau = 0.3, 4.0
+    diagnosis = diagnose(held_scene(), filmed_hold(seed=2, share=share, tau=tau)).diagnosis
+    assert diagnosis.verdict is Verdict.DISAGREE
+    (effect,) = diagnosis.effects
+    assert effect.identifier == 'creep'
+    assert effect.amplitude['share'] == pytest.approx(100.0 * share, rel=_AMPLITUDE)
+    assert effect.amplitude['tau'] == pytest.approx(tau, rel=0.25)
+    plain = diagnose(held_scene(), filmed_hold(seed=3)).diagnosis
+    assert plain.verdict is Verdict.AGREE
 
 
 def test_effects_are_offered_where_they_can_be_seen() -> None:

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.observation import Instant, Observation
-from diffcal_ros.scene.model import Quantity, Scene
+from diffcal_ros.scene.model import Quantity, QUASI_STATIC, Scene
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -17,7 +17,7 @@ RELEASE = Quantity(0.05, 0.0, 0.2)
 # Damping of the material is known from elsewhere, or drag would pass for it within a swing.
 KNOWN_DAMPING = Quantity(1.2 * DAMPING, 0.1, 1e4, DAMPING, 0.1 * DAMPING)
 FIT = ('youngs_modulus', 'damping')
-STIFF = 150e3
+STIFF, SAGGING = 150e3, 80e3
 _RATE, _COUNT, _HOLD_OUT = 30.0, 14, 5
 _NOISE = 0.00014
 
@@ -49,6 +49,31 @@ def filmed(
         scene = replace(scene, effects={'air_drag': {'area': area}})
     stamps = np.arange(_COUNT) / _RATE
     depths = true_depths(scene, [float(t) for t in np.maximum(stamps - late, 0.0)])
+    return _frames(stamps, depths, random)
+
+
+def held_scene() -> Scene:
+    """Return the scene of a load that is held for twenty seconds."""
+    scene = filmed_scene(SAGGING)
+    (setup,) = scene.observations
+    assert setup.motion is not None
+    motion = replace(setup.motion, integrator=QUASI_STATIC, release_time=Quantity(9.0, 0.0, 60.0))
+    return replace(scene, observations=(replace(setup, motion=motion),), fit=('youngs_modulus',))
+
+
+def filmed_hold(*, seed: int, share: float = 0.0, tau: float = 4.0) -> list[Observation]:
+    """Film a beam that creeps, from another mesh; see `held_scene`."""
+    scene = moving_scene((10, 3, 3), modulus=SAGGING, release_time=9.0, integrator=QUASI_STATIC)
+    if share:
+        scene = replace(scene, effects={'creep': {'share': share, 'tau': tau}})
+    stamps = 1.8 * np.arange(_COUNT)
+    depths = true_depths(scene, [float(t) for t in stamps])
+    return _frames(stamps, depths, np.random.default_rng(seed))
+
+
+def _frames(
+    stamps: np.ndarray, depths: list[np.ndarray], random: np.random.Generator
+) -> list[Observation]:
     smooth = gaussian_filter(random.normal(size=depths[0].shape), 40.0)
     pattern = 0.00012 * smooth / smooth.std()
     frames = instants(stamps, [noisy(depth + pattern, random) for depth in depths])

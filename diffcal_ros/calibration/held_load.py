@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A body that is let go and then filmed for long: at rest in every frame, while it creeps.
+
+A clamp that is elsewhere takes the support along.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from diffcal_ros.calibration.posture import clamp_path, PostureInputs
+from diffcal_ros.fem.creep import Creep, CreepChange
+from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.laws import find_law
+from diffcal_ros.fem.mesh_error import MeshError
+from diffcal_ros.fem.static_body import HeldPath, StaticBody
+from diffcal_ros.material import Material
+from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.posing import held_targets, world_positions
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class HeldLoadPosture:
+    """A body in equilibrium in every frame: on its support, then without.
+
+    Attributes:
+        body: held by the parts that stay.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        setup: ObservationSetup,
+        times: Sequence[float],
+        solver: str,
+        device: str,
+    ) -> None:
+        """Prepare the body with its support and without.
+
+        Args:
+            scene: mesh and material law.
+            setup: its motion and held parts.
+            times: of the frames, after the first one [s], shape (S,).
+            solver: name of the sparse solver.
+            device: Warp device.
+        """
+        self._times = np.array(times, dtype=np.float64)
+        alone = replace(setup, held=setup.staying)
+        self.body, self._path = _make_body(scene, alone, solver, device)
+        self._supported, self._support_path = _make_body(scene, setup, solver, device)
+        self._inputs: PostureInputs | None = None
+        self._frames = np.zeros((0, 0, 3))
+
+    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+        """Find the equilibrium of every frame."""
+        self._inputs = inputs
+        self._frames = np.stack([self._at(frame).state.positions for frame in self._all()])
+
+    def positions(self, state: int) -> FloatArray:
+        """Return the nodes in one frame, world frame [m], shape (N, 3)."""
+        frame: FloatArray = self._frames[state]
+        return frame
+
+    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+        """Return how all frames follow changes of the inputs [m], shape (k, S, N, 3)."""
+        fields = []
+        for frame in self._all():
+            body = self._at(frame)
+            fields.append(body.tangents([self._own_change(frame, change) for change in changes]))
+        return np.stack(fields, axis=1)
+
+    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+        """Pull a derivative by positions, shape (S, N, 3), back to the inputs; creep is left out.
+
+        Moduli count in full: what creep makes of them is part of each frame.
+        """
+        parts = []
+        for frame in self._all():
+            part = self._at(frame).gradient(by_positions[frame])
+            factor = self._creep().factor(self._held(frame))
+            parts.append(replace(part, youngs_modulus=factor * part.youngs_modulus))
+        return StaticGradient(
+            youngs_modulus=np.sum([part.youngs_modulus for part in parts], axis=0),
+            poissons_ratio=np.sum([part.poissons_ratio for part in parts], axis=0),
+            density=np.sum([part.density for part in parts], axis=0),
+            gravity=np.sum([part.gravity for part in parts], axis=0),
+        )
+
+    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+        """Return about how a better mesh would move the nodes [m], shape (S, N, 3).
+
+        As it moves the body without support; on its support it hardly sags.
+        """
+        last = int(np.argmax(self._times))
+        body = self._at(last)
+        error = MeshError(body, solver=solver)
+        moved = error.displacement(self._material(last), inputs.gravity, self._path)
+        nothing = np.zeros_like(moved)
+        return np.stack([moved if self._held(f) > 0.0 else nothing for f in self._all()])
+
+    def warnings(self) -> list[str]:
+        """Say nothing: an equilibrium is one, however it was found."""
+        return []
+
+    def _all(self) -> range:
+        return range(len(self._times))
+
+    def _held(self, frame: int) -> float:
+        """Return how long the load had been held in a frame [s]; not above 0 on the support."""
+        return float(self._times[frame] - self._now().release_time)
+
+    def _now(self) -> PostureInputs:
+        if self._inputs is None:
+            raise RuntimeError('no state yet: call settle first')
+        return self._inputs
+
+    def _creep(self) -> Creep:
+        return self._now().creep
+
+    def _at(self, frame: int) -> StaticBody:
+        """Return the body in equilibrium as in a frame."""
+        inputs, held = self._now(), self._held(frame)
+        body, path = (
+            (self.body, self._path) if held > 0.0 else (self._supported, self._support_path)
+        )
+        self._supported.axes = self.body.axes
+        body.settle(
+            self._material(frame), inputs.gravity, held_path=path, conditions=inputs.conditions
+        )
+        return body
+
+    def _material(self, frame: int) -> Material:
+        """Return the material as it answers in a frame."""
+        material, factor = self._now().material, self._creep().factor(self._held(frame))
+        if factor == 1.0:
+            return material
+        return replace(material, youngs_modulus=factor * material.youngs_modulus)
+
+    def _own_change(self, frame: int, change: Change) -> Change:
+        """Return what a change of the inputs is to the body in a frame."""
+        held = self._held(frame)
+        if isinstance(change, CreepChange):
+            modulus = self._now().material.youngs_modulus
+            return Change(youngs_modulus=change.along(held) * modulus)
+        if change.youngs_modulus is None:
+            return change
+        factor = self._creep().factor(held)
+        return replace(change, youngs_modulus=factor * change.youngs_modulus)
+
+
+def _make_body(
+    scene: Scene, setup: ObservationSetup, solver: str, device: str
+) -> tuple[StaticBody, HeldPath | None]:
+    rest = world_positions(scene.mesh, setup)
+    body = StaticBody(
+        TetMesh(rest, scene.mesh.tets),
+        scene.element,
+        held_targets(setup, rest).vertices,
+        law=find_law(scene.law),
+        solver=solver,
+        device=device,
+    )
+    return body, clamp_path(setup, rest)
