@@ -3,6 +3,9 @@
 """`diffcal reproduce`: the paper's experiments, ours beside the paper's figures."""
 
 import argparse
+from collections.abc import Iterator
+from concurrent.futures import as_completed, ProcessPoolExecutor
+from multiprocessing import get_context
 import os
 from pathlib import Path
 import sys
@@ -48,6 +51,13 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         '--out', metavar='DIR', type=Path, help='folder of results; run it again to go on'
     )
+    parser.add_argument(
+        '--jobs',
+        metavar='N',
+        type=int,
+        default=2,
+        help='experiments done side by side, each in a process of its own (default: 2)',
+    )
     parser.set_defaults(run=run)
 
 
@@ -65,9 +75,11 @@ def run(args: argparse.Namespace) -> int:
         raise InputError('where are the results to go? Give a folder with --out')
     if args.starts < 1:
         raise InputError(f'{args.starts} starts were asked for: give at least 1')
+    if args.jobs < 1:
+        raise InputError(f'{args.jobs} jobs were asked for: give at least 1')
     names = row_names() if _ALL in args.rows else args.rows
     rows = [load_row(name) for name in names]
-    return _run_rows(rows, _dataset(args.data), args.out, args.starts)
+    return _run_rows(rows, _dataset(args.data), args)
 
 
 def _dataset(given: Path | None) -> Path | None:
@@ -84,27 +96,55 @@ def _dataset(given: Path | None) -> Path | None:
     return folder
 
 
-def _run_rows(rows: list['Row'], dataset: Path | None, out: Path, starts: int) -> int:
-    """Do the rows one after the other; the page is whole after each."""
-    from diffcal_ros.errors import InputError
-    from diffcal_ros.reproduction.run_row import run_row
-
+def _run_rows(rows: list['Row'], dataset: Path | None, args: argparse.Namespace) -> int:
+    """Do the rows; the page is whole after each."""
     refused = 0
-    begun = time.monotonic()
-
-    def tell(text: str) -> None:
-        print(f'[{time.monotonic() - begun:5.0f} s] {text}', file=sys.stderr, flush=True)
-
-    for row in rows:
-        try:
-            run_row(row, dataset, out, starts=starts, draw=_draw, tell=tell)
-        except InputError as error:
+    for row, error in _done(rows, dataset, args):
+        if error:
             # One experiment without its data must not cost the others.
             print(f'diffcal reproduce: {row.name}: {error}', file=sys.stderr)
             refused += 1
-        _write(rows, out, starts)
-    print(f'page   {out / _PAGE}\ntable  {out / _TABLE}')
+        _write(rows, args.out, args.starts)
+    print(f'page   {args.out / _PAGE}\ntable  {args.out / _TABLE}')
     return _EXIT_BAD_INPUT if refused else 0
+
+
+def _done(
+    rows: list['Row'], dataset: Path | None, args: argparse.Namespace
+) -> Iterator[tuple['Row', str]]:
+    """Do the rows, some side by side; yield each when it is done, with what stopped it."""
+    begun = time.time()
+    jobs = min(args.jobs, len(rows))
+    if jobs == 1:
+        for row in rows:
+            yield row, _run_one(row, dataset, args.out, args.starts, begun)
+        return
+    # Fresh processes: Warp's state does not survive a fork.
+    with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
+        running = {
+            pool.submit(_run_one, row, dataset, args.out, args.starts, begun): row for row in rows
+        }
+        try:
+            for future in as_completed(running):
+                yield running[future], future.result()
+        except KeyboardInterrupt:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _run_one(row: 'Row', dataset: Path | None, out: Path, starts: int, begun: float) -> str:
+    """Do one row; return why it could not be done, or nothing."""
+    from diffcal_ros.errors import InputError
+    from diffcal_ros.reproduction.run_row import run_row
+
+    def tell(text: str) -> None:
+        print(f'[{time.time() - begun:5.0f} s] {text}', file=sys.stderr, flush=True)
+
+    try:
+        run_row(row, dataset, out, starts=starts, draw=_draw, tell=tell)
+    except InputError as error:
+        return str(error)
+    return ''
 
 
 def _draw(path: Path, calibration: 'Calibration', result: 'CalibrationResult') -> None:

@@ -66,6 +66,15 @@ def test_a_field_is_fitted_beside_the_parameters(row_file, tmp_path) -> None:
     )
 
 
+def test_experiments_side_by_side_are_all_done(row_file, tmp_path) -> None:
+    other = row_file.with_name('other.yaml')
+    other.write_text(row_file.read_text())
+    out = tmp_path / 'out'
+    assert _reproduce(row_file, other, '--starts', 1, '--jobs', 2, '--out', out) == 0
+    rows = json.loads((out / 'reproduce.json').read_text())['rows']
+    assert [variant['missing'] for row in rows.values() for variant in row['variants']] == [0] * 4
+
+
 def test_another_experiment_does_not_take_the_files_of_the_last(row_file, tmp_path) -> None:
     out = tmp_path / 'out'
     assert _reproduce(row_file, '--starts', 1, '--out', out) == 0
@@ -110,7 +119,9 @@ def test_what_is_asked_for_must_make_sense(tmp_path, capsys) -> None:
     assert _reproduce('h_e_c') == 2
     assert 'Give a folder with --out' in capsys.readouterr().err
     assert _reproduce('h_e_c', '--out', tmp_path, '--starts', 0) == 2
-    assert 'give at least 1' in capsys.readouterr().err
+    assert '0 starts were asked for: give at least 1' in capsys.readouterr().err
+    assert _reproduce('h_e_c', '--out', tmp_path, '--jobs', 0) == 2
+    assert '0 jobs were asked for: give at least 1' in capsys.readouterr().err
 
 
 def test_a_start_that_cannot_be_simulated_is_told(row_file, tmp_path) -> None:
