@@ -134,7 +134,7 @@ def _closes(
         values = block.patches.values[chosen]
         before.append(values)
         after.append(values - slopes[:, columns] @ weights - slopes[:, : len(change)] @ change)
-        noise = np.diag(block.patches.covariance)[chosen] + block.mesh[chosen] ** 2
+        noise = block.patches.variances[chosen] + block.mesh[chosen] ** 2
         floor.append(np.sqrt(noise))
     old, new, least = (
         float(np.sqrt(np.mean(np.concatenate(part) ** 2))) for part in (before, after, floor)

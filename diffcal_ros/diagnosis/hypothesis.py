@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Starts from which patches are fitted also where their noise is a guess.
+_PATCHES_ONLY = {'depth_bias_by_region.bias', 'contact_plane.height'}
 # Of a start that tangents propose, where the whole cannot be simulated.
 _SHARES = (1.0, 0.3, 0.0)
 
@@ -116,8 +118,8 @@ def try_effects(
     evidence = nominal.of(nominal.model.with_parameters(scene, parameters))
     best: Refit | None = None
     for more in more_starts(nominal, base, added):
-        # A robust fit would fall back from a start that is beyond its reach.
-        is_robust = evidence.stays_robust and 'depth_bias_by_region.bias' not in more
+        # A robust fit would fall back from a step beyond its reach, and creep along a plane.
+        is_robust = not evidence.is_measured and not _PATCHES_ONLY & more.keys()
         found = _refit_from(evidence, base, {**starts, **more}, max_iterations, is_robust)
         if found is None:
             continue

@@ -23,7 +23,7 @@ from diffcal_ros.diagnosis.unknown import (
 )
 from diffcal_ros.diagnosis.verdict import Diagnosis, GapFigures, NamedEffect, Verdict
 from diffcal_ros.diagnosis.whereabouts import where_largest
-from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.whitened import excess_over, Part, patch_gap
 from diffcal_ros.scene.effects import what_settles
 import numpy as np
 
@@ -225,15 +225,11 @@ def _choose(selection: Selection, is_measured: bool) -> _Choice | None:
 
 def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, ...]]:
     """Return the effects that leave hardly more on held-out patches than the best."""
-
-    def size(fit: Refit) -> float:
-        return patch_gap(fit.blocks, Part.REPORT).size(is_measured=False)
-
-    least = size(best.fit) + _HARDLY_MORE
     return {
         rival.identifiers
         for rival in rivals
-        if rival.identifiers != best.identifiers and size(rival.fit) < least
+        if rival.identifiers != best.identifiers
+        and excess_over(rival.fit.blocks, best.fit.blocks, Part.REPORT) < _HARDLY_MORE
     }
 
 

@@ -29,8 +29,9 @@ _POOR, _POOR_FLOORS = 2.0, 2.0
 _FIRSTS, _SECONDS = 2, 3
 # Beside the first, no pair is begun after so much work [s of one core].
 _PATIENCE = 40.0
-# A second effect must close so much of what the first one leaves on held-out patches.
-_CLOSES = 0.25
+# A second effect must close so much of what the first one leaves on held-out patches; more where
+# the floor is a guess.
+_CLOSES, _CLOSES_GUESSED = 0.25, 0.5
 # A second effect must be better by so much log evidence, per unit of noise scale.
 _PAIR_GAIN = 8.0
 
@@ -62,7 +63,8 @@ class Selection:
         if self.pairs:
             two = self.pairs[0]
             gain = (two.fit.log_evidence - one.fit.log_evidence) / self.noise_scale
-            if gain > _PAIR_GAIN and self._closed(one.fit, two.fit) > _CLOSES:
+            least = _CLOSES if self.is_measured else _CLOSES_GUESSED
+            if gain > _PAIR_GAIN and self._closed(one.fit, two.fit) > least:
                 return two
         return one
 

@@ -4,6 +4,7 @@
 
 from types import SimpleNamespace
 
+from diffcal_ros.diagnosis.noise_model import CommonError
 from diffcal_ros.diagnosis.patches import Patches
 from diffcal_ros.diagnosis.unknown import is_unexplained
 import numpy as np
@@ -22,6 +23,7 @@ def fit(chi_square_per_patch, rms=0.0002):
         centers=np.zeros((count, 2)),
         cells=np.arange(count),
         weights=np.ones(count),
+        common=CommonError(np.zeros(count), 1.0),
     )
     block = SimpleNamespace(
         view=0,
