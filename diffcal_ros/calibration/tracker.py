@@ -37,6 +37,7 @@ _HELD = 0.004
 _FAR = 0.07
 _DEAR = 2.0
 _BELIEVED = 6
+_SETTLED = 8  # Frames after a fit or a search that have done the rest.
 _COST_SHARE = 0.05
 # How often a search is tried while the body is not found [ns].
 _RETRY = 1_000_000_000
@@ -163,6 +164,7 @@ class Tracker:
         self._usual_cost: float | None = None
         self._since_informed = 0
         self._next_search_ns = self._thorough_until_ns = 0
+        self._is_rough = True
         self.search_count = 0
 
     @property
@@ -207,13 +209,17 @@ class Tracker:
         (comparer,) = self._objective.comparers
         comparer.show(frame.depth)
         try:
-            self._objective.scales = Scales()
-            while not self._objective.is_sharp:
-                self._objective.narrow(self.coordinates)
-            self._refine_at(self.coordinates)
+            self._weigh(self.coordinates)
             self._hold(self.coordinates, frame)
         except (EquilibriumError, OutOfViewError) as error:
             raise InputError(f'the fitted values cannot be simulated: {error}') from error
+
+    def _weigh(self, coordinates: FloatArray) -> None:
+        """Weigh residuals by what the last frame shows there."""
+        self._objective.scales = Scales()
+        while not self._objective.is_sharp:
+            self._objective.narrow(coordinates)
+        self._refine_at(coordinates)
 
     def _refine_at(self, coordinates: FloatArray) -> None:
         for _ in range(_MOST_REFINEMENTS):
@@ -253,6 +259,8 @@ class Tracker:
         usual = equations.cost if self._usual_cost is None else self._usual_cost
         self._usual_cost = usual + _COST_SHARE * (equations.cost - usual)
         self._step(frame)
+        if self._is_rough and self._filter.count >= _SETTLED:
+            self._weigh_anew(frame)
 
     def _search(self, frame: DepthFrame) -> bool:
         """Forget the past and fit one frame from where we are; return whether that was found."""
@@ -273,11 +281,29 @@ class Tracker:
             # Where the model cannot show the body, only the minimum itself keeps frames near.
             self._thorough_until_ns = frame.stamp_ns + 2 * _RETRY
             self._next_search_ns = 0
+        self._is_rough = True
         self._refine_at(found)
         self._strange_count, self._usual_cost = 0, None
         self._watch.is_sudden = True
         self._hold(found, frame)
         return True
+
+    def _weigh_anew(self, frame: DepthFrame) -> None:
+        """Weigh residuals once more where frames have carried on a fit or a search.
+
+        What is left at its end is alike over many pixels, and would count as the sensor's.
+        """
+        self._is_rough = False
+        scales = self._objective.scales
+        try:
+            self._weigh(self.coordinates)
+            self._hold(self.coordinates, frame)
+        except (EquilibriumError, OutOfViewError):
+            self._objective.scales = scales
+            return
+        self._usual_cost = None
+        self._filter.clear()
+        self._filter.add(self.held.look(frame.depth), frame.stamp_ns, 0.0)
 
     def _step(self, frame: DepthFrame) -> None:
         """Go to where the filter says; render anew when that is far from the held view."""

@@ -86,6 +86,15 @@ def test_a_hand_that_passes_changes_nothing():
     assert modulus(after[-1]) == pytest.approx(MODULUS, rel=0.01)
 
 
+def test_after_a_step_it_is_as_sure_as_before():
+    film = Film()
+    before = film.shoot([exact()] * 30)[-1]
+    after = film.shoot([exact(STEP)] * 40)[-1]
+    shares = [t.parameters[0].std_error / t.parameters[0].value for t in (before, after)]
+    # A stiffer body sags less, and tells less of its modulus in that proportion.
+    assert shares[1] < 1.4 * STEP * shares[0]
+
+
 def test_a_body_that_is_gone_is_missed_and_found_again():
     film = Film()
     film.shoot([exact()] * 20)
