@@ -34,6 +34,7 @@ _HEAD = (
     'seconds',
 )
 _SIZES = ('median_mm', 'rms_mm')
+_ROUNDING = 1e-9
 _ABOUT = (
     'Every fit starts from random values, the same in every run. The gap is |measured − '
     'simulated| on the pixels of the body, in the middle over the starts. Losses can be compared '
@@ -136,7 +137,10 @@ def _lines(summary: Summary, name: str) -> list[list[str]]:
 
 
 def _value_cells(parameter: Found, summary: Summary) -> list[str]:
-    own = shown(parameter.mean, parameter.deviation, parameter.unit)
+    # What is left of a value at its bound is rounding.
+    is_rounding = parameter.deviation < _ROUNDING * abs(parameter.mean)
+    deviation = 0.0 if is_rounding else parameter.deviation
+    own = shown(parameter.mean, deviation, parameter.unit)
     error = shown(parameter.std_error, 0.0, parameter.unit)
     return [
         number_text(own.text('±')),

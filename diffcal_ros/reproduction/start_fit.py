@@ -117,14 +117,14 @@ def start_coordinates(
 
 
 def fingerprint(variant: Variant, seed: str) -> str:
-    """Return what changes when the experiment does."""
-    content: dict[str, Any] = {**vars(variant), 'settings': vars(variant.settings), 'seed': seed}
+    """Return what changes when the experiment does, and not when there is more to say in rows."""
+    content: dict[str, Any] = {**vars(variant), 'seed': seed}
+    content['settings'] = {name: value for name, value in vars(variant.settings).items() if value}
     content['members'] = [fingerprint(own, seed) for own in variant.members]
     for words in ('title', 'paper', 'starts'):
         content.pop(words)
-    if not variant.members:
-        del content['members'], content['shared']
-    text = json.dumps(content, sort_keys=True, default=str)
+    stated = {name: value for name, value in content.items() if value}
+    text = json.dumps(stated, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
