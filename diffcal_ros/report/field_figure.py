@@ -142,6 +142,9 @@ def _limits(values: FloatArray) -> tuple[float, float]:
 
 
 def _plain_numbers(axis: Any) -> None:
-    """Write 150, not 1.5 times a power of ten."""
+    """Write 100, 150, 200, 300, 500 and 700, not powers of ten."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
+    axis.set_minor_locator(NullLocator())
     axis.set_major_formatter('{x:.4g}')
-    axis.set_minor_formatter('{x:.4g}')

@@ -6,6 +6,7 @@ from html import escape
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import FieldFit
+from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.report.field_figure import field_figure
 from diffcal_ros.report.figure_png import figure_html
 from diffcal_ros.report.page_tables import plain, table
@@ -51,7 +52,12 @@ def field_text(field: FieldFit) -> str:
         f'weight {share:.2g}: {field.weights.reason}\n'
         f"            Young's modulus 5 % {low:.3g}, median {middle:.3g}, 95 % {high:.3g} kPa, "
         f'error a factor {np.exp(np.median(field.log_std)):.2f}\n'
-        f'            gap without it: median {1e3 * before.median:.3g} mm, '
-        f'RMS {1e3 * before.rms:.3g} mm; with it: {1e3 * after.median:.3g} mm, '
-        f'{1e3 * after.rms:.3g} mm\n'
+        f'            without it: {_gap(before)}\n            with it:    {_gap(after)}\n'
+    )
+
+
+def _gap(gap: Gap) -> str:
+    return (
+        f'gap median {1e3 * gap.median:.3g} mm, RMS {1e3 * gap.rms:.3g} mm on '
+        f'{gap.coverage:.1%} of the body in view'
     )
