@@ -6,7 +6,7 @@ Build first and source install/setup.bash, as `make demo` does. A recording of a
 second on a ledge and swings for four is replayed in a loop with stamps that go on; another
 integrator made it. Writes results/live_swings.json.
 
-    python benchmarks/live_swings.py [--seconds 120] [--elements linear quadratic] [--nice 0]
+    python benchmarks/live_swings.py [--seconds 120] [--elements linear] [--nice 0]
 """
 
 import argparse
@@ -102,7 +102,7 @@ def main() -> None:
     """Run each element asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--seconds', type=float, default=120.0)
-    parser.add_argument('--elements', nargs='+', default=['linear', 'quadratic'])
+    parser.add_argument('--elements', nargs='+', default=['linear'])
     parser.add_argument('--nice', type=int, default=0, help='of the nodes; below 0 needs root')
     arguments = parser.parse_args()
     join_quiet_domain()
