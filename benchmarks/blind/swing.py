@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg import cho_solve_banded, cholesky_banded, LinAlgError
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.hexahedra import shape_functions, shape_gradients
@@ -22,6 +22,8 @@ from benchmarks.blind.shapes import FloatArray
 AIR = 1.2  # [kg/m^3]
 _TOLERANCE = 1e-7  # Of the residual against the weight.
 _ROUNDS = 40
+_DIVERGED = 1e6
+_MOST_HALVINGS = 6
 _SLOW = 0.3  # A round that leaves a larger share asks for a new factor.
 
 
@@ -92,7 +94,7 @@ def swing(
         # Steps end where a frame is wanted: nothing is interpolated.
         count = int(np.ceil((time - now) / step * (1.0 - 1e-9)))
         for _ in range(count):
-            positions, velocities = march.advance(positions, velocities, (time - now) / count)
+            positions, velocities = march.cross(positions, velocities, (time - now) / count)
         now = time
         found.append(positions.copy())
     return found
@@ -111,6 +113,19 @@ class _March:
         self._factored_step = 0.0
         self._scale = float(np.abs(forces.loads).sum())
 
+    def cross(
+        self, positions: FloatArray, velocities: FloatArray, step: float, halvings: int = 0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Take one step, or two halves of it where it does not converge."""
+        try:
+            return self.advance(positions, velocities, step)
+        except (NoMotionError, LinAlgError):
+            if halvings == _MOST_HALVINGS:
+                raise
+        for _ in range(2):
+            positions, velocities = self.cross(positions, velocities, 0.5 * step, halvings + 1)
+        return positions, velocities
+
     def advance(
         self, positions: FloatArray, velocities: FloatArray, step: float
     ) -> tuple[FloatArray, FloatArray]:
@@ -126,6 +141,8 @@ class _March:
             size = float(np.abs(residual).sum()) / step
             if size < _TOLERANCE * self._scale:
                 return place, speed
+            if not size < _DIVERGED * self._scale:
+                break
             if size > _SLOW * left or step != self._factored_step:
                 self._renew(positions, step)
             left = size

@@ -31,7 +31,7 @@ class TimeCourse:
         largest: when the gap is largest, in words.
         part: of the body on which depth residuals swing most, in words.
         mean_mm: mean depth residual of that part in each frame [mm]; None where it is not seen.
-        frequency_hz: at which that swings; None where frames are too few.
+        frequency_hz: at which that swings; None where it drifts or frames are too few.
     """
 
     times: tuple[float, ...]
@@ -113,4 +113,6 @@ def _frequency(times: FloatArray, curve: FloatArray) -> float | None:
     span, spacing = times[-1] - times[0], float(np.median(np.diff(times)))
     tried = np.linspace(1.0 / span, 0.5 / spacing, _TRIED)
     power = lombscargle(times, curve - curve.mean(), 2.0 * np.pi * tried)
-    return float(tried[int(np.argmax(power))])
+    best = int(np.argmax(power))
+    # What goes once through the recording drifts, and does not swing.
+    return float(tried[best]) if best > 0 else None

@@ -15,6 +15,7 @@ def test_the_frequency_of_a_swing_with_holes_is_found() -> None:
     assert _frequency(times, curve) == pytest.approx(3.2, abs=0.15)
     assert _frequency(times[:4], curve[:4]) is None
     assert _frequency(times, np.zeros(30)) is None
+    assert _frequency(times, 1.0 - np.exp(-3.0 * times)) is None
 
 
 def test_times_are_put_in_words() -> None:
