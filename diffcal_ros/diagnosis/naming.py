@@ -71,7 +71,8 @@ def conclude(
     if choice is not None and is_unexplained(
         nominal, choice.hypothesis.fit, closure, is_measured=evidence.is_measured
     ):
-        unknown = describe_unknown(evidence, nominal, scores)
+        nearest = choice.hypothesis.added[0].effect.group
+        unknown = describe_unknown(evidence, nominal, nearest)
     effects: tuple[NamedEffect, ...] = ()
     if choice is not None and unknown is None and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)

@@ -8,7 +8,6 @@ from diffcal_ros.diagnosis.disagreement import ALPHA
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.frame_test import ClassScore, frame_test
 from diffcal_ros.diagnosis.refit import Refit
-from diffcal_ros.diagnosis.screening import Screen
 from diffcal_ros.diagnosis.verdict import StandIn
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
 import numpy as np
@@ -36,7 +35,7 @@ class Unknown:
     Attributes:
         group: class that it is most like.
         stand_in: smooth fields of that class in its place; None with a single view, where the
-            class is that of the library's effects which come nearest.
+            class is that of the library's effect which leaves least when refitted.
     """
 
     group: str
@@ -75,19 +74,19 @@ def is_unexplained(nominal: Refit, added: Refit, closure: float, *, is_measured:
     return added.chi_square_per_patch > _POOR and left.rms > FAR_ABOVE * left.whole_floor
 
 
-def describe_unknown(evidence: Evidence, nominal: Refit, scores: Screen) -> Unknown:
+def describe_unknown(evidence: Evidence, nominal: Refit, nearest: str) -> Unknown:
     """Tell what class an effect outside the library is most like.
 
     Args:
         evidence: of the nominal model.
         nominal: its fit.
-        scores: of the library's effects.
+        nearest: class of the library's effect that comes nearest.
     """
     # Frames of a motion are no poses of which one could be predicted from the others.
     is_moving = any(seen.instant is not None for seen in evidence.model.observations)
     tested = () if is_moving else frame_test(evidence, nominal)
     if not tested:
-        return Unknown(_nearest_class(scores), None)
+        return Unknown(nearest, None)
     return Unknown(tested[0].group, _stand_in(tested))
 
 
@@ -100,12 +99,3 @@ def _stand_in(tested: tuple[ClassScore, ...]) -> StandIn:
         closes=best.closes,
         predictions={score.group: score.prediction for score in tested},
     )
-
-
-def _nearest_class(scores: Screen) -> str:
-    """Return the group whose effects come nearest: a class, not a cause."""
-    best: dict[str, float] = {}
-    for score in scores.scores:
-        group = score.candidate.effect.group
-        best[group] = max(best.get(group, -np.inf), score.log_evidence)
-    return max(best, key=lambda group: best[group])

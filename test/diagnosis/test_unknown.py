@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from diffcal_ros.diagnosis.noise_model import CommonError
 from diffcal_ros.diagnosis.patches import Patches
-from diffcal_ros.diagnosis.unknown import is_unexplained
+from diffcal_ros.diagnosis.unknown import describe_unknown, is_unexplained
 import numpy as np
 import pytest
 
@@ -60,3 +60,11 @@ def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
 def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
     found = is_unexplained(fit(30.0), fit(20.0), closure, is_measured=False)
     assert found is expected
+
+
+def test_one_view_has_the_class_of_the_effect_that_comes_nearest(screened):
+    evidence, nominal, _ = screened
+    found = describe_unknown(evidence, nominal, 'material')
+    assert found.group == 'material'
+    assert found.stand_in is None
+    assert found.sentence.endswith('class material')
