@@ -188,7 +188,9 @@ def test_a_stored_pose_is_used_as_it_is(done, calibrate, change_scene, recorded_
 def test_an_interrupted_fit_keeps_its_last_state(recorded_beam, tmp_path):
     """A fit that would take hours is interrupted after its second step."""
     pytest.importorskip('torch', reason='adam_demon needs torch')
-    code = 'import sys; from diffcal_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
+    # Tests that run in the background may ignore the signal, and so would what they start.
+    code = 'import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); '
+    code += 'from diffcal_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
     out = tmp_path / 'out'
     arguments = ['calibrate', '--scene', recorded_beam.scene, '--out', out, '--loss', 'paper']
     arguments += ['--optimizer', 'adam_demon', '--max-iterations', '1000000']
