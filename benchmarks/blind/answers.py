@@ -45,9 +45,9 @@ class Answer:
     @property
     def named(self) -> tuple[str, ...]:
         """Effects that it names without offering another in their place."""
-        if not self.is_alarm or len(self.verdict.get('ambiguity_set') or ()) > 1:
-            return ()
-        return tuple(effect['identifier'] for effect in self.verdict.get('effects') or ())
+        effects = tuple(effect['identifier'] for effect in self.verdict.get('effects') or ())
+        others = set(self.verdict.get('ambiguity_set') or ()) - set(effects)
+        return () if others or not self.is_alarm else effects
 
     @property
     def reported(self) -> set[str]:

@@ -87,6 +87,19 @@ def test_name_with_an_alternative_is_no_name_but_in_the_set() -> None:
     assert _value([answer], 'right name') == 0.0
 
 
+def test_two_effects_that_are_both_named_are_no_alternatives() -> None:
+    verdict = _verdict(
+        'disagree',
+        ('added_mass', {'mass': 4.0}, {'mass': 0.1}),
+        ('gravity_tilt', {'a': 1.0, 'b': 0.0}, {'a': 0.1, 'b': 0.1}),
+    )
+    verdict['ambiguity_set'] = ['added_mass', 'gravity_tilt']
+    answer = Answer(_label('pair', MASS, TILT), verdict)
+    assert answer.is_right
+    assert _value([answer], 'both of two named') == 100.0
+    assert Answer(_label('single', TILT), verdict).is_confidently_wrong
+
+
 def test_wrong_name_counts_as_confident_only_when_it_is() -> None:
     sure = Answer(
         _label('single', TILT), _verdict('disagree', ('added_mass', {'mass': 4.0}, {'mass': 0.1}))
