@@ -8,16 +8,13 @@ A clamp that is elsewhere takes the support along.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.posture import clamp_path, PostureInputs
+from diffcal_ros.calibration.posture import clamped_body, PostureInputs
 from diffcal_ros.fem.creep import Creep, CreepChange
 from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
-from diffcal_ros.fem.static_body import HeldPath, StaticBody
+from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.posing import held_targets, world_positions
-from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,8 +47,8 @@ class HeldLoadPosture:
         """
         self._times = np.array(times, dtype=np.float64)
         alone = replace(setup, held=setup.staying)
-        self.body, self._path = _make_body(scene, alone, solver, device)
-        self._supported, self._support_path = _make_body(scene, setup, solver, device)
+        self.body, self._path = clamped_body(scene, alone, solver, device)
+        self._supported, self._support_path = clamped_body(scene, setup, solver, device)
         self._inputs: PostureInputs | None = None
         self._frames = np.zeros((0, 0, 3))
 
@@ -150,18 +147,3 @@ class HeldLoadPosture:
             return change
         factor = self._creep().factor(held)
         return replace(change, youngs_modulus=factor * change.youngs_modulus)
-
-
-def _make_body(
-    scene: Scene, setup: ObservationSetup, solver: str, device: str
-) -> tuple[StaticBody, HeldPath | None]:
-    rest = world_positions(scene.mesh, setup)
-    body = StaticBody(
-        TetMesh(rest, scene.mesh.tets),
-        scene.element,
-        held_targets(setup, rest).vertices,
-        law=find_law(scene.law),
-        solver=solver,
-        device=device,
-    )
-    return body, clamp_path(setup, rest)

@@ -82,17 +82,7 @@ class RestingPosture:
     """
 
     def __init__(self, scene: Scene, setup: ObservationSetup, solver: str, device: str) -> None:
-        rest = world_positions(scene.mesh, setup)
-        self.body = StaticBody(
-            TetMesh(rest, scene.mesh.tets),
-            scene.element,
-            held_targets(setup, rest).vertices,
-            law=find_law(scene.law),
-            solver=solver,
-            device=device,
-            cables=cable_routes(scene),
-        )
-        self._path = clamp_path(setup, rest)
+        self.body, self._path = clamped_body(scene, setup, solver, device)
 
     def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
         """Find the equilibrium."""
@@ -125,6 +115,30 @@ class RestingPosture:
     def warnings(self) -> list[str]:
         """Say nothing: an equilibrium is one, however it was found."""
         return []
+
+
+def clamped_body(
+    scene: Scene, setup: ObservationSetup, solver: str = 'auto', device: str = 'cpu'
+) -> tuple[StaticBody, HeldPath | None]:
+    """Make the body of a posture, in its clamp, and the way the clamp goes there.
+
+    Args:
+        scene: mesh, element, material law and cables.
+        setup: placement and held parts.
+        solver: name of the sparse solver.
+        device: Warp device.
+    """
+    rest = world_positions(scene.mesh, setup)
+    body = StaticBody(
+        TetMesh(rest, scene.mesh.tets),
+        scene.element,
+        held_targets(setup, rest).vertices,
+        law=find_law(scene.law),
+        solver=solver,
+        device=device,
+        cables=cable_routes(scene),
+    )
+    return body, clamp_path(setup, rest)
 
 
 def clamp_path(setup: ObservationSetup, rest_world: FloatArray) -> HeldPath | None:

@@ -6,16 +6,14 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.effect_model import Amplitudes, EffectModel
 from diffcal_ros.calibration.parameters import ParameterSet
+from diffcal_ros.calibration.posture import clamped_body
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.laws import find_law
-from diffcal_ros.fem.static_body import HeldPath, StaticBody
 from diffcal_ros.material import Material
-from diffcal_ros.scene.cables import cable_routes, start_cables
+from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
-from diffcal_ros.scene.posing import held_targets, world_positions
-from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
@@ -106,18 +104,7 @@ def pose_body(
     Raises:
         SceneError: when it finds no rest under the start values.
     """
-    rest = world_positions(scene.mesh, setup)
-    body = StaticBody(
-        TetMesh(rest, scene.mesh.tets),
-        scene.element,
-        held_targets(setup, rest).vertices,
-        law=find_law(scene.law),
-        solver=solver,
-        cables=cable_routes(scene),
-    )
-    path: HeldPath | None = None
-    if any(part.turn is not None for part in setup.held):
-        path = lambda fraction: held_targets(setup, rest, fraction).positions  # noqa: E731
+    body, path = clamped_body(scene, setup, solver)
     conditions = NO_CONDITIONS
     if effects:
         model = EffectModel(scene, ParameterSet())
