@@ -12,7 +12,13 @@ from dataclasses import dataclass
 from diffcal_ros.diagnosis.evidence import Block, Evidence
 from diffcal_ros.diagnosis.free_fields import free_fields
 from diffcal_ros.diagnosis.refit import full_prior, Refit
-from diffcal_ros.diagnosis.whitened import chosen_patches, Part, residual_size, whiten
+from diffcal_ros.diagnosis.whitened import (
+    chosen_patches,
+    closed_share,
+    Part,
+    tangent_slack,
+    whiten,
+)
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
@@ -21,7 +27,6 @@ FloatArray = NDArray[np.float64]
 
 # Sizes of fields that are tried [mm].
 _SIZES = np.geomspace(0.03, 30.0, 13)
-_TANGENT_ERROR = 0.15
 
 
 @dataclass(frozen=True)
@@ -59,8 +64,7 @@ def frame_test(evidence: Evidence, nominal: Refit) -> tuple[ClassScore, ...]:
     blocks = evidence.blocks(nominal.coordinates, joined)
     counts = [len(fields[group][0]) for group in groups]
     ends = len(nominal.parameters) + np.cumsum(counts)
-    slack = _TANGENT_ERROR * residual_size(blocks, Part.FIT)
-    seen = whiten(blocks, Part.FIT, slack)
+    seen = whiten(blocks, Part.FIT, tangent_slack(blocks))
     _, precision = full_prior(nominal.parameters)
     nuisances = seen.jacobian[:, : len(nominal.parameters)]
     known = np.eye(len(seen)) + nuisances @ np.linalg.solve(precision, nuisances.T)
@@ -139,4 +143,4 @@ def _closes(
     old, new, least = (
         float(np.sqrt(np.mean(np.concatenate(part) ** 2))) for part in (before, after, floor)
     )
-    return (old - max(new, least)) / (old - least) if old > least else float('nan')
+    return closed_share(old, new, least)

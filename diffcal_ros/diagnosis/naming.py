@@ -23,7 +23,7 @@ from diffcal_ros.diagnosis.unknown import (
 )
 from diffcal_ros.diagnosis.verdict import Diagnosis, GapFigures, NamedEffect, Verdict
 from diffcal_ros.diagnosis.whereabouts import where_largest
-from diffcal_ros.diagnosis.whitened import excess_over, Part, patch_gap
+from diffcal_ros.diagnosis.whitened import closed_share, excess_over, Part, patch_gap
 from diffcal_ros.scene.effects import what_settles
 import numpy as np
 
@@ -102,23 +102,30 @@ def conclude(
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
         notes=_notes(disagreement, choice, unknown, len(evidence.left_out)),
-        details={
-            'patches': nominal.patch_count,
-            'chi_square_per_patch': nominal.chi_square / max(nominal.patch_count, 1),
-            'scores': [
-                {
-                    'identifier': score.candidate.identifier,
-                    'components': list(score.candidate.components),
-                    'at': score.candidate.at,
-                    'log_evidence': score.log_evidence,
-                    'gain': score.gain,
-                }
-                for score in scores.scores
-            ],
-            'candidates': [] if selection is None else _candidate_table(selection, choice),
-            'refits': [] if selection is None else _refit_table(selection),
-        },
+        details=_details(nominal, scores, selection, choice),
     )
+
+
+def _details(
+    nominal: Refit, scores: Screen, selection: Selection | None, choice: '_Choice | None'
+) -> dict[str, Any]:
+    """Return scores and refits, for whoever wants to know how it came to a verdict."""
+    return {
+        'patches': nominal.patch_count,
+        'chi_square_per_patch': nominal.chi_square / max(nominal.patch_count, 1),
+        'scores': [
+            {
+                'identifier': score.candidate.identifier,
+                'components': list(score.candidate.components),
+                'at': score.candidate.at,
+                'log_evidence': score.log_evidence,
+                'gain': score.gain,
+            }
+            for score in scores.scores
+        ],
+        'candidates': [] if selection is None else _candidate_table(selection, choice),
+        'refits': [] if selection is None else _refit_table(selection),
+    }
 
 
 def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffect, ...]:
@@ -243,9 +250,7 @@ def _closure(nominal: Refit, added: Refit, is_measured: bool) -> float:
     before, after = patch_gap(nominal.blocks, Part.REPORT), patch_gap(added.blocks, Part.REPORT)
     floor = before.whole_floor
     old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
-    if old <= floor:
-        return float('nan')
-    return (old - max(new, floor)) / (old - floor)
+    return closed_share(old, new, floor)
 
 
 def _notes(

@@ -14,7 +14,7 @@ from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.candidates import Candidate, CREEP_TIMES, MASS_PLACES
 from diffcal_ros.diagnosis.evidence import Block, Evidence
 from diffcal_ros.diagnosis.refit import full_prior
-from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten
+from diffcal_ros.diagnosis.whitened import Part, tangent_slack, whiten
 from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.creep import Creep, CreepChange
 from diffcal_ros.fem.force_changes import Change
@@ -28,7 +28,6 @@ FloatArray = NDArray[np.float64]
 
 _MASS_SPREAD = 0.05
 _DETECTABLE_SIGMAS = 4.0
-_TANGENT_ERROR = 0.15
 
 
 @dataclass(frozen=True)
@@ -127,8 +126,7 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
     )
     beyond = _beyond_prior(nominal, coordinates)
     plain = _seen_through(blocks, nominal, names, beyond, 0.0)
-    # Far from where they were taken, tangents hold to a share of the whole.
-    slack = _TANGENT_ERROR * residual_size(blocks, Part.FIT)
+    slack = tangent_slack(blocks)
     held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, beyond, slack)
     scores = [_seen_both_ways(candidate, held, plain) for candidate in listed]
     scores.sort(key=lambda score: -score.log_evidence)

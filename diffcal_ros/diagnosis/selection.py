@@ -13,7 +13,7 @@ from diffcal_ros.diagnosis.hypothesis import fitted_on, Hypothesis, try_effects
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen, screen
 from diffcal_ros.diagnosis.shortlist import distinct, front_runners, shortlist, starts_of
-from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap
 from diffcal_ros.fem.equilibrium import EquilibriumError
 
 # Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
@@ -88,8 +88,7 @@ class Selection:
         before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
         old, new = (gap.size(is_measured=self.is_measured) for gap in (before, after))
         floor = before.whole_floor
-        excess = old - floor
-        return (old - max(new, floor)) / excess if excess > 0.2 * floor else 0.0
+        return closed_share(old, new, floor) if old - floor > 0.2 * floor else 0.0
 
 
 def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Selection:

@@ -20,6 +20,8 @@ FloatArray = NDArray[np.float64]
 _FAR = 5.0
 _CLEAR = 2.0
 _MOST = 0.8
+# Far from where they were taken, tangents hold to a share of the whole.
+_TANGENT_ERROR = 0.15
 # A single patch says no more about which of two models is nearer [m].
 _MOST_TOLD = 0.005
 
@@ -112,6 +114,11 @@ def residual_size(blocks: Sequence[Block], part: Part) -> float:
     return size if size > _CLEAR * gap.whole_floor else 0.0
 
 
+def tangent_slack(blocks: Sequence[Block]) -> float:
+    """Return the further error of each patch [m] that tangents at a fit must be allowed."""
+    return _TANGENT_ERROR * residual_size(blocks, Part.FIT)
+
+
 def chosen_patches(block: Block, part: Part) -> NDArray[np.int64]:
     """Return the places of a block's patches of one part."""
     if part is Part.ALL:
@@ -151,6 +158,19 @@ class PatchGap:
         which the few that show a fixture in place of the body do not move.
         """
         return self.rms if is_measured else self.most
+
+
+def closed_share(old: float, new: float, floor: float) -> float:
+    """Return which share of a gap above its floor is closed; NaN where it is within the floor.
+
+    Args:
+        old: gap before [m].
+        new: gap after [m]; below the floor there is nothing left to close.
+        floor: what sensor and mesh would give [m].
+    """
+    if old <= floor:
+        return float('nan')
+    return (old - max(new, floor)) / (old - floor)
 
 
 def excess_over(blocks: Sequence[Block], best: Sequence[Block], part: Part) -> float:
