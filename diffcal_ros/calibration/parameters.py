@@ -5,9 +5,10 @@
 An optimiser sees *coordinates*: the logarithm of moduli and densities, everything else as it is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TypeVar
 
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.effects import Component, EFFECTS
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+_Owner = TypeVar('_Owner', Region, Cable)
 
 OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 TILT_AXES = ('a', 'b')
@@ -242,25 +244,9 @@ def _named(scene: Scene, name: str) -> list[Parameter]:
             for index, axis in enumerate(TILT_AXES)
         ]
     kind = Kind(head)
-    chosen = [
-        (index, region)
-        for index, region in enumerate(scene.regions)
-        if region_name in ('', region.name)
-    ]
-    if not chosen:
-        known = ', '.join(region.name for region in scene.regions)
-        raise SceneError(f'cannot fit {name!r}: the regions of the scene are {known}')
-    is_single = len(scene.regions) == 1
-    return [
-        Parameter(
-            head if is_single else f'{head}.{region.name}',
-            kind,
-            index,
-            UNITS[kind],
-            _quantity(region, kind),
-        )
-        for index, region in chosen
-    ]
+    return _of_owners(
+        kind, region_name, scene.regions, 'regions', lambda region: _quantity(region, kind)
+    )
 
 
 def _quantity(region: Region, kind: Kind) -> Quantity:
@@ -274,24 +260,37 @@ def _quantity(region: Region, kind: Kind) -> Quantity:
 
 def _cables(scene: Scene, head: str, cable_name: str) -> list[Parameter]:
     kind = Kind(head)
-    chosen = [
-        (index, cable)
-        for index, cable in enumerate(scene.cables)
-        if cable_name in ('', cable.name)
-    ]
-    if not chosen:
-        known = ', '.join(cable.name for cable in scene.cables) or 'none'
-        name = f'{head}.{cable_name}' if cable_name else head
-        raise SceneError(f'cannot fit {name!r}: the cables of the scene are {known}')
 
     def quantity(cable: Cable) -> Quantity:
         return cable.rest_length if kind is Kind.REST_LENGTH else cable.stiffness
 
-    is_single = len(scene.cables) == 1
-    names = [head if is_single else f'{head}.{cable.name}' for _, cable in chosen]
+    return _of_owners(kind, cable_name, scene.cables, 'cables', quantity)
+
+
+def _of_owners(
+    kind: Kind,
+    wanted: str,
+    owners: Sequence[_Owner],
+    what: str,
+    quantity: Callable[[_Owner], Quantity],
+) -> list[Parameter]:
+    """Make the parameter of one region or cable, or of all without a name."""
+    head = kind.value
+    chosen = [(i, owner) for i, owner in enumerate(owners) if wanted in ('', owner.name)]
+    if not chosen:
+        known = ', '.join(owner.name for owner in owners) or 'none'
+        name = f'{head}.{wanted}' if wanted else head
+        raise SceneError(f'cannot fit {name!r}: the {what} of the scene are {known}')
+    is_single = len(owners) == 1
     return [
-        Parameter(name, kind, index, UNITS[kind], quantity(cable))
-        for name, (index, cable) in zip(names, chosen, strict=True)
+        Parameter(
+            head if is_single else f'{head}.{owner.name}',
+            kind,
+            index,
+            UNITS[kind],
+            quantity(owner),
+        )
+        for index, owner in chosen
     ]
 
 

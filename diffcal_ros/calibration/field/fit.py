@@ -104,9 +104,9 @@ def fit_field(
         InputError: when too few pixels see the body, or something given is wrong.
     """
     _check(calibration, uniform)
-    check_field(calibration.scene, kind or FieldKind(), share)
+    kind = kind or FieldKind()
+    check_field(calibration.scene, kind, share)
     begun = time.perf_counter() - uniform.seconds
-    kind = FieldKind() if kind is None else kind
     search = FieldSearch(calibration, kind)
     history = list(uniform.history)
 
@@ -127,11 +127,7 @@ def fit_field(
     else:
         weights = fit_under(search, share)
         record(weights.trials[0])
-    taken = weights.trials[weights.chosen].share
-    search.refine()
-    search.settle(taken)
-    search.descend(taken, _LAST_ROUNDS)
-    posterior = search.posterior(taken)
+    posterior = _settled(search, weights.trials[weights.chosen].share)
     result = replace(
         _result(calibration, uniform, posterior, is_stopped=weights.is_stopped),
         history=tuple(history),
@@ -146,6 +142,14 @@ def fit_field(
         uniform=uniform,
         result=result,
     )
+
+
+def _settled(search: FieldSearch, share: float) -> Posterior:
+    """Come to rest under the chosen weight, and tell how sure the field is there."""
+    search.refine()
+    search.settle(share)
+    search.descend(share, _LAST_ROUNDS)
+    return search.posterior(share)
 
 
 def check_field(scene: Scene, kind: FieldKind, share: float | None) -> None:
