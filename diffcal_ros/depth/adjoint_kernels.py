@@ -6,8 +6,13 @@
 They are the transposes of `push_centres` and `push_outline`.
 """
 
-from diffcal_ros.depth.derivative_kernels import Pinhole, plane_vector, screen_rate
-from diffcal_ros.depth.raster_kernels import Plane, weights_at, Window
+from diffcal_ros.depth.derivative_kernels import (
+    Pinhole,
+    plane_vector,
+    pull_to_ends,
+    weights_of_pixel,
+)
+from diffcal_ros.depth.raster_kernels import Plane, Window
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
@@ -32,9 +37,7 @@ def pull_centres(
     place = wp.tid()
     pixel = pixels[place]
     face = faces[pixel]
-    column = wp.float64(window.left + pixel % window.width)
-    row = wp.float64(window.top + pixel // window.width)
-    weights = weights_at(planes[face], column, row)
+    weights = weights_of_pixel(planes[face], window, pixel)
     m = plane_vector(triangles, points, face)
     scale = by_depth[place] * depth[pixel] * depth[pixel]
     for corner in range(3):
@@ -62,9 +65,5 @@ def pull_outline(
     edge = piece_edges[piece]
     share = piece_shares[piece]
     normal = piece_normals[piece]
-    a = edges[edge, 0]
-    b = edges[edge, 1]
     weight = by_motion[place]
-    rest = wp.float64(1.0) - share
-    wp.atomic_add(gradient, a, (weight * rest) * screen_rate(points, camera, a, normal))
-    wp.atomic_add(gradient, b, (weight * share) * screen_rate(points, camera, b, normal))
+    pull_to_ends(weight, share, normal, points, camera, edges[edge, 0], edges[edge, 1], gradient)

@@ -170,6 +170,31 @@ def depth_behind(open_share: wp.float64, behind: wp.float64, background: wp.floa
     return open_share * background + (wp.float64(1.0) - open_share) * behind
 
 
+@wp.func
+def pull_to_ends(
+    scale: wp.float64,
+    share: wp.float64,
+    normal: wp.vec2d,
+    points: wp.array[wp.vec3d],
+    camera: Pinhole,
+    a: wp.int32,
+    b: wp.int32,
+    gradient: wp.array[wp.vec3d],
+):
+    """Pull a weight of the outward motion of a point on an edge back to the ends of that."""
+    rest = wp.float64(1.0) - share
+    wp.atomic_add(gradient, a, (scale * rest) * screen_rate(points, camera, a, normal))
+    wp.atomic_add(gradient, b, (scale * share) * screen_rate(points, camera, b, normal))
+
+
+@wp.func
+def weights_of_pixel(plane: Plane, window: Window, pixel: wp.int32):
+    """Return the weights of a triangle's corners at the centre of a window's pixel."""
+    column = wp.float64(window.left + pixel % window.width)
+    row = wp.float64(window.top + pixel // window.width)
+    return weights_at(plane, column, row)
+
+
 @wp.kernel(enable_backward=False)
 def pull_back_outline(
     # In:
@@ -201,12 +226,7 @@ def pull_back_outline(
     edge = piece_edges[piece]
     share = piece_shares[piece]
     normal = piece_normals[piece]
-    a = edges[edge, 0]
-    b = edges[edge, 1]
-    wp.atomic_add(
-        gradient, a, (scale * (wp.float64(1.0) - share)) * screen_rate(points, camera, a, normal)
-    )
-    wp.atomic_add(gradient, b, (scale * share) * screen_rate(points, camera, b, normal))
+    pull_to_ends(scale, share, normal, points, camera, edges[edge, 0], edges[edge, 1], gradient)
 
 
 @wp.kernel(enable_backward=False)
@@ -228,9 +248,7 @@ def push_centres(
     place = wp.tid()
     pixel = pixels[place]
     face = faces[pixel]
-    column = wp.float64(window.left + pixel % window.width)
-    row = wp.float64(window.top + pixel // window.width)
-    weights = weights_at(planes[face], column, row)
+    weights = weights_of_pixel(planes[face], window, pixel)
     m = plane_vector(triangles, points, face)
     square = depth[pixel] * depth[pixel]
     for parameter in range(tangents.shape[1]):

@@ -148,17 +148,7 @@ class Trace:
         buffers.launch(
             derivative_kernels.push_centres,
             len(pixels),
-            [
-                buffers.triangles,
-                buffers.points,
-                buffers.screen,
-                buffers.planes,
-                self.window,
-                buffers.faces,
-                buffers.depth,
-                int_array(pixels, buffers.device),
-                self.by_vertex(tangents),
-            ],
+            [*self._centres(pixels), self.by_vertex(tangents)],
             [rates],
         )
         return download(rates)
@@ -171,21 +161,12 @@ class Trace:
             tangents: camera-frame displacement per unit of each parameter, shape (k, N, 3).
         """
         self.check_current()
-        buffers, walked = self.buffers, self.pieces
+        buffers = self.buffers
         rates = zero_floats((len(pieces), len(tangents)), buffers.device)
         buffers.launch(
             derivative_kernels.push_outline,
             len(pieces),
-            [
-                buffers.points,
-                buffers.pinhole,
-                buffers.edges,
-                walked.edges,
-                walked.shares,
-                walked.normals,
-                int_array(pieces, buffers.device),
-                self.by_vertex(tangents),
-            ],
+            [*self._pieces_of(pieces), self.by_vertex(tangents)],
             [rates],
         )
         return download(rates)
@@ -203,17 +184,7 @@ class Trace:
         buffers.launch(
             adjoint_kernels.pull_centres,
             len(pixels),
-            [
-                buffers.triangles,
-                buffers.points,
-                buffers.screen,
-                buffers.planes,
-                self.window,
-                buffers.faces,
-                buffers.depth,
-                int_array(pixels, buffers.device),
-                float_array(by_depth, buffers.device),
-            ],
+            [*self._centres(pixels), float_array(by_depth, buffers.device)],
             [buffers.gradient],
         )
         return download(buffers.gradient)
@@ -226,24 +197,42 @@ class Trace:
             by_motion: derivative of a scalar by the outward motion of each [1/px], shape (M,).
         """
         self.check_current()
-        buffers, walked = self.buffers, self.pieces
+        buffers = self.buffers
         buffers.gradient.zero_()
         buffers.launch(
             adjoint_kernels.pull_outline,
             len(pieces),
-            [
-                buffers.points,
-                buffers.pinhole,
-                buffers.edges,
-                walked.edges,
-                walked.shares,
-                walked.normals,
-                int_array(pieces, buffers.device),
-                float_array(by_motion, buffers.device),
-            ],
+            [*self._pieces_of(pieces), float_array(by_motion, buffers.device)],
             [buffers.gradient],
         )
         return download(buffers.gradient)
+
+    def _centres(self, pixels: IntArray) -> list[Any]:
+        """Return what kernels of pixel centres read."""
+        buffers = self.buffers
+        return [
+            buffers.triangles,
+            buffers.points,
+            buffers.screen,
+            buffers.planes,
+            self.window,
+            buffers.faces,
+            buffers.depth,
+            int_array(pixels, buffers.device),
+        ]
+
+    def _pieces_of(self, pieces: IntArray) -> list[Any]:
+        """Return what kernels of outline pieces read."""
+        buffers, walked = self.buffers, self.pieces
+        return [
+            buffers.points,
+            buffers.pinhole,
+            buffers.edges,
+            walked.edges,
+            walked.shares,
+            walked.normals,
+            int_array(pieces, buffers.device),
+        ]
 
     def area_image(self, *, side: int = 8, background: float = 0.0) -> AreaImage:
         """Average the pixels on the outline over their area.

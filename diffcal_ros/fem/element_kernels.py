@@ -31,6 +31,36 @@ def gradient_at(
     return result
 
 
+@wp.func
+def scatter_stress(
+    stress: wp.mat33d,
+    nodes: wp.array2d[wp.int32],
+    gradients: wp.array3d[wp.vec3d],
+    tet: wp.int32,
+    point: wp.int32,
+    forces: wp.array[wp.vec3d],
+):
+    """Add the nodal forces of a stress that has its weight already: `gradient_at` transposed."""
+    for a in range(nodes.shape[1]):
+        wp.atomic_add(forces, nodes[tet, a], stress * gradients[tet, point, a])
+
+
+@wp.func
+def scatter_block(
+    block: wp.mat33d,
+    slots: wp.array3d[wp.int32],
+    tet: wp.int32,
+    pair: wp.int32,
+    values: wp.array[wp.float64],
+):
+    """Add the stiffness between two nodes to its places in a sparse matrix; -1 is none."""
+    for i in range(3):
+        for j in range(3):
+            slot = slots[tet, pair, 3 * i + j]
+            if slot >= 0:
+                wp.atomic_add(values, slot, block[i, j])
+
+
 @dataclass(frozen=True)
 class ElementKernels:
     """The kernels of one energy law."""
@@ -101,8 +131,7 @@ def _forces_kernel(law: ModuleType) -> Any:
         for point in range(weights.shape[1]):
             F = gradient_at(positions, nodes, gradients, tet, point)
             P = weights[tet, point] * stress(F, mu[tet], lam[tet])
-            for a in range(nodes.shape[1]):
-                wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+            scatter_stress(P, nodes, gradients, tet, point, internal)
 
     return forces
 
@@ -128,8 +157,7 @@ def _force_tangent_kernel(law: ModuleType) -> Any:
             F = gradient_at(positions, nodes, gradients, tet, point)
             dF = gradient_at(direction, nodes, gradients, tet, point)
             dP = weights[tet, point] * stress_tangent(F, dF, mu[tet], lam[tet])
-            for a in range(nodes.shape[1]):
-                wp.atomic_add(internal, nodes[tet, a], dP * gradients[tet, point, a])
+            scatter_stress(dP, nodes, gradients, tet, point, internal)
 
     return force_tangent
 
@@ -155,8 +183,7 @@ def _force_of_numbers_kernel(law: ModuleType) -> Any:
         for point in range(weights.shape[1]):
             F = gradient_at(positions, nodes, gradients, tet, point)
             P = weights[tet, point] * stress_of_numbers(F, mu[tet], lam[tet], dmu[tet], dlam[tet])
-            for a in range(nodes.shape[1]):
-                wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+            scatter_stress(P, nodes, gradients, tet, point, internal)
 
     return force_of_numbers
 
@@ -222,11 +249,7 @@ def _stiffness_kernel(law: ModuleType) -> Any:
                     block = weights[tet, point] * stiffness_block(
                         here, gradients[tet, point, a], gradients[tet, point, b]
                     )
-                    for i in range(3):
-                        for j in range(3):
-                            slot = slots[tet, pair, 3 * i + j]
-                            if slot >= 0:
-                                wp.atomic_add(values, slot, block[i, j])
+                    scatter_block(block, slots, tet, pair, values)
                     pair += 1
 
     return stiffness

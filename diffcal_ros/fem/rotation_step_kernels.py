@@ -3,7 +3,7 @@
 # mypy: ignore-errors
 """Warp kernel of a step that turns elements instead of stretching them."""
 
-from diffcal_ros.fem.element_kernels import gradient_at
+from diffcal_ros.fem.element_kernels import gradient_at, scatter_stress
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
@@ -49,5 +49,4 @@ def add_turned_gradients(
         strain = half * (rate + wp.transpose(rate))
         wanted = exponential_of_spin(spin) * (F + strain * F)
         wanted = weights[tet, point] * wanted
-        for a in range(nodes.shape[1]):
-            wp.atomic_add(right_side, nodes[tet, a], wanted * gradients[tet, point, a])
+        scatter_stress(wanted, nodes, gradients, tet, point, right_side)

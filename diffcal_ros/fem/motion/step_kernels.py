@@ -12,7 +12,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from diffcal_ros.fem.element_kernels import gradient_at
+from diffcal_ros.fem.element_kernels import gradient_at, scatter_block, scatter_stress
 from diffcal_ros.fem.motion.viscous_kernels import symmetric
 import warp as wp
 
@@ -63,8 +63,7 @@ def _forces_kernel(law: ModuleType) -> Any:
                 L = gradient_at(velocities, nodes, gradients, tet, point)
                 P += beta[tet] * (F * symmetric(wp.transpose(F) * L))
             P = weights[tet, point] * P
-            for a in range(nodes.shape[1]):
-                wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+            scatter_stress(P, nodes, gradients, tet, point, internal)
 
     return forces
 
@@ -104,11 +103,7 @@ def _stiffness_kernel(law: ModuleType) -> Any:
                     if viscous > wp.float64(0.0):
                         block += wp.dot(ga, gb) * T + wp.outer(F * gb, Fa)
                     block = weights[tet, point] * block
-                    for i in range(3):
-                        for j in range(3):
-                            slot = slots[tet, pair, 3 * i + j]
-                            if slot >= 0:
-                                wp.atomic_add(values, slot, block[i, j])
+                    scatter_block(block, slots, tet, pair, values)
                     pair += 1
 
     return stiffness
@@ -155,11 +150,9 @@ def _pull_back_kernel(law: ModuleType) -> Any:
                 # The elastic stiffness is symmetric: pulling back is pushing forward.
                 P = stress_tangent(F, A, mu[tet], lam[tet]) + beta[tet] * (A * D + L * S)
                 P = weight * P
-                for a in range(nodes.shape[1]):
-                    wp.atomic_add(by_positions, nodes[tet, a], P * gradients[tet, point, a])
+                scatter_stress(P, nodes, gradients, tet, point, by_positions)
             if beta[tet] > wp.float64(0.0):
                 Q = weight * beta[tet] * (F * S)
-                for a in range(nodes.shape[1]):
-                    wp.atomic_add(by_velocities, nodes[tet, a], Q * gradients[tet, point, a])
+                scatter_stress(Q, nodes, gradients, tet, point, by_velocities)
 
     return pull_back

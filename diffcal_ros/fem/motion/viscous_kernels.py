@@ -13,7 +13,7 @@ assembled in `step_kernels`; the rest, which is smaller by strain per step, is n
 is left to `viscous_rest`.
 """
 
-from diffcal_ros.fem.element_kernels import gradient_at
+from diffcal_ros.fem.element_kernels import gradient_at, scatter_stress
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
@@ -44,8 +44,7 @@ def viscous_forces(
         L = gradient_at(velocities, nodes, gradients, tet, point)
         D = symmetric(wp.transpose(F) * L)
         P = weights[tet, point] * beta[tet] * (F * D)
-        for a in range(nodes.shape[1]):
-            wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+        scatter_stress(P, nodes, gradients, tet, point, internal)
 
 
 @wp.kernel
@@ -72,8 +71,7 @@ def viscous_tangent(
         D = symmetric(wp.transpose(F) * L)
         dD = symmetric(wp.transpose(dF) * L + wp.transpose(F) * dL)
         P = weights[tet, point] * beta[tet] * (dF * D + F * dD)
-        for a in range(nodes.shape[1]):
-            wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+        scatter_stress(P, nodes, gradients, tet, point, internal)
 
 
 @wp.kernel
@@ -102,5 +100,4 @@ def viscous_rest(
         else:
             P += F * symmetric(wp.transpose(L) * dF)
         P = weights[tet, point] * beta[tet] * P
-        for a in range(nodes.shape[1]):
-            wp.atomic_add(internal, nodes[tet, a], P * gradients[tet, point, a])
+        scatter_stress(P, nodes, gradients, tet, point, internal)
