@@ -62,7 +62,11 @@ class AppliedConditions:
     """Keeps a body's equilibrium solver up to date with the effects on it."""
 
     def __init__(
-        self, mesh: TetMesh, solver: EquilibriumSolver, cables: Sequence[CableTerm] = ()
+        self,
+        mesh: TetMesh,
+        solver: EquilibriumSolver,
+        axes: BodyAxes,
+        cables: Sequence[CableTerm] = (),
     ) -> None:
         self.now = NO_CONDITIONS
         self.cables = tuple(cables)
@@ -73,9 +77,21 @@ class AppliedConditions:
         self._contact: ContactTerm | None = None
         self._shear_moduli = np.zeros(0)
         self._shape = solver.body.discretisation  # Without stress.
+        self._axes = axes
         self._curvature = np.zeros(2)
 
-    def apply(self, conditions: Conditions, numbers: NeoHookeanNumbers, axes: BodyAxes) -> None:
+    @property
+    def axes(self) -> BodyAxes:
+        """The body's axes, about which it bends."""
+        return self._axes
+
+    @axes.setter
+    def axes(self, axes: BodyAxes) -> None:
+        self._axes = axes
+        if self._curvature.any():
+            self._bend(self._curvature)
+
+    def apply(self, conditions: Conditions, numbers: NeoHookeanNumbers) -> None:
         """Put effects to work; the material is set already."""
         self.now = conditions
         self._shear_moduli = numbers.neo_hookean_mu
@@ -98,10 +114,10 @@ class AppliedConditions:
         terms += self._pulling_cables(conditions)
         self._solver.terms = tuple(terms)
         if not np.array_equal(conditions.rest_curvature, self._curvature):
-            self._bend(conditions.rest_curvature, axes)
+            self._bend(conditions.rest_curvature)
 
     def force_change(
-        self, positions: FloatArray, change: ConditionsChange, axes: BodyAxes, gravity: FloatArray
+        self, positions: FloatArray, change: ConditionsChange, gravity: FloatArray
     ) -> FloatArray:
         """Return how the force on each node changes [N], shape (N, 3); the clamp stays."""
         force = np.zeros_like(positions)
@@ -121,7 +137,7 @@ class AppliedConditions:
         if change.plane_normal is not None and self._contact is not None:
             force -= self._contact.force_of_normal(positions, change.plane_normal)
         if change.rest_curvature is not None:
-            force -= self._force_of_curvature(positions, change.rest_curvature, axes)
+            force -= self._force_of_curvature(positions, change.rest_curvature)
         if change.cable_rest_lengths is not None:
             for cable, rate in zip(self.cables, change.cable_rest_lengths, strict=True):
                 force -= rate * cable.force_of_rest_length(positions)
@@ -188,9 +204,9 @@ class AppliedConditions:
             self._stiffening = StiffeningTerm(self._shape, self._solver.pattern, body.device)
         return self._stiffening
 
-    def _bend(self, curvature: FloatArray, axes: BodyAxes) -> None:
+    def _bend(self, curvature: FloatArray) -> None:
         body = self._solver.body
-        shape = bent_discretisation(self._mesh, body.discretisation, axes, curvature)
+        shape = bent_discretisation(self._mesh, body.discretisation, self._axes, curvature)
         body.set_rest_shape(shape)
         self._shape = shape
         for term in (self._stiffening, self._fibres):
@@ -198,13 +214,11 @@ class AppliedConditions:
                 term.set_rest_shape(shape)
         self._curvature = curvature.copy()
 
-    def _force_of_curvature(
-        self, positions: FloatArray, direction: FloatArray, axes: BodyAxes
-    ) -> FloatArray:
-        here, step = self._curvature, _BEND_STEP / axes.length
+    def _force_of_curvature(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
+        here, step = self._curvature, _BEND_STEP / self._axes.length
         forces = []
         for sign in (1.0, -1.0):
-            self._bend(here + sign * step * direction, axes)
+            self._bend(here + sign * step * direction)
             forces.append(self._solver.forces(positions))
-        self._bend(here, axes)
+        self._bend(here)
         return (forces[0] - forces[1]) / (2.0 * step)

@@ -5,7 +5,6 @@
 from dataclasses import dataclass, field, replace
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
-from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.material import Material, NeoHookeanNumbers
@@ -84,12 +83,9 @@ def gravity_loads(
 class ForceChanges:
     """Derivatives of loads less internal forces at fixed positions."""
 
-    def __init__(
-        self, elastic: ElasticBody, conditions: AppliedConditions, axes: BodyAxes
-    ) -> None:
+    def __init__(self, elastic: ElasticBody, conditions: AppliedConditions) -> None:
         self._elastic = elastic
         self._conditions = conditions
-        self._axes = axes
 
     def along(
         self, positions: FloatArray, change: Change, material: Material, gravity: FloatArray
@@ -112,9 +108,7 @@ class ForceChanges:
             if added is not None:
                 force += added[:, None] * change.gravity
         if change.conditions is not None:
-            force += self._conditions.force_change(
-                positions, change.conditions, self._axes, gravity
-            )
+            force += self._conditions.force_change(positions, change.conditions, gravity)
         return force
 
     def pull_back(

@@ -7,7 +7,7 @@ from contextlib import suppress
 from types import ModuleType
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions
-from diffcal_ros.fem.body_axes import body_axes
+from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.cable import CableTerm
 from diffcal_ros.fem.cable_route import CableRoute
 from diffcal_ros.fem.cable_tightening import loosen, needs_steps, tighten
@@ -78,9 +78,9 @@ class StaticBody:
         )
         for cable in self.cables:
             cable.use_pattern(self.solver.pattern)
-        self.axes = body_axes(self.discretisation.rest_nodes, self.held_nodes)
-        self._conditions = AppliedConditions(mesh, self.solver, self.cables)
-        self.force_changes = ForceChanges(self.elastic, self._conditions, self.axes)
+        axes = body_axes(self.discretisation.rest_nodes, self.held_nodes)
+        self._conditions = AppliedConditions(mesh, self.solver, axes, self.cables)
+        self.force_changes = ForceChanges(self.elastic, self._conditions)
         self.clamp = Clamp(self.discretisation.rest_nodes[self.held_nodes])
         self._clamp_was_moved = False
         self._held_path: HeldPath | None = None
@@ -96,6 +96,15 @@ class StaticBody:
         self._material: Material | None = None
         self._gravity = np.zeros(3)
         self._state: Equilibrium | None = None
+
+    @property
+    def axes(self) -> BodyAxes:
+        """The body's own axes in the world frame; whoever knows better ones may set them."""
+        return self._conditions.axes
+
+    @axes.setter
+    def axes(self, axes: BodyAxes) -> None:
+        self._conditions.axes = axes
 
     @property
     def state(self) -> Equilibrium:
@@ -148,7 +157,7 @@ class StaticBody:
         self._material, self._gravity = material, np.asarray(gravity, dtype=np.float64)
         numbers = material.numbers()
         self.elastic.set_numbers(numbers)
-        self._conditions.apply(conditions, numbers, self.axes)
+        self._conditions.apply(conditions, numbers)
         loads = self.gravity_loads(material.density, self._gravity)
         if conditions.added_masses is not None:
             loads += conditions.added_masses[:, None] * self._gravity

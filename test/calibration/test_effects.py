@@ -10,6 +10,7 @@ from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import make_parameters
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
+from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.fit_names import EFFECT_NAMES
 import numpy as np
@@ -35,10 +36,22 @@ def _coordinates(parameters) -> np.ndarray:
     return start
 
 
+def _rolled(scene, angle: float):
+    """Turn the body about its length before it is placed."""
+    setup = scene.observations[0]
+    roll = transform(rotation_matrix(np.array([angle, 0.0, 0.0])), np.zeros(3))
+    placed = setup.world_from_object @ roll
+    return replace(scene, observations=(replace(setup, world_from_object=placed),))
+
+
+@pytest.mark.parametrize('roll', [0.0, -2.2])
 @pytest.mark.parametrize('effect', _BODY_EFFECTS)
-def test_points_follow_amplitudes(effect):
-    """A placement that is turned, a modulus that differs along the body, a tilted camera."""
-    scene = beam_scene((6, 2, 2), region_count=2)
+def test_points_follow_amplitudes(effect, roll):
+    """A placement that is turned, a modulus that differs along the body, a tilted camera.
+
+    Rolled, the body's axes point to the other side in the world than they do in its own frame.
+    """
+    scene = _rolled(beam_scene((6, 2, 2), region_count=2), roll)
     parameters = make_parameters(scene, (effect, 'youngs_modulus.part_1'), with_edge_bias=False)
     model = ForwardModel(scene, [observation(true_depth())], parameters)
     here = _coordinates(parameters)

@@ -150,6 +150,23 @@ def test_absent_effects_change_nothing_at_all(beam_mesh):
     np.testing.assert_array_equal(without.positions, with_zeros.positions)
 
 
+def test_a_bend_follows_axes_that_are_set_later(body):
+    numbers, conditions = material(body), Conditions(rest_curvature=np.array([3.0, -2.0]))
+    body.settle(numbers, GRAVITY, conditions=conditions)
+    along, wide, narrow = body.axes.axes
+    body.axes = replace(body.axes, axes=np.stack([along, narrow, -wide]))
+    turned = body.settle(numbers, GRAVITY, conditions=conditions).positions
+    tangents = body.tangents([Change(conditions=DIRECTIONS['curvature'])] * 2)
+    np.testing.assert_array_equal(tangents[0], tangents[1])
+    again = body.settle(numbers, GRAVITY, conditions=conditions).positions
+    np.testing.assert_allclose(again, turned, atol=1e-9)
+    same = Conditions(rest_curvature=np.array([2.0, 3.0]))
+    body.axes = replace(body.axes, axes=np.stack([along, wide, narrow]))
+    np.testing.assert_allclose(
+        body.settle(numbers, GRAVITY, conditions=same).positions, turned, atol=1e-7
+    )
+
+
 def test_effects_that_go_leave_the_body_as_it_was(body):
     numbers = material(body)
     before = body.settle(numbers, GRAVITY).positions
