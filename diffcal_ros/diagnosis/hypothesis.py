@@ -17,6 +17,7 @@ from diffcal_ros.scene.effects import amplitude_name
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
 
@@ -24,6 +25,10 @@ FloatArray = NDArray[np.float64]
 _PATCHES_ONLY = {'depth_bias_by_region.bias', 'contact_plane.height'}
 # Of a start that tangents propose, where the whole cannot be simulated.
 _SHARES = (1.0, 0.3, 0.0)
+# Amplitudes that noise alone makes as large with this chance may be zero.
+_BY_CHANCE = 0.003
+# An effect whose usual size moves no patch by more than this is idle [m].
+_NOTHING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,40 @@ class Hypothesis:
     def is_at_bound(self) -> bool:
         """Tell whether an amplitude stopped at a bound, where it is as good as absent."""
         return any(a.at_bound for c in self.added for a in self.amplitudes(c))
+
+    @property
+    def has_idle_effect(self) -> bool:
+        """Tell whether one of the effects does nothing, as a plane that touches nowhere."""
+        return any(self._reach(candidate) < _NOTHING for candidate in self.added)
+
+    @property
+    def has_doubtful_effect(self) -> bool:
+        """Tell whether the amplitudes of one of the effects may be zero within their errors."""
+        return any(self._chance_of_zero(candidate) > _BY_CHANCE for candidate in self.added)
+
+    def _chance_of_zero(self, candidate: Candidate) -> float:
+        """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test."""
+        if candidate.identifier == 'contact_plane':
+            return 0.0  # A plane at height zero is there.
+        names = self.fit.parameters.names
+        places = [
+            names.index(amplitude_name(candidate.identifier, component))
+            for component in candidate.components
+        ]
+        values = self.fit.coordinates[places]
+        covariance = self.fit.covariance[np.ix_(places, places)]
+        return float(chi2.sf(values @ np.linalg.pinv(covariance) @ values, len(places)))
+
+    def _reach(self, candidate: Candidate) -> float:
+        """Return how far usual sizes of an effect move the patch that they move most [m]."""
+        names = self.fit.parameters.names
+        farthest = 0.0
+        for component in candidate.components:
+            place = names.index(amplitude_name(candidate.identifier, component))
+            slopes = [b.patches.jacobian[:, place] for b in self.fit.blocks]
+            largest = max((float(np.abs(s).max(initial=0.0)) for s in slopes), default=0.0)
+            farthest = max(farthest, largest * candidate.effect.component(component).scale)
+        return farthest
 
     def amplitudes(self, candidate: Candidate) -> list[Amplitude]:
         """Return the fitted amplitudes of one of the effects."""

@@ -34,6 +34,9 @@ _NAMED = 0.6
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
 _HARDLY_MORE = 0.0005  # [m]
+# With one pose twins differ by details, which mesh and smooth errors have, too: models this close
+# in log evidence, per unit of noise scale, explain it as well.
+_ONE_POSE_AS_WELL = 12.0
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ def conclude(
     seconds: float,
 ) -> Diagnosis:
     """Put the verdict together."""
-    choice = None if selection is None else _choose(selection, evidence.is_measured)
+    choice = None if selection is None else _choose(selection, evidence)
     added = choice.hypothesis.fit if choice is not None else nominal
     closure = float('nan')
     if choice is not None:
@@ -200,7 +203,7 @@ def _candidate_table(selection: Selection, choice: '_Choice | None') -> list[dic
     return [asdict(effect) for effect in found.values()]
 
 
-def _choose(selection: Selection, is_measured: bool) -> _Choice | None:
+def _choose(selection: Selection, evidence: Evidence) -> _Choice | None:
     best = selection.best
     if best is None:
         return None
@@ -217,10 +220,13 @@ def _choose(selection: Selection, is_measured: bool) -> _Choice | None:
     weights = {key: np.exp((levels[key] - top) / _TEMPERATURE) for key in levels}
     confidence = float(weights[best.identifiers] / sum(weights.values()))
     others = [key for key in ranked if key != best.identifiers]
-    near = {key for key in others if top - levels[key] < AS_WELL}
-    if not is_measured:
+    has_one_pose = len({seen.setup_index for seen in evidence.model.observations}) == 1
+    as_well = _ONE_POSE_AS_WELL if has_one_pose else AS_WELL
+    near = {key for key in others if top - levels[key] < as_well}
+    if not evidence.is_measured:
         # The log evidence rests on a floor that is a guess: what is left must tell.
         near |= _as_near(best, rivals)
+    if has_one_pose or not evidence.is_measured:
         confidence = min(confidence, 1.0 / (1 + len(near)))
     alike = [best.identifiers, *(key for key in others if key in near)]
     return _Choice(

@@ -13,7 +13,7 @@ from diffcal_ros.diagnosis.hypothesis import fitted_on, Hypothesis, try_effects
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen, screen
 from diffcal_ros.diagnosis.shortlist import distinct, front_runners, shortlist, starts_of
-from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap
+from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap, whiten
 from diffcal_ros.fem.equilibrium import EquilibriumError
 
 # Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
@@ -22,18 +22,18 @@ _BRIEF, _BRIEF_CONTACT = 4, 8
 _OUT_OF_REACH = 40.0
 # Models this close in log evidence, per unit of noise scale, explain the data as well.
 AS_WELL = 5.0
-# Chi-square per patch above which a model does not explain the data; where the floor is a guess,
+# Chi-square per patch above which something may be left to explain; where the floor is a guess,
 # what most patches are off by in floors.
-_POOR, _POOR_FLOORS = 2.0, 2.0
+_POOR, _POOR_FLOORS = 1.0, 2.0
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
 # Beside the first, no pair is begun after so much work [s of one core].
 _PATIENCE = 40.0
-# A second effect must close so much of what the first one leaves on held-out patches; more where
-# the floor is a guess.
-_CLOSES, _CLOSES_GUESSED = 0.25, 0.5
-# A second effect must be better by so much log evidence, per unit of noise scale.
-_PAIR_GAIN = 8.0
+# A second effect must be better by so much log evidence, per unit of noise scale, and by so much
+# log likelihood on held-out patches. Where the floor is a guess likelihoods are too: it must close
+# so much of what the first one leaves on those.
+_PAIR_GAIN, _HELD_OUT_GAIN = 8.0, 4.0
+_CLOSES_GUESSED = 0.5
 
 Progress = Callable[[str], None]
 
@@ -63,10 +63,16 @@ class Selection:
         if self.pairs:
             two = self.pairs[0]
             gain = (two.fit.log_evidence - one.fit.log_evidence) / self.noise_scale
-            least = _CLOSES if self.is_measured else _CLOSES_GUESSED
-            if gain > _PAIR_GAIN and self._closed(one.fit, two.fit) > least:
+            if gain > _PAIR_GAIN and self._is_confirmed(one.fit, two.fit):
                 return two
         return one
+
+    def _is_confirmed(self, one: Refit, two: Refit) -> bool:
+        """Tell whether held-out patches want the second effect, too."""
+        if not self.is_measured:
+            return _closed(one, two) > _CLOSES_GUESSED
+        likelihoods = [-0.5 * whiten(fit.blocks, Part.REPORT).chi_square for fit in (one, two)]
+        return (likelihoods[1] - likelihoods[0]) / self.noise_scale > _HELD_OUT_GAIN
 
     def _fullest(self, leader: Hypothesis) -> Hypothesis:
         """Return the variant of an effect with most amplitudes that explains the data as well.
@@ -83,12 +89,14 @@ class Selection:
         ]
         return max(variants, key=_amplitude_count, default=leader)
 
-    def _closed(self, one: Refit, two: Refit) -> float:
-        """Return the share of the excess on held-out patches that the second effect closes."""
-        before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
-        old, new = (gap.size(is_measured=self.is_measured) for gap in (before, after))
-        floor = before.whole_floor
-        return closed_share(old, new, floor) if old - floor > 0.2 * floor else 0.0
+
+def _closed(one: Refit, two: Refit) -> float:
+    """Return the share of the excess on held-out patches that a second effect closes."""
+    before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
+    floor = before.whole_floor
+    if before.most - floor <= 0.2 * floor:
+        return 0.0
+    return closed_share(before.most, after.most, floor)
 
 
 def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Selection:
@@ -110,6 +118,9 @@ def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Se
     pairs: list[Hypothesis] = []
     if singles and _is_poor(singles[0], nominal.is_measured):
         pairs = _pairs(nominal, base, singles, scores, tell, deadline)
+        singles = sorted([*singles, *_halves(nominal, base, singles, pairs, tell)], key=_order)
+    singles = [h for h in singles if not h.has_idle_effect]
+    pairs = [h for h in pairs if not (h.has_idle_effect or h.has_doubtful_effect)]
     best = min([*singles, *pairs], key=lambda h: h.fit.chi_square_per_patch, default=None)
     scale = 1.0 if best is None else max(1.0, best.fit.chi_square_per_patch)
     return Selection(tuple(singles), tuple(pairs), scale, nominal.is_measured)
@@ -193,6 +204,28 @@ def _pairs(
     if time.process_time() > deadline:
         return sorted(found.values(), key=_order)
     return _finished(list(found.values()), tell)
+
+
+def _halves(
+    nominal: Evidence,
+    base: Refit,
+    singles: Sequence[Hypothesis],
+    pairs: Sequence[Hypothesis],
+    tell: Progress,
+) -> list[Hypothesis]:
+    """Refit each effect of the best pair without the other, from where the pair ended.
+
+    From the nominal fit a large effect may not be reached, and be found as a part of a pair only.
+    """
+    if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
+        return []
+    found = []
+    for candidate in pairs[0].added:
+        tell(f'refitting with {candidate.identifier} alone')
+        half = try_effects(nominal, base, [candidate], _fitted(pairs[0]))
+        if half is not None:
+            found.append(half)
+    return found
 
 
 def _fitted(hypothesis: Hypothesis) -> dict[str, float]:

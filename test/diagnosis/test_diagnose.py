@@ -116,3 +116,10 @@ def test_one_frame_makes_the_evidence_suspected():
     assert diagnosis.evidence == 'suspected'
     assert diagnosis.verdict is Verdict.DISAGREE
     assert 'depth_affine' in diagnosis.ambiguity_set
+
+
+def test_one_pose_offers_twins_and_no_name(biased):
+    """The depth camera's bias and its place differ by less than a mesh's error."""
+    diagnosis = biased.diagnosis
+    assert len(diagnosis.ambiguity_set) > 1
+    assert diagnosis.effects == ()
