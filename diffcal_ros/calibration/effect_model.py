@@ -65,8 +65,9 @@ class EffectModel:
         self._object_axes = {
             index: _axes_of(scene, setup) for index, setup in enumerate(scene.observations)
         }
-        self._modes = _modulus_modes(scene, self._object_axes[0].share(centroids))
-        self.second_region = second_region(scene, self._object_axes[0].share(centroids))
+        share = self._object_axes[0].share(centroids)
+        self._modes = _modulus_modes(scene, share)
+        self._second_region = _second_region(scene, share, 'depth_bias_by_region')
 
     def amplitudes(self, coordinates: FloatArray) -> Amplitudes:
         """Return the amplitudes at some coordinates, SI units, by effect and component."""
@@ -95,8 +96,8 @@ class EffectModel:
 
     def log_modulus(self, amplitudes: Amplitudes) -> FloatArray | None:
         """Return what is added to the logarithm of Young's modulus, shape (T,), or None."""
-        contrast = amplitudes.get('stiffness_contrast')
-        if not contrast:
+        contrast = amplitudes.get('stiffness_contrast', {})
+        if not self._modes.keys() & contrast.keys():
             return None
         total = np.zeros(self._scene.mesh.tet_count)
         for name, mode in self._modes.items():
@@ -235,7 +236,7 @@ class EffectModel:
         """
         count = int(nodes.max()) + 1
         votes, all_votes = np.zeros(count), np.zeros(count)
-        np.add.at(votes, nodes, self.second_region[:, None].astype(np.float64))
+        np.add.at(votes, nodes, self._second_region[:, None].astype(np.float64))
         np.add.at(all_votes, nodes, 1.0)
         shares = votes / np.maximum(all_votes, 1.0)
         found: NDArray[np.bool_] = shares[triangles].mean(axis=1) > 0.5
@@ -269,13 +270,14 @@ def plane_normal(gravity: FloatArray, plane: Mapping[str, float]) -> FloatArray:
     return rotation_matrix(tilt @ np.stack(tilt_axes(gravity))) @ upwards(gravity)
 
 
-def second_region(scene: Scene, share: FloatArray) -> NDArray[np.bool_]:
-    """Tell which tetrahedra are of another material than the first, shape (T,).
+def _second_region(scene: Scene, share: FloatArray, effect: str) -> NDArray[np.bool_]:
+    """Tell which tetrahedra an effect takes for another material than the first, shape (T,).
 
-    A scene with one region is split in the middle of the free part.
+    A scene with one region is split at a share of the free part, which is a setting of the effect.
     """
     if len(scene.regions) == 1:
-        return share > 0.5
+        given = scene.effects.get(effect, {})
+        return share > given.get('at', EFFECTS[effect].settings['at'])
     others = np.ones(scene.mesh.tet_count, dtype=bool)
     others[scene.regions[0].tets] = False
     return others
@@ -287,5 +289,5 @@ def _axes_of(scene: Scene, setup: ObservationSetup) -> BodyAxes:
 
 
 def _modulus_modes(scene: Scene, share: FloatArray) -> dict[str, FloatArray]:
-    second = second_region(scene, share)
+    second = _second_region(scene, share, 'stiffness_contrast')
     return {'split': np.where(second, 0.5, -0.5), 'along': share - 0.5}

@@ -21,7 +21,8 @@ class Candidate:
     Attributes:
         identifier: of the effect.
         components: names of the amplitudes that are free.
-        at: place along the body, or relaxation time [s], for an effect that has one.
+        at: place along the body, or relaxation time [s], for an effect that has one; None for the
+            usual one.
     """
 
     identifier: str
@@ -83,11 +84,11 @@ def candidates(
             scene's.
     """
     fitted = {name.partition('.')[0] for name in (scene.fit if fit is None else fit)}
-    left_out = {*without, *scene.effects}
+    left_out = {*without, *(name for name in scene.effects if _is_stated(scene, name))}
     left_out |= {name for name in EFFECTS if FIT_NAME_OF.get(name, name) in fitted}
     left_out |= _not_shown(scene, fitted)
     found = [
-        Candidate(identifier, components)
+        Candidate(identifier, components, scene.effects.get(identifier, {}).get('at'))
         for identifier, variants in _VARIANTS.items()
         for components in variants
         if identifier not in left_out
@@ -97,6 +98,11 @@ def candidates(
     if 'creep' not in left_out:
         found += [Candidate('creep', ('share', 'tau'), time) for time in CREEP_TIMES]
     return found
+
+
+def _is_stated(scene: Scene, effect: str) -> bool:
+    """Tell whether a scene states amplitudes of an effect, and not just where it would be."""
+    return bool(scene.effects[effect].keys() - EFFECTS[effect].settings.keys())
 
 
 def _not_shown(scene: Scene, fitted: Collection[str]) -> set[str]:

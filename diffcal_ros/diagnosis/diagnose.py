@@ -9,6 +9,7 @@ import time
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.diagnosis.border import with_border
 from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
 from diffcal_ros.diagnosis.evidence import Evidence, make_evidence
@@ -110,7 +111,13 @@ def fit_nominal(
         scene, observations, CalibrationSettings(fit=names, with_mesh_error=False)
     )
     calibration.run()
-    evidence = make_evidence(calibration.model_of_all(), calibration.coordinates)
+    model = calibration.model_of_all()
+    evidence = make_evidence(model, calibration.coordinates)
+    readings = (calibration.coordinates, model.parameters.start())
+    known = with_border(model.scene, evidence, readings)
+    if known is not model.scene:
+        model = model.with_parameters(known, model.parameters)
+        evidence = make_evidence(model, calibration.coordinates)
     # What noise to fit patches by is a guess where it was not measured: the robust fit stands.
     most = 1 if evidence.stays_robust else MAX_ITERATIONS
     return evidence, refit(evidence, calibration.coordinates, max_iterations=most)

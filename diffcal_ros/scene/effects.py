@@ -111,6 +111,7 @@ _ALL = (
         'the depth camera reads one of the materials too far or too near',
         'both materials flat on one plane',
         ('camera_offset', 'clamp_offset'),
+        {'at': 0.5},  # Where one of the materials ends, in a scene of one region.
     ),
     Effect(
         'time_offset',
@@ -128,7 +129,7 @@ _ALL = (
             Component(a, 'rad', -np.pi / 4, np.pi / 4, 8.0 * _DEGREE, 'deg', 1.0 / _DEGREE)
             for a in ('a', 'b')
         ),
-        'the rig is not level',
+        'the rig is not level, or something steady pushes the body sideways',
         'a spirit level, or a pose with the rig rolled by 90 degrees',
         ('camera_offset', 'clamp_offset'),
     ),
@@ -191,6 +192,7 @@ _ALL = (
         'one part of the body is stiffer than another',
         'a twist besides the bend',
         ('added_mass', 'compliant_clamp'),
+        {'at': 0.5},  # As above.
     ),
     Effect(
         'strain_stiffening',

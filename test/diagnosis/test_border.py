@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where one material ends is read off the step of depth, in a scene that knows of one only."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.robust_residual import make_comparers
+from diffcal_ros.diagnosis.border import _best_border, BORDER_EFFECTS
+from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.verdict import Verdict
+import numpy as np
+import pytest
+from support.scenes import beam_scene, MODULUS
+from support.watched import watched
+
+SHARES = (np.arange(50) + 0.5) / 50
+EVENLY = np.full(50, 400.0)
+
+
+def _profile(border: float, step: float, random) -> np.ndarray:
+    return step * (border < SHARES) + random.normal(size=50) * 0.001
+
+
+@pytest.mark.parametrize(('border', 'step'), [(0.24, 0.012), (0.38, -0.02), (0.7, 0.03)])
+def test_a_step_is_found_where_it_is(border, step, random):
+    at, height = _best_border(_profile(border, step, random), EVENLY)
+    assert at == pytest.approx(border, abs=0.021)
+    assert height == pytest.approx(abs(step), abs=0.002)
+
+
+def test_shares_that_no_pixel_shows_do_not_count(random):
+    counts = EVENLY.copy()
+    counts[30:] = 0.0
+    profile = np.where(counts > 0.0, _profile(0.3, 0.02, random), 0.5)
+    assert _best_border(profile, counts)[0] == pytest.approx(0.3, abs=0.021)
+
+
+@pytest.mark.parametrize(
+    'profile',
+    [
+        pytest.param(0.03 * SHARES, id='ramp'),
+        pytest.param(0.02 * SHARES**2, id='bend'),
+        pytest.param(0.003 * (SHARES > 0.3), id='small step'),
+        pytest.param(0.02 * (SHARES > 0.5), id='step in the middle, where it is sought anyway'),
+        pytest.param(np.zeros(50), id='nothing'),
+    ],
+)
+def test_what_is_no_step_elsewhere_moves_no_border(profile):
+    assert _best_border(profile, EVENLY) is None
+
+
+def _with_step(observation: Observation, at: float, step: float) -> Observation:
+    """Let the camera read too far beyond a share of the body's length."""
+    scene = replace(beam_scene((8, 2, 2)), effects={'depth_bias_by_region': {'at': at}})
+    model = ForwardModel(scene, [observation], make_parameters(scene, ('youngs_modulus',)))
+    trace = model.views(model.parameters.start())[0].trace
+    beyond = make_comparers(model)[0].is_second(trace) & (trace.faces >= 0)
+    depth = observation.depth.copy()
+    depth[trace.rows, trace.columns][beyond] += np.float32(step)
+    return replace(observation, depth=depth)
+
+
+def test_the_step_is_named_with_its_place_and_the_modulus_heals():
+    seen = _with_step(watched(seed=2), 0.3, 0.012)
+    diagnosis = diagnose(beam_scene((8, 2, 2)), [seen]).diagnosis
+    assert diagnosis.verdict is Verdict.DISAGREE
+    found = {entry['identifier']: entry for entry in diagnosis.details['candidates']}
+    step = found['depth_bias_by_region']
+    assert step['setting']['at'] == pytest.approx(0.3, abs=0.05)
+    assert step['amplitude']['bias'] == pytest.approx(12.0, abs=1.0)
+    assert diagnosis.ambiguity_set[0] == 'depth_bias_by_region'
+    assert diagnosis.closure > 0.7
+    after = diagnosis.parameters['after']['youngs_modulus']['value']
+    assert abs(after / MODULUS - 1.0) < 0.1
+
+
+def test_a_border_without_amplitudes_states_no_effect():
+    scene = replace(beam_scene(), effects={name: {'at': 0.3} for name in BORDER_EFFECTS})
+    listed = candidates(scene)
+    assert {c.identifier for c in listed} >= set(BORDER_EFFECTS)
+    assert {c.at for c in listed if c.identifier in BORDER_EFFECTS} == {0.3}
+    stated = replace(scene, effects={'stiffness_contrast': {'split': 0.5, 'at': 0.3}})
+    assert 'stiffness_contrast' not in {c.identifier for c in candidates(stated)}
