@@ -45,9 +45,14 @@ class Answer:
     @property
     def named(self) -> tuple[str, ...]:
         """Effects that it names without offering another in their place."""
+        return self.told if self.is_alarm else ()
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """The same, also where it says that what they do is too small to matter."""
         effects = tuple(effect['identifier'] for effect in self.verdict.get('effects') or ())
         others = set(self.verdict.get('ambiguity_set') or ()) - set(effects)
-        return () if others or not self.is_alarm else effects
+        return () if others else effects
 
     @property
     def reported(self) -> set[str]:
@@ -68,6 +73,11 @@ class Answer:
     def is_right(self) -> bool:
         """Whether exactly the true effects are named."""
         return bool(self.truth) and set(self.named) == set(self.truth)
+
+    @property
+    def is_told_right(self) -> bool:
+        """Whether exactly the true effects are named, be they below the margin."""
+        return bool(self.truth) and set(self.told) == set(self.truth)
 
     @property
     def is_confidently_wrong(self) -> bool:

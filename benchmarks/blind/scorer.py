@@ -51,10 +51,12 @@ def score(answers: Sequence[Answer]) -> list[dict[str, Any]]:
     clear = [answer for answer in single if _is_clear(answer)]
     unseen = [a for a in library if a.verdict['verdict'] in ('agree', 'below_margin')]
     seen = [answer for answer in library if answer not in unseen]
+    alarming = [answer for answer in outside if answer.is_alarm]
     unknown = [answer for answer in outside if answer.is_unknown]
     rows = [
         _share('false alarms on clean data', clean, lambda a: a.is_alarm, '<= 1 %', '0 of 300'),
         _share('right name, clear cases', clear, lambda a: a.is_right, '>= 85 %', '>= 97 %'),
+        _share('the same, named below the margin too', clear, lambda a: a.is_told_right, '', ''),
         _share('truth in the reported set, all', library, _holds_truth, '>= 95 %', '>= 99 %'),
         _share('the same, where a gap is reported', seen, _holds_truth, '', ''),
         _median('size of the reported set', [float(len(a.reported)) for a in seen], '', '1'),
@@ -62,6 +64,7 @@ def score(answers: Sequence[Answer]) -> list[dict[str, Any]]:
             'confident wrong name', faulty, lambda a: a.is_confidently_wrong, '<= 3 %', '<= 0.5 %'
         ),
         _share('outside called unknown', outside, lambda a: a.is_unknown, '>= 80 %', '>= 95 %'),
+        _share('the same, where a gap is reported', alarming, lambda a: a.is_unknown, '', ''),
         _share('class of the unknown right', unknown, _has_class, '', '>= 80 %'),
         _share('denied effect not misnamed', denied, lambda a: not a.named, '', ''),
         _share('both of two named', pair, lambda a: a.is_right, '60 %', '90 %'),
