@@ -24,7 +24,7 @@ _SMALL_GAIN = 0.02
 _SMALL_SHARE = 1e-4
 # Share of the present residual that is allowed for while a fit is on its way.
 _SLACK = 0.3
-_FIRST_DAMPING = 1e-2
+_FIRST_DAMPING, _LEAST_DAMPING = 1e-2, 1e-3
 # Patches join and leave: a step is not refused for less than this share.
 _ROUGHNESS = 0.01
 
@@ -82,67 +82,125 @@ def refit(
         MotionError: likewise.
         OutOfViewError: when a camera does not see the body at the start.
     """
-    parameters = evidence.model.parameters
-    lower, upper = parameters.bounds()
-    mean, precision = full_prior(parameters)
-    limits = longest_steps(parameters)
-    here = np.clip(start, lower, upper)
-    blocks = evidence.blocks(here)
-    # A model that is far off is not held to the last tenth of a millimetre on its way.
-    slack = _SLACK * residual_size(blocks, part)
-    seen = whiten(blocks, part, slack)
-    cost = _cost(seen, here, mean, precision)
-    damping, rejections, evaluations, is_done = 0.0, 0, 1, False
-    while evaluations < max_iterations and rejections <= _MAX_REJECTIONS:
-        step, gain = _step(seen, here, mean, precision, (lower, upper), damping)
-        step /= max(1.0, float((np.abs(step) / limits).max()))
-        if gain < _SMALL_GAIN:
-            if slack == 0.0:
-                is_done = True
-                break
-            slack = 0.0
-            seen = whiten(blocks, part)
-            cost = _cost(seen, here, mean, precision)
-            continue
-        trial = np.clip(here + step, lower, upper)
-        evaluations += 1
-        try:
-            trial_blocks = evidence.blocks(trial)
-        except (EquilibriumError, MotionError, OutOfViewError):
-            damping, rejections = max(_FIRST_DAMPING, 10.0 * damping), rejections + 1
-            continue
-        trial_seen = whiten(trial_blocks, part, slack)
-        trial_cost = _cost(trial_seen, trial, mean, precision)
-        if not _per_patch(trial_cost, trial_seen) < (1.0 + _ROUGHNESS) * _per_patch(cost, seen):
-            damping, rejections = max(_FIRST_DAMPING, 10.0 * damping), rejections + 1
-            continue
-        is_done = abs(trial_cost - cost) < max(_SMALL_GAIN, _SMALL_SHARE * trial_cost)
-        here, blocks, seen, cost = trial, trial_blocks, trial_seen, trial_cost
-        damping, rejections = 0.1 * damping if damping > 1e-3 else 0.0, 0
-        if is_done and slack == 0.0:
-            break
-        smaller = 0.0 if is_done else min(slack, _SLACK * residual_size(blocks, part))
-        if smaller < slack:
-            slack, is_done = smaller, False
-            seen = whiten(blocks, part, slack)
-            cost = _cost(seen, here, mean, precision)
-    if slack:
-        seen = whiten(blocks, part)
-        cost = _cost(seen, here, mean, precision)
+    descent = _Descent(evidence, start, part)
+    descent.run(max_iterations)
+    seen, precision = descent.seen, descent.precision
     information = seen.jacobian.T @ seen.jacobian + precision
     return Refit(
-        parameters=parameters,
-        coordinates=here,
-        blocks=blocks,
+        parameters=evidence.model.parameters,
+        coordinates=descent.here,
+        blocks=descent.blocks,
         chi_square=seen.chi_square,
-        log_evidence=-cost - 0.5 * _log_volumes(information, precision),
+        log_evidence=-descent.cost - 0.5 * _log_volumes(information, precision),
         covariance=np.linalg.pinv(information),
         patch_count=len(seen),
-        evaluations=evaluations,
+        evaluations=descent.evaluations,
         is_converged=max_iterations == 1
-        or (is_done and slack == 0.0)
-        or rejections > _MAX_REJECTIONS,
+        or descent.is_done
+        or descent.rejections > _MAX_REJECTIONS,
     )
+
+
+class _Descent:
+    """A fit on its way.
+
+    Attributes:
+        here: coordinates, shape (k,).
+        blocks: all patches there.
+        seen: those that are fitted, whitened.
+        cost: half chi-square with that of the prior.
+        precision: of the prior, shape (k, k).
+        evaluations: of the model.
+        rejections: steps on end that led nowhere.
+        is_done: it came to rest, held to the full precision of the patches.
+    """
+
+    def __init__(self, evidence: Evidence, start: FloatArray, part: Part) -> None:
+        parameters = evidence.model.parameters
+        self._evidence, self._part = evidence, part
+        self._bounds = parameters.bounds()
+        self._limits = longest_steps(parameters)
+        self._mean, self.precision = full_prior(parameters)
+        self.here = np.clip(start, *self._bounds)
+        self.blocks = evidence.blocks(self.here)
+        self.evaluations, self.rejections, self.is_done = 1, 0, False
+        self._damping = 0.0
+        # A model that is far off is not held to the last tenth of a millimetre on its way.
+        self._weigh(_SLACK * residual_size(self.blocks, part))
+
+    def run(self, max_iterations: int) -> None:
+        """Step until it comes to rest, or evaluations or patience run out."""
+        while (
+            not self.is_done
+            and self.evaluations < max_iterations
+            and self.rejections <= _MAX_REJECTIONS
+        ):
+            step, gain = self._step()
+            if gain < _SMALL_GAIN:
+                self._come_to_rest()
+            else:
+                self._try(np.clip(self.here + step, *self._bounds))
+        if self._slack:
+            self._weigh(0.0)
+
+    def _weigh(self, slack: float) -> None:
+        """Look at the patches with another allowance for a model that is far off [m]."""
+        self._slack = slack
+        self.seen = whiten(self.blocks, self._part, slack)
+        self.cost = self._cost(self.seen, self.here)
+
+    def _come_to_rest(self) -> None:
+        if self._slack == 0.0:
+            self.is_done = True
+        else:
+            self._weigh(0.0)
+
+    def _try(self, trial: FloatArray) -> None:
+        self.evaluations += 1
+        try:
+            blocks = self._evidence.blocks(trial)
+        except (EquilibriumError, MotionError, OutOfViewError):
+            self._reject()
+            return
+        seen = whiten(blocks, self._part, self._slack)
+        cost = self._cost(seen, trial)
+        allowed = (1.0 + _ROUGHNESS) * _per_patch(self.cost, self.seen)
+        if not _per_patch(cost, seen) < allowed:
+            self._reject()
+            return
+        is_small = abs(cost - self.cost) < max(_SMALL_GAIN, _SMALL_SHARE * cost)
+        self.here, self.blocks, self.seen, self.cost = trial, blocks, seen, cost
+        self._damping = 0.1 * self._damping if self._damping > _LEAST_DAMPING else 0.0
+        self.rejections = 0
+        if is_small:
+            self._come_to_rest()
+            return
+        smaller = min(self._slack, _SLACK * residual_size(blocks, self._part))
+        if smaller < self._slack:
+            self._weigh(smaller)
+
+    def _reject(self) -> None:
+        self._damping = max(_FIRST_DAMPING, 10.0 * self._damping)
+        self.rejections += 1
+
+    def _cost(self, seen: Whitened, coordinates: FloatArray) -> float:
+        offset = coordinates - self._mean
+        return 0.5 * (seen.chi_square + float(offset @ self.precision @ offset))
+
+    def _step(self) -> tuple[FloatArray, float]:
+        """Return the damped step among what no bound stops, and the gain that it promises."""
+        seen, here = self.seen, self.here
+        descent = seen.jacobian.T @ seen.values - self.precision @ (here - self._mean)
+        curvature = seen.jacobian.T @ seen.jacobian + self.precision
+        stopped = (here <= self._bounds[0]) & (descent < 0.0)
+        stopped |= (here >= self._bounds[1]) & (descent > 0.0)
+        free = np.flatnonzero(~stopped)
+        step = np.zeros_like(here)
+        own = curvature[np.ix_(free, free)]
+        damped = own + np.diag(self._damping * np.diag(own))
+        step[free] = np.linalg.solve(damped, descent[free])
+        gain = float(descent @ step - 0.5 * step @ curvature @ step)
+        return step / max(1.0, float((np.abs(step) / self._limits).max())), gain
 
 
 def full_prior(parameters: ParameterSet) -> tuple[FloatArray, FloatArray]:
@@ -156,38 +214,9 @@ def full_prior(parameters: ParameterSet) -> tuple[FloatArray, FloatArray]:
     return mean, precision
 
 
-def _cost(
-    seen: Whitened, coordinates: FloatArray, mean: FloatArray, precision: FloatArray
-) -> float:
-    offset = coordinates - mean
-    return 0.5 * (seen.chi_square + float(offset @ precision @ offset))
-
-
 def _per_patch(cost: float, seen: Whitened) -> float:
     return cost / max(len(seen), 1)
 
 
 def _log_volumes(information: FloatArray, precision: FloatArray) -> float:
     return float(np.linalg.slogdet(information)[1] - np.linalg.slogdet(precision)[1])
-
-
-def _step(
-    seen: Whitened,
-    coordinates: FloatArray,
-    mean: FloatArray,
-    precision: FloatArray,
-    bounds: tuple[FloatArray, FloatArray],
-    damping: float,
-) -> tuple[FloatArray, float]:
-    """Return the damped step among what no bound stops, and the gain that it promises."""
-    descent = seen.jacobian.T @ seen.values - precision @ (coordinates - mean)
-    curvature = seen.jacobian.T @ seen.jacobian + precision
-    stopped = (coordinates <= bounds[0]) & (descent < 0.0)
-    stopped |= (coordinates >= bounds[1]) & (descent > 0.0)
-    free = np.flatnonzero(~stopped)
-    step = np.zeros_like(coordinates)
-    own = curvature[np.ix_(free, free)]
-    damped = own + np.diag(damping * np.diag(own))
-    step[free] = np.linalg.solve(damped, descent[free])
-    gain = float(descent @ step - 0.5 * step @ curvature @ step)
-    return step, gain
