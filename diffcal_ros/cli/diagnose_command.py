@@ -23,7 +23,10 @@ def add_parser(subparsers: Any) -> None:
         'diagnose',
         help='find out what the model lacks',
         description='Compare recordings with the model of SCENE, name the effect that the model '
-        'lacks, and write DIR/verdict.json and DIR/diagnosis.html.',
+        'lacks, and write DIR/verdict.json and DIR/diagnosis.html. Recordings of motions '
+        'are diagnosed as well: the scene then needs `motion` (which support lets go, and when), '
+        'as for `diffcal calibrate`. A swing also shows late stamps and drag of the air, a load '
+        'that is held (`integrator: quasi_static`) creep.',
         epilog='Exit codes: 0 a verdict was reached; 2 bad input; 3 the data cannot tell.',
     )
     add_recordings(parser)
