@@ -63,6 +63,13 @@ def _add_file_options(group: Any) -> None:
         '--bag', action='store_true', help='write the depth as a rosbag2 recording, too'
     )
     group.add_argument(
+        '--film',
+        choices=('gif', 'mp4'),
+        default='gif',
+        help='gif: repeats, and opens everywhere (default); mp4: VP9, finer and smaller for long '
+        'films',
+    )
+    group.add_argument(
         '--slow-motion',
         metavar='X',
         type=float,
@@ -76,13 +83,13 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.prediction.film_times import FilmTimes
     from diffcal_ros.prediction.predicted_body import predict_bodies
     from diffcal_ros.prediction.predicted_view import look_at
-    from diffcal_ros.prediction.write import check_folder, PredictionOutputs, write_prediction
+    from diffcal_ros.prediction.write import check_outputs, PredictionOutputs, write_prediction
     from diffcal_ros.report.scene_table import format_rows
     from diffcal_ros.scene.load import load_scene
 
     film = FilmTimes(rate=args.rate, duration=args.duration)
-    outputs = PredictionOutputs(args.mesh, args.bag, args.slow_motion, args.overwrite)
-    check_folder(args.out, outputs)
+    outputs = PredictionOutputs(args.mesh, args.bag, args.slow_motion, args.overwrite, args.film)
+    check_outputs(args.out, outputs)
     scene = load_scene(args.scene)
     bodies = predict_bodies(scene, film)
     position = tuple(args.camera_position) if args.camera_position else None

@@ -9,9 +9,10 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.prediction.depth_files import write_depth_bag, write_depth_files
 from diffcal_ros.prediction.mesh_sequence import MESH_FORMATS, write_meshes
 from diffcal_ros.prediction.predicted_view import PredictedView
-from diffcal_ros.report.film import write_film, write_still
+from diffcal_ros.recording.mp4_file import check_mp4
+from diffcal_ros.report.film import FILM_FORMATS, write_film, write_still
 
-_DEPTH, _MESH, _BAG, _FILM, _STILL = 'depth', 'mesh', 'bag', 'film.gif', 'depth.png'
+_DEPTH, _MESH, _BAG, _FILM, _STILL = 'depth', 'mesh', 'bag', 'film', 'depth.png'
 
 
 @dataclass(frozen=True)
@@ -23,26 +24,33 @@ class PredictionOutputs:
         with_bag: write a bag, too.
         slowdown: how many times slower than in truth the film plays.
         overwrite: replace a prediction that is there.
+        film: one of `FILM_FORMATS`.
     """
 
     mesh: str = 'vtu'
     with_bag: bool = False
     slowdown: float = 4.0
     overwrite: bool = False
+    film: str = 'gif'
 
     def __post_init__(self) -> None:
         if self.mesh not in MESH_FORMATS:
             raise InputError(f'mesh format is {self.mesh!r}: {", ".join(MESH_FORMATS)} are known')
+        if self.film not in FILM_FORMATS:
+            raise InputError(f'film format is {self.film!r}: {", ".join(FILM_FORMATS)} are known')
         if not 0.01 <= self.slowdown <= 1000.0:
             raise InputError(f'the slow motion is {self.slowdown:g}: give 0.01 to 1000')
 
 
-def check_folder(out: Path, outputs: PredictionOutputs) -> None:
-    """Refuse a folder that holds something, before anything slow begins.
+def check_outputs(out: Path, outputs: PredictionOutputs) -> None:
+    """Refuse what cannot be written, before anything slow begins.
 
     Raises:
-        InputError: saying what to do.
+        InputError: for a folder that holds something, or a film that cannot be encoded; it says
+            what to do.
     """
+    if outputs.film == 'mp4':
+        check_mp4()
     if out.exists() and not out.is_dir():
         raise InputError(f'{out} is a file: name a folder')
     if out.is_dir() and any(out.iterdir()) and not outputs.overwrite:
@@ -84,6 +92,6 @@ def _write(
     if len(body.times) == 1:
         write_still(folder / _STILL, next(view.depths()), title=title)
         return [*rows, ('picture', folder / _STILL)]
-    film = folder / _FILM
+    film = folder / f'{_FILM}.{outputs.film}'
     write_film(film, view.depths, body.times.tolist(), title=title, slowdown=outputs.slowdown)
     return [*rows, ('film', film)]

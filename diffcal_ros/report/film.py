@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A film of depth images: an animated GIF in one scale, or a PNG of a single image."""
+"""A film of depth images in one scale, as animated GIF or MP4, or a PNG of a single image."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -8,15 +8,18 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.atomic_file import replacing, write_bytes_atomically
+from diffcal_ros.atomic_file import write_bytes_atomically
 from diffcal_ros.report import palette
 from diffcal_ros.report.figure_png import new_figure, png_bytes
 import numpy as np
 from numpy.typing import NDArray
 
 DepthArray = NDArray[np.float32]
+Picture = NDArray[np.uint8]
 # Gives the images anew each time it is called: a film is not kept in memory.
 Depths = Callable[[], Iterable[DepthArray]]
+
+FILM_FORMATS = ('gif', 'mp4')
 
 _WIDTH = 6.4  # [inch]
 _HEIGHTS = (2.4, 6.0)
@@ -25,6 +28,8 @@ _MARGIN = 0.05  # Around the body, over its larger side.
 _DEPTH_MARGIN = 0.003  # Of the colour scale beyond the body's depths [m].
 # Many viewers take shorter pauses for a mistake and wait a tenth of a second instead [s].
 _SHORTEST_PAUSE = 0.02
+# Pauses that differ by less than this share are even: rounding of times.
+_EVEN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -72,39 +77,50 @@ def film_frame(depths: Iterable[DepthArray]) -> FilmFrame:
 def write_film(
     path: Path, depths: Depths, times: Sequence[float], *, title: str, slowdown: float
 ) -> None:
-    """Write images as an animated GIF that repeats.
+    """Write images as an animated GIF that repeats, or as MP4: the path's suffix says which.
 
     Args:
-        path: GIF file.
+        path: file that ends in one of `FILM_FORMATS`.
         depths: gives the images [m], shape (H, W), NaN where nothing is.
-        times: of them [s], at least two.
+        times: of them [s], at least two; evenly spaced for MP4.
         title: above them.
         slowdown: how many times slower than in truth it plays.
 
     Raises:
         InputError: when the file cannot be written.
+        ValueError: for an unknown suffix, or for MP4 of images at uneven times.
     """
+    film_format = path.suffix.removeprefix('.')
+    if film_format not in FILM_FORMATS:
+        raise ValueError(f'{path.name} is no film: end it in one of {", ".join(FILM_FORMATS)}')
+    drawing = _Drawing(film_frame(depths()), title, slowdown)
+    pictures = (drawing.draw(depth, time) for depth, time in zip(depths(), times, strict=True))
+    pauses = slowdown * np.diff(times, append=2 * times[-1] - times[-2])
+    if film_format == 'gif':
+        _write_gif(path, pictures, pauses)
+        return
+    from diffcal_ros.recording.mp4_file import write_mp4
+
+    if np.ptp(pauses) > _EVEN * pauses.mean():
+        raise ValueError('the images are at uneven times and MP4 has one rate: write a GIF')
+    write_mp4(path, pictures, 1.0 / pauses.mean())
+
+
+def _write_gif(path: Path, pictures: Iterable[Picture], pauses: NDArray[np.float64]) -> None:
     from PIL import Image
 
-    frame = film_frame(depths())
-    drawing = _Drawing(frame, title, slowdown)
-    pictures = (
-        Image.fromarray(drawing.draw(depth, time)).quantize(dither=Image.Dither.NONE)
-        for depth, time in zip(depths(), times, strict=True)
-    )
-    pauses = np.maximum(slowdown * np.diff(times, append=2 * times[-1] - times[-2]), 0.0)
-    first = next(pictures)
+    images = (Image.fromarray(p).quantize(dither=Image.Dither.NONE) for p in pictures)
+    first = next(images)
     content = BytesIO()
     first.save(
         content,
         format='GIF',
         save_all=True,
-        append_images=pictures,
+        append_images=images,
         duration=np.rint(1e3 * np.maximum(pauses, _SHORTEST_PAUSE)).astype(int).tolist(),
         loop=0,
     )
-    with replacing(path) as fresh:
-        fresh.write_bytes(content.getvalue())
+    write_bytes_atomically(path, content.getvalue())
 
 
 def write_still(path: Path, depth: DepthArray, *, title: str) -> None:
@@ -133,7 +149,7 @@ class _Drawing:
         self._axes.set_yticks([])
         self._image: Any = None
 
-    def draw(self, depth: DepthArray, time: float | None) -> NDArray[np.uint8]:
+    def draw(self, depth: DepthArray, time: float | None) -> Picture:
         """Draw an image [m]; return the picture, shape (h, w, 3)."""
         window = 1e3 * depth[self._frame.rows, self._frame.columns]
         if self._image is None:
@@ -149,5 +165,5 @@ class _Drawing:
         self.figure.canvas.draw()
         # Laid out once: a picture that moves by a pixel looks like a body that does.
         self.figure.set_layout_engine('none')
-        picture: NDArray[np.uint8] = np.asarray(self.figure.canvas.buffer_rgba())[..., :3].copy()
+        picture: Picture = np.asarray(self.figure.canvas.buffer_rgba())[..., :3].copy()
         return picture

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`diffcal predict` from the outside."""
 
+import cv2
 from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_DONE
 from diffcal_ros.fem.element import Element
 from diffcal_ros.recording.bag_reader import open_recording
@@ -38,6 +39,16 @@ def test_depth_meshes_bag_and_film_are_written(predict, tmp_path):
     assert len(list((out / 'mesh').glob('*.vtu'))) == 5
     film = Image.open(out / 'film.gif')
     assert (film.n_frames, film.info['duration']) == (5, 100)
+
+
+def test_a_film_is_written_as_mp4(predict, tmp_path):
+    ran = predict('--rate', 20, '--duration', 0.2, '--mesh', 'none', '--film', 'mp4')
+    assert ran.code == EXIT_DONE
+    path = tmp_path / 'out' / 'film.mp4'
+    assert f'film         {path}' in ran.out
+    film = cv2.VideoCapture(str(path))
+    assert (film.get(cv2.CAP_PROP_FRAME_COUNT), film.get(cv2.CAP_PROP_FPS)) == (5, 5)
+    assert not (tmp_path / 'out' / 'film.gif').exists()
 
 
 def test_every_observation_has_a_folder(predict, tmp_path):

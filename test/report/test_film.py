@@ -2,10 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Films of depth images: window, scale, pace."""
 
+import cv2
 from diffcal_ros.report.film import film_frame, write_film, write_still
 import numpy as np
 from PIL import Image
 import pytest
+
+# What codec and palette change a picture by, in the mean of 255; white loses 4 of them.
+CODED = 5.0
 
 
 @pytest.fixture
@@ -46,7 +50,35 @@ def test_a_film_has_every_image_at_its_pace(images, tmp_path):
         pictures.append(np.asarray(film.convert('RGB'), dtype=np.int64))
     assert pauses == [200, 300, 300]
     assert film.info['loop'] == 0
-    # The square is seen to move: its colour is on the left at first, on the right at last.
+    _assert_moves_right(pictures)
+
+
+def test_an_mp4_shows_what_the_gif_shows(images, tmp_path):
+    for name in ('film.gif', 'film.mp4'):
+        write_film(tmp_path / name, lambda: images, [0.0, 0.04, 0.08], title='a', slowdown=5.0)
+    film = cv2.VideoCapture(str(tmp_path / 'film.mp4'))
+    assert film.get(cv2.CAP_PROP_FPS) == pytest.approx(5.0)
+    shown = [film.read()[1][..., ::-1].astype(np.int64) for _ in images]
+    assert not film.read()[0]
+    _assert_moves_right(shown)
+    gif = Image.open(tmp_path / 'film.gif')
+    for number, picture in enumerate(shown):
+        gif.seek(number)
+        wrong = np.abs(np.asarray(gif.convert('RGB'), dtype=np.int64) - picture)
+        assert wrong.mean() < CODED
+
+
+def test_a_film_of_uneven_times_or_unknown_kind_is_refused(images, tmp_path):
+    with pytest.raises(ValueError, match='MP4 has one rate: write a GIF'):
+        write_film(
+            tmp_path / 'a.mp4', lambda: images, [0.0, 0.04, 0.1], title='square', slowdown=5.0
+        )
+    with pytest.raises(ValueError, match=r'a\.avi is no film: end it in one of gif, mp4'):
+        write_film(tmp_path / 'a.avi', lambda: images, [0.0, 0.1, 0.2], title='', slowdown=1.0)
+
+
+def _assert_moves_right(pictures):
+    """The square is seen to move: its colour is on the left at first, on the right at last."""
     width = pictures[0].shape[1]
     colored = [np.ptp(p[60:-10, : int(0.8 * width)], axis=2) > 40 for p in pictures]
     middles = [float(np.nonzero(mask)[1].mean()) for mask in colored]
