@@ -49,6 +49,8 @@ class BodyInputs:
             if parameter.kind in columns:
                 tets = scene.regions[parameter.target].tets
                 columns[parameter.kind][tets] = parameter.value(coordinate)
+        if scene.relative_modulus is not None:
+            columns[Kind.YOUNGS_MODULUS] *= scene.relative_modulus
         contrast = self._effects.log_modulus(self._effects.amplitudes(coordinates))
         if contrast is not None:
             columns[Kind.YOUNGS_MODULUS] *= np.exp(contrast)

@@ -22,7 +22,8 @@ def describe_fit(scene: Scene, settings: CalibrationSettings) -> dict[str, objec
             'name': scene.name,
             'path': str(scene.path) if scene.path else None,
             'sha256': _sha256(scene.path),
-            'mesh_sha256': _sha256(_mesh_path(scene)),
+            'mesh_sha256': _sha256(scene.file_of('mesh')),
+            'modulus_field_sha256': _sha256(scene.file_of('modulus_field')),
             'element': scene.element.value,
             'law': scene.law,
             'lame_convention': scene.convention.value,
@@ -43,12 +44,6 @@ def describe_fit(scene: Scene, settings: CalibrationSettings) -> dict[str, objec
             'platform': sys.platform,
         },
     }
-
-
-def _mesh_path(scene: Scene) -> Path | None:
-    if scene.path is None or 'mesh' not in scene.document:
-        return None
-    return scene.path.parent / Path(str(scene.document['mesh']['file'])).expanduser()
 
 
 def _sha256(path: Path | None) -> str | None:

@@ -3,13 +3,13 @@
 """`diffcal calibrate`: fit a scene's parameters to recordings and report what was found."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 import sys
 from typing import Any, TYPE_CHECKING
 
 from diffcal_ros.cli.field_options import (
     add_field_options,
-    FIELD_FILE,
     fit_asked_field,
     is_field_asked,
 )
@@ -175,7 +175,7 @@ def _fit(
 
     def on_iteration(record: 'IterationRecord') -> bool:
         if record.number == 0:
-            _remove_old_results(args.out)
+            _remove_old_results(args.out, scene)
         return progress.step(record)
 
     try:
@@ -207,10 +207,18 @@ def _rank(
     return 0 if ranking[0].is_fitted else _EXIT_NOT_FITTED
 
 
-def _remove_old_results(out: Path) -> None:
-    """Leave nothing beside the new result.json that belongs to an earlier run."""
+def _remove_old_results(out: Path, scene: 'Scene') -> None:
+    """Leave nothing beside the new result.json that belongs to an earlier run, unless it is read.
+
+    A fit that is interrupted must not cost the scene that it started from.
+    """
+    from diffcal_ros.scene.modulus_field import FIELD_FILE
+
+    used = [scene.path, scene.file_of('mesh'), scene.file_of('modulus_field')]
+    kept = {path.resolve() for path in used if path is not None}
     for name in (_REPORT, _FITTED_SCENE, FIELD_FILE):
-        (out / name).unlink(missing_ok=True)
+        if (out / name).resolve() not in kept:
+            (out / name).unlink(missing_ok=True)
 
 
 def _tell(
@@ -222,20 +230,24 @@ def _tell(
     from diffcal_ros.report.page import write_report
     from diffcal_ros.report.result_table import result_text
     from diffcal_ros.report.scene_table import format_rows
+    from diffcal_ros.scene.modulus_field import FIELD_FILE
     from diffcal_ros.scene.save import save_fitted_scene
 
     print(result_text(calibration.scene.name, result), flush=True)
     rows = [('result', str(out / _RESULT))]
     write_report(out / _REPORT, calibration, result, field)
     rows.append(('report', str(out / _REPORT)))
+    scene = calibration.scene
     if field is not None:
-        # A scene has one modulus a region: it cannot hold what was found.
         print(field_text(field))
+        scene = replace(scene, relative_modulus=field.relative_modulus)
+    if result.outcome.is_fitted:
+        save_fitted_scene(scene, out / _FITTED_SCENE, result.values())
+        rows.append(('scene', str(out / _FITTED_SCENE)))
+    if field is not None:
+        # In place of the one beside the scene, with its error and the body's shape.
         write_field(out / FIELD_FILE, calibration, field)
         rows.append(('field', str(out / FIELD_FILE)))
-    elif result.outcome.is_fitted:
-        save_fitted_scene(calibration.scene, out / _FITTED_SCENE, result.values())
-        rows.append(('scene', str(out / _FITTED_SCENE)))
     print(format_rows(rows))
     return 0 if result.outcome.is_fitted else _EXIT_NOT_FITTED
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from diffcal_ros.cli.progress import Progress
     from diffcal_ros.offline.calibrate_recordings import OfflineInputs
 
-FIELD_FILE = 'field.vtu'
-
 
 def add_field_options(group: Any) -> None:
     """Add the options."""
@@ -23,7 +21,8 @@ def add_field_options(group: Any) -> None:
         '--field',
         action='store_true',
         help='fit a modulus that varies over the body: one a tetrahedron, as smooth as the data '
-        'allow; DIR/field.vtu holds it',
+        'allow; DIR/field.vtu holds it, and DIR/fitted_scene.yaml names that. Where SCENE '
+        'states a field already, the new one is what is added to it',
     )
     group.add_argument(
         '--field-spacing',

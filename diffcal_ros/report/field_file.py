@@ -4,10 +4,10 @@
 
 from pathlib import Path
 
-from diffcal_ros.atomic_file import replacing
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import FieldFit
 from diffcal_ros.rigid_transform import apply, inverse
+from diffcal_ros.scene.modulus_field import write_modulus_field
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,9 +17,10 @@ FloatArray = NDArray[np.float64]
 def write_field(path: Path, calibration: Calibration, field: FieldFit) -> None:
     """Write mesh and field as VTK's unstructured grid, whole or not at all.
 
-    Points are the body at rest in the object frame [m]. Cells have `youngs_modulus` [Pa] and
-    `log_std_error`, the standard error of its logarithm. Points have `displacement_<posture>`
-    [m], turned to the object frame.
+    Points are the body at rest in the object frame [m]. Cells have `youngs_modulus` [Pa],
+    `log_std_error`, the standard error of its logarithm, and `relative_modulus`, which a scene
+    reads: the modulus over its region's, effects of the model left aside. Points have
+    `displacement_<posture>` [m], turned to the object frame.
 
     Args:
         path: .vtu file.
@@ -29,17 +30,13 @@ def write_field(path: Path, calibration: Calibration, field: FieldFit) -> None:
     Raises:
         InputError: when the file cannot be written.
     """
-    import meshio
-
-    mesh = calibration.scene.mesh
-    content = meshio.Mesh(
-        mesh.rest_positions,
-        [('tetra', mesh.tets)],
-        point_data=_displacements(calibration),
-        cell_data={'youngs_modulus': [field.youngs_modulus], 'log_std_error': [field.log_std]},
+    write_modulus_field(
+        path,
+        calibration.scene.mesh,
+        field.relative_modulus,
+        cells={'youngs_modulus': field.youngs_modulus, 'log_std_error': field.log_std},
+        points=_displacements(calibration),
     )
-    with replacing(path) as fresh:
-        meshio.vtu.write(str(fresh), content)
 
 
 def _displacements(calibration: Calibration) -> dict[str, FloatArray]:

@@ -37,6 +37,8 @@ def scene_rows(scene: Scene) -> list[Row]:
             for name, rule in QUANTITY_RULES.items()
             if getattr(region, name) is not None
         ]
+    if scene.relative_modulus is not None:
+        rows.append(('field', _field_text(scene.relative_modulus)))
     rows += [('fit', ', '.join(scene.fit)), ('marker', _marker_text(scene))]
     rows += [
         ('depth camera', _camera_text(scene.depth_camera)),
@@ -70,6 +72,14 @@ def _quantity_text(rule: QuantityRule, quantity: Quantity) -> str:
     if quantity.prior_mean is not None and quantity.prior_std is not None:
         text += f', prior {scale * quantity.prior_mean:.4g} +- {scale * quantity.prior_std:.4g}'
     return text
+
+
+def _field_text(relative_modulus: FloatArray) -> str:
+    low, middle, high = np.percentile(relative_modulus, [5.0, 50.0, 95.0])
+    return (
+        f'the modulus of a tetrahedron is {low:.3g} (5 %), {middle:.3g} (median), {high:.3g} '
+        "(95 %) times its region's"
+    )
 
 
 def _marker_text(scene: Scene) -> str:

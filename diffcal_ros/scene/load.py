@@ -21,6 +21,7 @@ from diffcal_ros.scene.model_file import (
     model_path,
     read_versions,
 )
+from diffcal_ros.scene.modulus_field import read_modulus_field
 from diffcal_ros.scene.observations import read_observations
 from diffcal_ros.scene.problems import Problems
 from diffcal_ros.scene.regions import read_regions
@@ -113,6 +114,7 @@ def _read_scene(root: Section, folder: Path) -> Scene:
         rigid_offset=read_rigid_offset(root),
         effects=read_effects(root),
         cables=cables,
+        relative_modulus=read_modulus_field(root, folder, mesh),
         notes=(*(() if mesh_file is None else mesh_file.notes), *cable_notes),
     )
 

@@ -138,18 +138,27 @@ def _first_bad_line(rows: list[list[str]]) -> str:
     return 'some line is not `v x y z` or `t a b c d`'
 
 
-def _read_with_meshio(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
+def open_with_meshio(path: Path) -> Any:
+    """Return what a .msh, .vtk or .vtu file holds, as meshio gives it.
+
+    Raises:
+        InputError: when it cannot be read.
+    """
     import meshio
 
     # Not meshio.read, which ends the whole program on a file that it cannot read.
     readers = {'.msh': meshio.gmsh.read, '.vtk': meshio.vtk.read, '.vtu': meshio.vtu.read}
     try:
-        content = readers[path.suffix.lower()](str(path))
+        return readers[path.suffix.lower()](str(path))
     except Exception as error:  # The parsers raise whatever a broken file makes them trip over.
         raise InputError(
             f'{path.name} cannot be read as {path.suffix} ({error or type(error).__name__}): '
             'export it again'
         ) from error
+
+
+def _read_with_meshio(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
+    content = open_with_meshio(path)
     kinds = {block.type for block in content.cells}
     foreign = sorted(kinds - {*_TET_CELLS, *_IGNORED_CELLS})
     if foreign:

@@ -276,6 +276,8 @@ class Scene:
         effects: amplitudes and settings of effects that were added to the model, SI units, by
             identifier and component; see `scene.effects`.
         cables: that run through the body.
+        relative_modulus: Young's modulus of each tetrahedron over its region's, shape (T,); None:
+            1 everywhere.
         path: the scene file, or None when built in memory.
         document: the file's content, for writing a fitted copy.
         notes: what reading changed or found worth telling, in sentences for the user.
@@ -297,6 +299,14 @@ class Scene:
     rigid_offset: RigidOffset = field(default_factory=RigidOffset)
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     cables: tuple[Cable, ...] = ()
+    relative_modulus: FloatArray | None = None
     path: Path | None = None
     document: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    def file_of(self, key: str) -> Path | None:
+        """Return the file that a section of the scene file names, such as `mesh`, or None."""
+        section = self.document.get(key)
+        if self.path is None or section is None:
+            return None
+        return self.path.parent / Path(str(section['file'])).expanduser()

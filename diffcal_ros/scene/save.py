@@ -10,6 +10,8 @@ from typing import Any
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.scene.fitted_values import with_values
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.modulus_field import FIELD_FILE, KEY, write_modulus_field
+from diffcal_ros.scene.surface_mesh import SURFACE_SUFFIXES
 import yaml
 
 _HEADER = """\
@@ -23,6 +25,8 @@ def save_fitted_scene(
     scene: Scene, path: str | os.PathLike[str], values: Mapping[str, float]
 ) -> None:
     """Write the scene's document with start values replaced, completely or not at all.
+
+    A modulus that varies over the body is written beside it first, as `field.vtu`.
 
     Args:
         scene: as `load_scene` gave it.
@@ -40,12 +44,26 @@ def save_fitted_scene(
     target = Path(path)
     document = with_values(scene, values)
     _move_paths(document, scene.path.resolve().parent, target.resolve().parent)
+    _put_field(document, scene, target)
     header = _HEADER.format(
         source=scene.path.name,
         fitted=', '.join(f'{name} = {value:.6g}' for name, value in values.items()) or 'nothing',
     )
     body = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=99)
     write_text_atomically(target, header + body)
+
+
+def _put_field(document: dict[str, Any], scene: Scene, target: Path) -> None:
+    if scene.relative_modulus is None:
+        return
+    write_modulus_field(target.with_name(FIELD_FILE), scene.mesh, scene.relative_modulus)
+    document[KEY] = {'file': FIELD_FILE}
+    mesh = document['mesh']
+    is_cut = Path(str(mesh['file'])).suffix.lower() in SURFACE_SUFFIXES
+    if is_cut or mesh['file'] == FIELD_FILE:
+        # Cut again, a surface may give other tetrahedra: those of the field are the mesh now.
+        mesh.pop('edge_length', None)
+        mesh.update(file=FIELD_FILE, unit='m')
 
 
 def _move_paths(document: dict[str, Any], old_folder: Path, new_folder: Path) -> None:

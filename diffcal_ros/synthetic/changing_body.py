@@ -5,16 +5,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-import shutil
 
-from diffcal_ros.atomic_file import replacing, write_text_atomically
+from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
 from diffcal_ros.recording.bag_writer import BagWriter
 from diffcal_ros.recording.topics import DEPTH_FRAME
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.synthetic.posed_body import pose_body
-from diffcal_ros.synthetic.recorded_scene import scene_text
+from diffcal_ros.synthetic.recorded_scene import scene_text, write_files
 from diffcal_ros.synthetic.recorder import RecorderSettings
 from diffcal_ros.synthetic.rig import make_rig, Rig
 import numpy as np
@@ -64,7 +63,6 @@ def record_changes(
         raise ValueError('the scene was built in memory: only one read from a file is recorded')
     if not states:
         raise InputError('no state of the body was given: give at least one')
-    source = scene.path.parent / Path(str(scene.document['mesh']['file'])).expanduser()
     rigs = _rigs(scene, states, settings)
     text = scene_text(
         scene,
@@ -74,8 +72,7 @@ def record_changes(
         poses={rigs[0].name: rigs[0].depth_from_world},
     )
     _write_bag(out / 'bag', rigs, settings)
-    with replacing(out / source.name) as fresh:
-        shutil.copyfile(source, fresh)
+    write_files(scene, out)
     write_text_atomically(out / 'scene.yaml', text)
     return out / 'scene.yaml'
 

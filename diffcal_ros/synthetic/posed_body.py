@@ -52,6 +52,7 @@ def refined_scene(scene: Scene) -> Scene:
     """Return the scene on a mesh of half the size; regions and held parts are the same solids."""
     mesh, parents = scene.mesh.refined()
     edges, _ = scene.mesh.edges
+    field = scene.relative_modulus
 
     def finer(part: HeldPart) -> HeldPart:
         is_held = np.zeros(scene.mesh.vertex_count, dtype=bool)
@@ -63,6 +64,7 @@ def refined_scene(scene: Scene) -> Scene:
     return replace(
         scene,
         mesh=mesh,
+        relative_modulus=None if field is None else field[parents],
         regions=tuple(
             replace(region, tets=np.flatnonzero(np.isin(parents, region.tets)).astype(np.int32))
             for region in scene.regions
@@ -80,6 +82,8 @@ def start_material(scene: Scene) -> Material:
     for region in scene.regions:
         for name, column in columns.items():
             column[region.tets] = getattr(region, name).start
+    if scene.relative_modulus is not None:
+        columns['youngs_modulus'] *= scene.relative_modulus
     return Material(**columns, convention=scene.convention, shares=find_law(scene.law).SHARES)
 
 

@@ -4,12 +4,15 @@
 
 import copy
 from pathlib import Path
+import shutil
 from typing import Any
 
+from diffcal_ros.atomic_file import replacing
 from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import FloatArray
 from diffcal_ros.scene.fit_names import RELEASE_TIME, REST_LENGTH
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.modulus_field import FIELD_FILE, KEY, write_modulus_field
 from diffcal_ros.synthetic.lidar import LidarModel
 import yaml
 
@@ -46,6 +49,10 @@ def scene_text(
     """
     document = copy.deepcopy(scene.document)
     document['mesh']['file'] = Path(str(document['mesh']['file'])).name
+    if scene.relative_modulus is not None:
+        document[KEY] = {'file': FIELD_FILE}
+        if document['mesh']['file'] == FIELD_FILE:
+            document['mesh']['unit'] = 'm'
     _set_sensor(document, lidar)
     for name in _names_off(scene):
         _move_start(document, scene, name, start_factor)
@@ -63,6 +70,20 @@ def scene_text(
     source = scene.path.name if scene.path else scene.name
     body = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=99)
     return _HEADER.format(source=source, factor=start_factor) + body
+
+
+def write_files(scene: Scene, out: Path) -> None:
+    """Write the files that the scene of `scene_text` names beside it.
+
+    Raises:
+        InputError: when one cannot be written.
+    """
+    mesh = scene.file_of('mesh')
+    assert mesh is not None
+    with replacing(out / mesh.name) as fresh:
+        shutil.copyfile(mesh, fresh)
+    if scene.relative_modulus is not None:
+        write_modulus_field(out / FIELD_FILE, scene.mesh, scene.relative_modulus)
 
 
 def _names_off(scene: Scene) -> list[str]:

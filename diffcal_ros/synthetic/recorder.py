@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 import json
 from pathlib import Path
-import shutil
 from typing import Any
 
 from diffcal_ros import __version__
-from diffcal_ros.atomic_file import replacing, write_text_atomically
+from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.depth_frame import DepthFrame
@@ -20,12 +19,13 @@ from diffcal_ros.recording.bag_writer import BagWriter
 from diffcal_ros.recording.color_frame import ColorFrame
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.modulus_field import FIELD_FILE
 from diffcal_ros.synthetic.color_picture import expose
 from diffcal_ros.synthetic.filming import line_by_line, Timing
 from diffcal_ros.synthetic.lidar import LidarModel
 from diffcal_ros.synthetic.moving_body import move_body, MovingBodyFilm
 from diffcal_ros.synthetic.posed_body import pose_body, refined_scene
-from diffcal_ros.synthetic.recorded_scene import scene_text
+from diffcal_ros.synthetic.recorded_scene import scene_text, write_files
 from diffcal_ros.synthetic.rig import make_rig, Rig
 from diffcal_ros.synthetic.scan import Scan
 from diffcal_ros.synthetic.viewpoint import COLOR_CAMERA, DEPTH_CAMERA, DEPTH_FROM_COLOR
@@ -119,7 +119,7 @@ def record(
         InputError: when the scene cannot be simulated or seen, or `out` cannot be written.
     """
     settings = settings or RecorderSettings()
-    source = _check_target(scene, out, overwrite)
+    _check_target(scene, out, overwrite)
     true_scene = replace(
         scene,
         element=settings.element,
@@ -144,8 +144,7 @@ def record(
     )
     for number, rig in enumerate(rigs):
         _write_bag(rig, films[number], bags[rig.name], settings, number, overwrite)
-    with replacing(out / source.name) as fresh:
-        shutil.copyfile(source, fresh)
+    write_files(scene, out)
     truth = out / 'truth.json'
     content = _truth(true_scene, rigs, films, settings)
     write_text_atomically(truth, json.dumps(content, indent=2) + '\n')
@@ -153,8 +152,8 @@ def record(
     return SyntheticRecording(out / 'scene.yaml', bags, truth, _notes(scene, rigs))
 
 
-def _check_target(scene: Scene, out: Path, overwrite: bool) -> Path:
-    """Return the mesh file; refuse to write over the scene that is being simulated."""
+def _check_target(scene: Scene, out: Path, overwrite: bool) -> None:
+    """Refuse to write over the scene that is being simulated."""
     if scene.path is None or not scene.document:
         raise ValueError('the scene was built in memory: only one read from a file is recorded')
     target = out / 'scene.yaml'
@@ -162,7 +161,6 @@ def _check_target(scene: Scene, out: Path, overwrite: bool) -> Path:
         raise RecordingError(f'{target} is the scene to simulate: choose another folder')
     if target.exists() and not overwrite:
         raise RecordingError(f'{target} exists already: choose another folder, or add --overwrite')
-    return scene.path.parent / Path(str(scene.document['mesh']['file'])).expanduser()
 
 
 def _stored_poses(scene: Scene, rigs: Sequence[Rig]) -> dict[str, Any]:
@@ -266,6 +264,7 @@ def _truth(
             }
             for cable in scene.cables
         },
+        'modulus_field': None if scene.relative_modulus is None else FIELD_FILE,
         'element': scene.element.value,
         'tet_count': scene.mesh.tet_count,
         'law': scene.law,

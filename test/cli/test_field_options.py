@@ -25,7 +25,12 @@ def test_a_field_is_fitted_drawn_and_written(run_cli, recorded_beam, tmp_path) -
         '--no-mesh-error',
     )
     assert done.code == EXIT_DONE
-    assert {path.name for path in out.iterdir()} == {'result.json', 'report.html', 'field.vtu'}
+    assert {path.name for path in out.iterdir()} == {
+        'result.json',
+        'report.html',
+        'fitted_scene.yaml',
+        'field.vtu',
+    }
     result = json.loads((out / 'result.json').read_text())
     assert result['field']['kind'] == 'a control grid of 20 mm'
     assert result['field']['weights'][0]['weight'] <= 1.0

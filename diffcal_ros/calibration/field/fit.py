@@ -42,6 +42,7 @@ class FieldFit:
 
     Attributes:
         youngs_modulus: of every tetrahedron [Pa], shape (T,).
+        relative_modulus: the same over its region's, effects of the model left aside, shape (T,).
         log_std: standard error of its logarithm, given the smoothness, shape (T,).
         kind: what the field is made of.
         unknown_count: of the field.
@@ -51,6 +52,7 @@ class FieldFit:
     """
 
     youngs_modulus: FloatArray
+    relative_modulus: FloatArray
     log_std: FloatArray
     kind: FieldKind
     unknown_count: int
@@ -135,6 +137,7 @@ def fit_field(
     )
     return FieldFit(
         youngs_modulus=calibration.model.material(calibration.coordinates).youngs_modulus,
+        relative_modulus=_relative_modulus(calibration),
         log_std=posterior.log_std,
         kind=kind,
         unknown_count=search.unknown_count,
@@ -142,6 +145,14 @@ def fit_field(
         uniform=uniform,
         result=result,
     )
+
+
+def _relative_modulus(calibration: Calibration) -> FloatArray:
+    """Return what the scene stated and the field that was fitted, together."""
+    fitted, stated = calibration.model.log_modulus, calibration.scene.relative_modulus
+    assert fitted is not None
+    relative: FloatArray = np.exp(fitted) * (1.0 if stated is None else stated)
+    return relative
 
 
 def _settled(search: FieldSearch, share: float) -> Posterior:
