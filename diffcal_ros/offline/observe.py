@@ -16,12 +16,13 @@ from diffcal_ros.calibration.observation import (
 )
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError, RecordingError
+from diffcal_ros.marker import Marker
 from diffcal_ros.pose.detection import MarkerDetector
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.marker_target import single_marker
 from diffcal_ros.pose.rig_pose import pose_from_images
 from diffcal_ros.recording.recording import Recording
-from diffcal_ros.scene.model import Marker, MotionSetup, Scene
+from diffcal_ros.scene.model import MotionSetup, Scene
 import numpy as np
 
 POSE_SOURCES = ('estimated', 'stored')

@@ -5,8 +5,8 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.expected_information import Candidate
+from diffcal_ros.marker import Marker
 from diffcal_ros.rigid_transform import inverse, rotation_matrix, transform
-from diffcal_ros.scene.model import Marker
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,9 +3,10 @@
 """Where the parts of a scene's drawing go: viewpoints, arrows, frustum and marker, in metres."""
 
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.marker import Marker
 from diffcal_ros.report.view import View
 from diffcal_ros.rigid_transform import apply, looking_at, rotation_matrix, transform
-from diffcal_ros.scene.model import Marker, Scene, Turn
+from diffcal_ros.scene.model import Scene, Turn
 from diffcal_ros.scene.posing import turn_motion
 import numpy as np
 from numpy.typing import NDArray

@@ -13,6 +13,7 @@ from diffcal_ros.material import LameConvention
 from diffcal_ros.scene.cables import read_cables
 from diffcal_ros.scene.fit_names import damping_problems, DEFAULT_FIT, fit_problems
 from diffcal_ros.scene.held_parts import read_held
+from diffcal_ros.scene.marker_section import read_marker
 from diffcal_ros.scene.mesh_files import MeshFile, read_mesh, UNITS_PER_METRE
 from diffcal_ros.scene.model import Cable, ObservationSetup, Region, Scene
 from diffcal_ros.scene.model_file import (
@@ -28,7 +29,6 @@ from diffcal_ros.scene.regions import read_regions
 from diffcal_ros.scene.rig_sections import (
     read_camera,
     read_effects,
-    read_marker,
     read_masks,
     read_rigid_offset,
     read_sensor,

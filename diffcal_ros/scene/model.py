@@ -13,6 +13,7 @@ from typing import Any
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.laws import USUAL_LAW
+from diffcal_ros.marker import Marker
 from diffcal_ros.material import LameConvention
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -146,23 +147,6 @@ class MotionSetup:
     def is_slow(self) -> bool:
         """Tell whether the body is at rest in every frame, and only creeps."""
         return self.integrator == QUASI_STATIC
-
-
-@dataclass(frozen=True)
-class Marker:
-    """A square fiducial marker on the rig.
-
-    Attributes:
-        dictionary: OpenCV's name, for example DICT_6X6_250.
-        id: number in the dictionary.
-        side: edge of the black square [m].
-        world_from_marker: its pose on the rig, shape (4, 4).
-    """
-
-    dictionary: str
-    id: int
-    side: float
-    world_from_marker: FloatArray = field(default_factory=lambda: np.eye(4))
 
 
 @dataclass(frozen=True)

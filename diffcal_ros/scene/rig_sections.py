@@ -1,22 +1,19 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The sections about the rig: marker, cameras, masks, sensor and the rigid offset's prior."""
+"""The sections about the rig: cameras, masks, sensor and the rigid offset's prior."""
 
 import math
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.scene.effects import EFFECTS
-from diffcal_ros.scene.marker_dictionaries import MARKER_COUNTS
-from diffcal_ros.scene.model import DepthSensor, Marker, Masks, RigidOffset
-from diffcal_ros.scene.placement import read_placement
-from diffcal_ros.scene.problems import shown, suggestion
+from diffcal_ros.scene.model import DepthSensor, Masks, RigidOffset
+from diffcal_ros.scene.problems import shown
 from diffcal_ros.scene.section import (
     as_number,
     Interval,
     Section,
     whole_numbers,
 )
-import numpy as np
 
 FROM_CAMERA_INFO = 'from_camera_info'
 _LARGEST_IMAGE = 20000
@@ -24,39 +21,10 @@ _FOCAL_LENGTHS = Interval(0.0, 1e5, is_open=True)
 # The optical axis of an image that was cut out of a larger one may lie outside it.
 _AXES = Interval(-20000.0, 40000.0)
 _DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
-_MARKER_SIDES = Interval(0.002, 2.0)
 # Beyond a metre, a length of these sections was written in millimetres.
 _LENGTHS = Interval(0.0, 1.0)
 _POSITIVE_LENGTHS = Interval(0.0, 1.0, is_open=True)
 _IN_METRES = 'give a length in metres, between 0 and 1'
-
-
-def read_marker(scene: Section) -> Marker | None:
-    """Read `marker`; None when there is none or it is wrong."""
-    section = scene.child('marker')
-    if section is None:
-        return None
-    dictionary = section.text('dictionary', needed='give a name such as DICT_6X6_250')
-    if dictionary and dictionary not in MARKER_COUNTS:
-        near = suggestion(dictionary, MARKER_COUNTS)
-        section.wrong(
-            'dictionary',
-            'give one of OpenCV, DICT_<bits>X<bits>_<count> with 4 to 7 bits and 50, 100, 250 '
-            f'or 1000 markers, DICT_ARUCO_ORIGINAL or DICT_APRILTAG_36h11{near}',
-        )
-    count = MARKER_COUNTS.get(dictionary)
-    number = section.integer('id', low=0, high=None if count is None else count - 1)
-    side = section.number(
-        'side',
-        allowed=_MARKER_SIDES,
-        needed=f'give the edge of the black square in metres, {_MARKER_SIDES}',
-    )
-    placement = section.child('placement')
-    world_from_marker = np.eye(4) if placement is None else read_placement(placement)
-    section.refuse_unknown()
-    if world_from_marker is None or not section.is_sound:
-        return None
-    return Marker(dictionary, number, side, world_from_marker)
 
 
 def read_camera(scene: Section, name: str, *, may_be_distorted: bool) -> PinholeCamera | None:

@@ -3,9 +3,9 @@
 """Colour images of a stage: plain shading, the marker's print, blur and noise."""
 
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.marker import Marker
 from diffcal_ros.pose.lens import undistort
 from diffcal_ros.pose.marker_image import draw_marker
-from diffcal_ros.scene.model import Marker
 from diffcal_ros.synthetic.scan import Scan, Thing
 import numpy as np
 from numpy.typing import NDArray

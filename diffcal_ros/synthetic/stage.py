@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.pixel_masks import facing_cosines
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
+from diffcal_ros.marker import Marker
 from diffcal_ros.rigid_transform import apply, inverse, rotation_matrix
-from diffcal_ros.scene.model import HeldPart, Marker, ObservationSetup, Scene
+from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
 from diffcal_ros.scene.posing import turn_motion, world_positions
 from diffcal_ros.synthetic.posed_body import PosedBody
 from diffcal_ros.synthetic.scan import Scan, Thing

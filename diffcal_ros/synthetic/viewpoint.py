@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import InputError
+from diffcal_ros.marker import Marker
 from diffcal_ros.rigid_transform import apply, inverse, looking_at, rotation_matrix, transform
-from diffcal_ros.scene.model import Marker
 import numpy as np
 from numpy.typing import NDArray
 

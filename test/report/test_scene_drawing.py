@@ -8,6 +8,7 @@ import shutil
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import InputError
+from diffcal_ros.marker import Marker
 from diffcal_ros.report.scene_drawing import draw_scene
 from diffcal_ros.report.scene_layout import (
     camera_lines,
@@ -19,7 +20,7 @@ from diffcal_ros.report.scene_layout import (
 from diffcal_ros.report.scene_legend import CAMERA_COLOR, GRAVITY_COLOR, TURNED_COLOR
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.model import Marker, Turn
+from diffcal_ros.scene.model import Turn
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 import numpy as np

@@ -3,8 +3,8 @@
 """Where synthetic cameras stand: everything in view, the marker from its front."""
 
 from diffcal_ros.errors import InputError
+from diffcal_ros.marker import Marker
 from diffcal_ros.rigid_transform import apply, check_rigid, inverse, rotation_matrix, transform
-from diffcal_ros.scene.model import Marker
 from diffcal_ros.synthetic.viewpoint import (
     COLOR_CAMERA,
     color_from_world,
