@@ -12,7 +12,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, PoseError, RecordingError
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
-from diffcal_ros.pose.marker_target import single_marker
+from diffcal_ros.pose.target import target_of
 from diffcal_ros.scene.model import MotionSetup, Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -126,7 +126,7 @@ class Snapshot:
             marker = scene.marker
             check = marker_distance_check(
                 self.pose.camera_from_rig,
-                single_marker(marker.dictionary, marker.id, marker.side),
+                target_of(marker),
                 DepthEvidence(depth, self.camera, depth_from_color),
             )
             if check is not None:

@@ -5,11 +5,12 @@
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError
 from diffcal_ros.live.health import Health, Level
-from diffcal_ros.pose.detection import CornerRefinement, Detection, MarkerDetector
+from diffcal_ros.pose.detection import CornerRefinement, Detection
+from diffcal_ros.pose.detectors import make_detector
 from diffcal_ros.pose.marker_depth import DepthEvidence
-from diffcal_ros.pose.marker_target import MarkerTarget
 from diffcal_ros.pose.rig_pose import RigPose
 from diffcal_ros.pose.running_pose import RunningPose
+from diffcal_ros.pose.target import Target
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +20,7 @@ _JUMP = 100_000_000  # [ns]
 class MarkerTracker:
     """Fuses colour frames into one pose; starts anew when stamps jump back."""
 
-    def __init__(self, target: MarkerTarget, *, window: int, refinement: CornerRefinement) -> None:
+    def __init__(self, target: Target, *, window: int, refinement: CornerRefinement) -> None:
         """Start without camera and frames.
 
         Args:
@@ -51,7 +52,7 @@ class MarkerTracker:
     def set_camera(self, camera: PinholeCamera) -> None:
         """Take the colour camera's intrinsics; other ones start anew."""
         if self._running is None or self._running.detector.camera != camera:
-            detector = MarkerDetector(self.target, camera, self._refinement)
+            detector = make_detector(self.target, camera, self._refinement)
             self._running = RunningPose(detector, window=self._window)
 
     def add(

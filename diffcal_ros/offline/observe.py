@@ -17,10 +17,10 @@ from diffcal_ros.calibration.observation import (
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError, RecordingError
 from diffcal_ros.marker import Marker
-from diffcal_ros.pose.detection import MarkerDetector
+from diffcal_ros.pose.detectors import make_detector
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
-from diffcal_ros.pose.marker_target import single_marker
 from diffcal_ros.pose.rig_pose import pose_from_images
+from diffcal_ros.pose.target import target_of
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.scene.model import MotionSetup, Scene
 import numpy as np
@@ -116,12 +116,12 @@ def _estimated_pose(
             f'{recording.path} does not say where the colour camera is: record /tf_static or the '
             'topic depth_from_color, or use --pose stored'
         )
-    target = single_marker(marker.dictionary, marker.id, marker.side)
-    detector = MarkerDetector(target, color_camera)
+    target = target_of(marker)
+    detector = make_detector(target, color_camera)
     evidence = DepthEvidence(fused.depth, camera, depth_from_color)
     images = (frame.image for frame in recording.color_frames(limit=_MAX_COLOR_FRAMES))
     rig = pose_from_images(images, detector, depth=evidence)
-    check = marker_distance_check(rig.camera_from_marker, target, evidence)
+    check = marker_distance_check(rig.camera_from_marker, target, evidence, rig.seen_ids)
     if check is not None:
         check.require()
     notes = [f'pose of the marker from {rig.frame_count} colour frames']

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.pose.detection import Detection
 from diffcal_ros.pose.marker_depth import MarkerPoints
-from diffcal_ros.pose.marker_target import MarkerTarget
+from diffcal_ros.pose.target import Target
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ _SMALL_STEP = 1e-8  # Metres and radians alike.
 # A sighting this many times as far off as the median one counts a quarter (Geman-McClure).
 _OUTLIER = 3.0
 _FINEST_SCALE = 0.05  # Corners are no better than this [px].
+USED = 0.25  # Sightings of less weight are outliers.
 # Pixels on a marker share their error (infrared ink contrast, local bias): together they count
 # as this many independent ones of this standard deviation [m].
 _DEPTH_COUNT = 10.0
@@ -29,19 +30,24 @@ _DEPTH_ERROR = 1e-3
 
 @dataclass(frozen=True)
 class Sightings:
-    """Markers of a target, each as one frame saw it.
+    """Parts of a target, each as one frame saw it: a marker's k = 4 corners, or one of a board.
 
     Attributes:
-        points: corners in the target's frame [m], shape (s, 4, 3).
-        pixels: the same in the ideal pinhole image [px], shape (s, 4, 2).
+        points: corners in the target's frame [m], shape (s, k, 3).
+        pixels: the same in the ideal pinhole image [px], shape (s, k, 2).
         frames: number of the frame, shape (s,).
-        ids: marker numbers, shape (s,).
+        ids: numbers of the parts, shape (s,).
     """
 
     points: FloatArray
     pixels: FloatArray
     frames: IntArray
     ids: IntArray
+
+    @property
+    def size(self) -> int:
+        """Number of corners in one sighting."""
+        return self.points.shape[1]
 
     def errors(self, camera_from_marker: FloatArray, camera: PinholeCamera) -> FloatArray:
         """Return each sighting's root mean square corner distance [px], shape (s,)."""
@@ -55,16 +61,17 @@ class Sightings:
         return Sightings(self.points[kept], self.pixels[kept], self.frames[kept], self.ids[kept])
 
     def averaged(self, weights: FloatArray) -> 'Sightings':
-        """Return one sighting per marker: the weighted mean over all frames."""
-        ids = np.unique(self.ids)
-        _, first = np.unique(self.ids, return_index=True)
-        means = [
-            np.average(
-                self.pixels[self.ids == marker], axis=0, weights=weights[self.ids == marker]
-            )
-            for marker in ids
-        ]
-        return Sightings(self.points[first], np.array(means), np.zeros(len(ids), np.int64), ids)
+        """Return one sighting per part: the weighted mean over all frames.
+
+        Parts that only outliers show are left out, unless there are no others.
+        """
+        good = weights >= USED
+        kept = np.isin(self.ids, self.ids[good if good.any() else slice(None)])
+        ids, first, place = np.unique(self.ids[kept], return_index=True, return_inverse=True)
+        sums = np.zeros((len(ids), *self.pixels.shape[1:]))
+        np.add.at(sums, place, weights[kept, None, None] * self.pixels[kept])
+        means = sums / np.bincount(place, weights[kept])[:, None, None]
+        return Sightings(self.points[kept][first], means, np.zeros(len(ids), np.int64), ids)
 
 
 @dataclass(frozen=True)
@@ -82,18 +89,19 @@ class CornerFit:
     error: float
 
 
-def gather(detections: Sequence[Detection], target: MarkerTarget) -> Sightings:
-    """List every sighting of the target's markers, frames in the given order."""
+def gather(detections: Sequence[Detection], target: Target) -> Sightings:
+    """List every sighting of the target's parts, frames in the given order."""
     seen = [
-        (frame, marker, corners)
+        (frame, part, corners)
         for frame, detection in enumerate(detections)
-        for marker, corners in sorted(detection.corners.items())
+        for part, corners in sorted(detection.corners.items())
     ]
+    size = len(next(iter(target.corners.values())))
     return Sightings(
-        points=np.array([target.corners[marker] for _, marker, _ in seen]).reshape(-1, 4, 3),
-        pixels=np.array([corners for *_, corners in seen]).reshape(-1, 4, 2),
+        points=np.array([target.corners[part] for _, part, _ in seen]).reshape(-1, size, 3),
+        pixels=np.array([corners for *_, corners in seen]).reshape(-1, size, 2),
         frames=np.array([frame for frame, *_ in seen], dtype=np.int64),
-        ids=np.array([marker for _, marker, _ in seen], dtype=np.int64),
+        ids=np.array([part for _, part, _ in seen], dtype=np.int64),
     )
 
 
@@ -193,7 +201,7 @@ def _objective(
     depth: MarkerPoints | None,
 ) -> float:
     share = weights / weights.sum() * len(np.unique(sightings.ids)) / corner_error**2
-    total = 4.0 * float(share @ sightings.errors(pose, camera) ** 2)
+    total = sightings.size * float(share @ sightings.errors(pose, camera) ** 2)
     if depth is not None:
         heights = depth.heights(pose)
         total += float(_depth_weights(heights) @ heights**2)
@@ -208,7 +216,7 @@ def _weights(errors: FloatArray, scale: float) -> FloatArray:
 def _corner_rows(
     pose: FloatArray, sightings: Sightings, camera: PinholeCamera
 ) -> tuple[FloatArray, FloatArray]:
-    """Return d(pixel)/d(step), shape (s, 8, 6), and the misses [px], shape (s, 8)."""
+    """Return d(pixel)/d(step), shape (s, 2 k, 6), and the misses [px], shape (s, 2 k)."""
     turned = sightings.points @ pose[:3, :3].T
     x, y, z = np.moveaxis(turned + pose[:3, 3], -1, 0)
     by_point = np.zeros((*x.shape, 2, 3))
@@ -220,7 +228,7 @@ def _corner_rows(
     by_turn = np.cross(turned[..., None, :], by_point)
     jacobian = np.concatenate([by_point, by_turn], axis=-1)
     miss = camera.project(turned + pose[:3, 3]) - sightings.pixels
-    return jacobian.reshape(len(x), 8, 6), miss.reshape(len(x), 8)
+    return jacobian.reshape(len(x), -1, 6), miss.reshape(len(x), -1)
 
 
 def _depth_rows(pose: FloatArray, depth: MarkerPoints) -> tuple[FloatArray, FloatArray]:

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Depth measured on the markers: it settles which way they face, and how far away they are."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError
-from diffcal_ros.pose.marker_target import MarkerTarget
+from diffcal_ros.pose.target import Target
 from diffcal_ros.rigid_transform import apply, check_rigid, inverse
 import numpy as np
 from numpy.typing import NDArray
@@ -114,20 +115,24 @@ class DistanceCheck:
 
 
 def marker_distance_check(
-    camera_from_marker: FloatArray, target: MarkerTarget, evidence: DepthEvidence
+    camera_from_marker: FloatArray,
+    target: Target,
+    evidence: DepthEvidence,
+    seen: Collection[int] | None = None,
 ) -> DistanceCheck | None:
     """Compare the pose's distance with the depth on the markers.
 
     Args:
         camera_from_marker: pose in the colour camera, shape (4, 4).
-        target: the markers.
+        target: the marker or board.
         evidence: a depth image.
+        seen: parts of the target that are known to be uncovered, or None for all of them.
 
     Returns:
         The comparison, or None where the depth image shows nothing on the markers.
     """
     measured = points_on_markers(
-        camera_from_marker, target, evidence, farthest=_FARTHEST_OF_UNKNOWN_SIZE
+        camera_from_marker, target, evidence, seen, farthest=_FARTHEST_OF_UNKNOWN_SIZE
     )
     if measured is None:
         return None
@@ -142,17 +147,19 @@ def marker_distance_check(
 
 def points_on_markers(
     camera_from_marker: FloatArray,
-    target: MarkerTarget,
+    target: Target,
     evidence: DepthEvidence,
+    seen: Collection[int] | None = None,
     *,
     farthest: float = _FARTHEST,
 ) -> MarkerPoints | None:
-    """Collect the depth pixels whose rays meet a black square.
+    """Collect the depth pixels whose rays meet a marker, or a board's squares around a corner.
 
     Args:
         camera_from_marker: pose in the colour camera, shape (4, 4).
-        target: the markers.
+        target: the marker or board.
         evidence: a depth image.
+        seen: parts of the target that are known to be uncovered, or None for all of them.
         farthest: depth off by more than this share of the predicted one is left out.
 
     Returns:
@@ -161,7 +168,8 @@ def points_on_markers(
     depth_from_target = evidence.depth_from_color @ camera_from_marker
     parts = [
         part
-        for corners in target.corners.values()
+        for number, corners in target.areas.items()
+        if seen is None or number in seen
         if (part := _on_one_marker(depth_from_target, corners, evidence, farthest)) is not None
     ]
     if not parts or sum(len(part.points) for part in parts) < _FEWEST_PIXELS:

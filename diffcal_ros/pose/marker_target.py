@@ -41,6 +41,11 @@ class MarkerTarget:
                 )
 
     @property
+    def areas(self) -> dict[int, FloatArray]:
+        """What belongs to each marker: its black square, shape (4, 3), clockwise [m]."""
+        return self.corners
+
+    @property
     def ids(self) -> tuple[int, ...]:
         """Marker numbers in ascending order."""
         return tuple(sorted(self.corners))

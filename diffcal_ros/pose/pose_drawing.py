@@ -31,14 +31,17 @@ def draw_pose(
     Args:
         image: BGR, shape (H, W, 3).
         camera: its intrinsics.
-        detection: outlined, with the markers' numbers.
+        detection: outlined, or a ring around each corner of a board, with the numbers.
         camera_from_marker: pose whose axes are drawn, shape (4, 4), or None.
         length: of the axes [m].
     """
     drawn = image.copy()
     width = max(1, camera.width // 400)
     for marker_id, corners in detection.image_corners.items():
-        _line(drawn, corners, _OUTLINE, width, is_closed=True)
+        if len(corners) == 1:
+            _ring(drawn, corners[0], _OUTLINE, width)
+        else:
+            _line(drawn, corners, _OUTLINE, width, is_closed=True)
         place = (int(corners[0, 0]), int(corners[0, 1]) - 2 * width)
         cv2.putText(
             drawn,
@@ -57,6 +60,12 @@ def draw_pose(
             for axis, color in enumerate(_AXES):
                 _line(drawn, pixels[[0, axis + 1]], color, 2 * width, is_closed=False)
     return drawn
+
+
+def _ring(image: ByteArray, pixel: FloatArray, color: tuple[int, int, int], width: int) -> None:
+    column, row = np.rint(pixel * 2**_SUBPIXEL).astype(int).tolist()
+    radius = 3 * width * 2**_SUBPIXEL
+    cv2.circle(image, (column, row), radius, color, width, cv2.LINE_AA, _SUBPIXEL)
 
 
 def _line(

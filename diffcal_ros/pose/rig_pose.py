@@ -19,8 +19,9 @@ from diffcal_ros.pose.corner_fit import (
     normal_equations,
     Sightings,
     typical_error,
+    USED,
 )
-from diffcal_ros.pose.detection import CornerRefinement, Detection, MarkerDetector
+from diffcal_ros.pose.detection import Detection, Detector
 from diffcal_ros.pose.marker_depth import (
     DepthEvidence,
     DistanceCheck,
@@ -28,27 +29,20 @@ from diffcal_ros.pose.marker_depth import (
     MarkerPoints,
     points_on_markers,
 )
-from diffcal_ros.pose.marker_target import MarkerTarget
+from diffcal_ros.pose.nothing_seen import why_nothing_seen
 from diffcal_ros.pose.planar_pose import pose_candidates, PoseCandidate
+from diffcal_ros.pose.target import Target
 from diffcal_ros.rigid_transform import angle_between
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# What all frames of a static camera share, measured on rendered markers of 30 to 60 pixels with
-# blur and noise [px]: print, lens and detector, not the noise of one frame.
-_SHARED_ERROR = {
-    CornerRefinement.EDGES: 0.1,
-    CornerRefinement.SUBPIXEL: 0.5,
-    CornerRefinement.NONE: 0.8,
-}
-_SHARED_ERROR_WORTH = 4.0  # The table above counts as so many observations.
+_SHARED_ERROR_WORTH = 4.0  # What is known of a detector counts as so many observations.
 _MOST_STARTS = 32
 _SAME_POSE = np.deg2rad(2.0)  # Closer, the two solutions are one.
 _SETTLED = 1.5  # Ratio of the two solutions' errors from which on the choice is safe.
 _SETTLED_BY_DEPTH = 1.5
-_USED = 0.25  # Sightings of less weight are outliers.
 
 
 @dataclass(frozen=True)
@@ -70,6 +64,7 @@ class RigPose:
         depth_error_ratio: the same for the depth on the markers, or None without depth.
         distance_check: the distance by the corners alone against the depth on the markers, or
             None without depth there. Where it has a problem, depth did not correct the pose.
+        seen_ids: parts of the target that support the pose.
     """
 
     camera_from_marker: FloatArray
@@ -81,6 +76,7 @@ class RigPose:
     error_ratio: float
     depth_error_ratio: float | None = None
     distance_check: DistanceCheck | None = None
+    seen_ids: tuple[int, ...] = ()
 
     @property
     def frame_count(self) -> int:
@@ -98,7 +94,7 @@ class RigPose:
 
 def pose_from_images(
     images: Iterable[NDArray[np.uint8]],
-    detector: MarkerDetector,
+    detector: Detector,
     *,
     depth: DepthEvidence | None = None,
 ) -> RigPose:
@@ -113,7 +109,7 @@ def pose_from_images(
 
 def estimate_rig_pose(
     detections: Sequence[Detection],
-    target: MarkerTarget,
+    target: Target,
     camera: PinholeCamera,
     *,
     depth: DepthEvidence | None = None,
@@ -121,8 +117,8 @@ def estimate_rig_pose(
     """Estimate one pose from all frames of a camera that stands still.
 
     Args:
-        detections: of each frame; frames without a marker are allowed.
-        target: the markers.
+        detections: of each frame; frames that do not show the target are allowed.
+        target: the marker or board.
         camera: intrinsics of the colour images.
         depth: a depth image of the same scene. Where it shows the markers it decides between
             the two solutions, and corrects distance and tilt unless it contradicts the
@@ -138,8 +134,9 @@ def estimate_rig_pose(
     scale = typical_error(sightings.errors(first.camera_from_marker, camera))
     fits = [first, *_mirrored(first, sightings, camera, scale)]
     fits.sort(key=lambda fit: fit.error)
+    seen = [int(part) for part in sightings.averaged(fits[0].weights).ids]
     measured = [
-        points_on_markers(fit.camera_from_marker, target, depth) if depth is not None else None
+        None if depth is None else points_on_markers(fit.camera_from_marker, target, depth, seen)
         for fit in fits
     ]
     depth_ratio = _depth_ratio(fits, measured)
@@ -148,7 +145,9 @@ def estimate_rig_pose(
         measured.reverse()
         depth_ratio = 1.0 / depth_ratio
     check = (
-        None if depth is None else marker_distance_check(fits[0].camera_from_marker, target, depth)
+        None
+        if depth is None
+        else marker_distance_check(fits[0].camera_from_marker, target, depth, seen)
     )
     # Pulled towards the depth, the pose would hide that the marker's side is wrong.
     trusted = None if check is None or check.problem is not None else measured[0]
@@ -216,7 +215,7 @@ def _result(
     measured: MarkerPoints | None,
 ) -> RigPose:
     best, *others = fits
-    mean_error = _mean_corner_error(best, sightings, camera, detections[0].refinement)
+    mean_error = _mean_corner_error(best, sightings, camera, detections[0].shared_error)
     pose = best.camera_from_marker
     if measured is not None:
         pose = fit_corners(
@@ -225,9 +224,9 @@ def _result(
     information, _ = normal_equations(
         pose, sightings, camera, best.weights, corner_error=mean_error, depth=measured
     )
-    supporting = best.weights >= _USED
+    supporting = best.weights >= USED
     errors = sightings.errors(best.camera_from_marker, camera)[supporting]
-    supports = np.isin(np.arange(len(detections)), sightings.frames[supporting])
+    supports = _supporting_frames(sightings, supporting, len(detections))
     averaged = sightings.averaged(best.weights)
     own = _rms(averaged.errors(best.camera_from_marker, camera))
     other = _rms(averaged.errors(others[0].camera_from_marker, camera)) if others else np.inf
@@ -239,47 +238,37 @@ def _result(
         reprojection_error=_rms(errors),
         other_camera_from_marker=others[0].camera_from_marker if others else None,
         error_ratio=float(other / max(own, 1e-6)),
+        seen_ids=tuple(int(part) for part in averaged.ids),
     )
 
 
+def _supporting_frames(
+    sightings: Sightings, supporting: NDArray[np.bool_], frame_count: int
+) -> NDArray[np.bool_]:
+    """Tell of each frame whether at least half of what it shows fits the pose."""
+    shown = np.bincount(sightings.frames, minlength=frame_count)
+    fitting = np.bincount(sightings.frames[supporting], minlength=frame_count)
+    return np.asarray((shown > 0) & (2 * fitting >= shown))
+
+
 def _mean_corner_error(
-    fit: CornerFit, sightings: Sightings, camera: PinholeCamera, refinement: CornerRefinement
+    fit: CornerFit, sightings: Sightings, camera: PinholeCamera, shared: float
 ) -> float:
     """Estimate the standard deviation of a corner coordinate averaged over the frames [px]."""
     averaged = sightings.averaged(fit.weights)
-    residuals = 8 * len(averaged.ids)
-    shared = _SHARED_ERROR[refinement]
-    misfit = 4.0 * float((averaged.errors(fit.camera_from_marker, camera) ** 2).sum())
+    residuals = 2 * averaged.size * len(averaged.ids)
+    misfit = averaged.size * float((averaged.errors(fit.camera_from_marker, camera) ** 2).sum())
     freedom = _SHARED_ERROR_WORTH + residuals - 6
     variance = (_SHARED_ERROR_WORTH * shared**2 + misfit) / freedom
-    spread = sightings.pixels - averaged.pixels[np.searchsorted(averaged.ids, sightings.ids)]
-    total = fit.weights.sum()
-    frame_variance = float(fit.weights @ (spread**2).mean(axis=(1, 2)) / total)
-    effective_count = float(total**2 / (fit.weights @ fit.weights)) / len(averaged.ids)
+    kept = np.isin(sightings.ids, averaged.ids)
+    weights = fit.weights[kept]
+    places = np.searchsorted(averaged.ids, sightings.ids[kept])
+    spread = sightings.pixels[kept] - averaged.pixels[places]
+    total = weights.sum()
+    frame_variance = float(weights @ (spread**2).mean(axis=(1, 2)) / total)
+    effective_count = float(total**2 / (weights @ weights)) / len(averaged.ids)
     return float(np.sqrt(variance + frame_variance / max(effective_count, 1.0)))
 
 
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt((values**2).mean()))
-
-
-def why_nothing_seen(detections: Sequence[Detection], target: MarkerTarget) -> str:
-    """Say why frames give no pose, and what was seen instead."""
-    count = len(detections)
-    frames = f'{count} colour frame{"" if count == 1 else "s"}'
-    if any(detection.image_corners for detection in detections):
-        return (
-            f'{target.label} was seen in {frames}, but too blurred to locate its corners: '
-            'focus or light the marker better, or take the corners unrefined'
-        )
-    others = sorted({marker for detection in detections for marker in detection.other_ids})
-    if others:
-        noun = 'marker' if len(others) == 1 else 'markers'
-        return (
-            f'{target.label} was never seen in {frames}, but {noun} '
-            f'{", ".join(map(str, others))} of that dictionary: set the marker id in the scene'
-        )
-    return (
-        f'{target.label} was never seen in {frames}, nor any other of that dictionary: check '
-        'that the colour camera sees it whole with a white rim, and check the dictionary'
-    )

@@ -5,9 +5,10 @@
 from collections import deque
 
 from diffcal_ros.errors import PoseError
-from diffcal_ros.pose.detection import Detection, MarkerDetector
+from diffcal_ros.pose.detection import Detection, Detector
 from diffcal_ros.pose.marker_depth import DepthEvidence
-from diffcal_ros.pose.rig_pose import estimate_rig_pose, RigPose, why_nothing_seen
+from diffcal_ros.pose.nothing_seen import why_nothing_seen
+from diffcal_ros.pose.rig_pose import estimate_rig_pose, RigPose
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +19,7 @@ _MOVED_AFTER = 5
 class RunningPose:
     """Fuses the latest frames; what it keeps is bounded by the window."""
 
-    def __init__(self, detector: MarkerDetector, *, window: int = 30) -> None:
+    def __init__(self, detector: Detector, *, window: int = 30) -> None:
         """Start without any frame.
 
         Args:

@@ -10,7 +10,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.report.scene_layout import (
     camera_lines,
     gravity_arrow,
-    marker_square,
+    marker_squares,
     overview,
     points_around,
     side_axes,
@@ -211,10 +211,10 @@ def _draw_body(
 def _draw_marker(axes: Any, view: View, scene: Scene, rest: FloatArray) -> None:
     if scene.marker is None:
         return
-    paper, black = marker_square(scene.marker)
-    _, depths = view.project(np.stack([black.mean(axis=0), rest.mean(axis=0)]))
+    paper, black = marker_squares(scene.marker)
+    _, depths = view.project(np.stack([paper.mean(axis=0), rest.mean(axis=0)]))
     order = 3.5 if depths[0] < depths[1] else 1.5  # The body is at 2, its held vertices at 3.
-    for square, color in ((paper, '#ffffff'), (black, '#303030')):
+    for square, color in ((paper, '#ffffff'), *((one, '#303030') for one in black)):
         page, _ = view.project(square)
         if np.isfinite(page).all():
             axes.fill(

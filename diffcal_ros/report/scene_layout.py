@@ -21,7 +21,7 @@ _ELEVATION = np.deg2rad(24.0)
 _AZIMUTH_FROM_CAMERA = np.deg2rad(58.0)
 _AZIMUTH_FROM_SIDE = np.deg2rad(28.0)
 _FRUSTUM_LENGTH = 0.2  # Over the distance from camera to body.
-_QUIET_ZONE = 1.3  # White paper around a marker, over its side.
+_QUIET_ZONE = 0.3  # White paper beside a marker, both rims together, over its side.
 # Half-angles' tangents drawn for a camera whose intrinsics are not known yet.
 _UNKNOWN_FIELD = (0.6, 0.45)
 
@@ -153,12 +153,19 @@ def turn_arc(turn: Turn, rest: FloatArray) -> FloatArray:
     return np.stack([apply(turn_motion(turn, rest, fraction), start) for fraction in fractions])
 
 
-def marker_square(marker: Marker) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of the paper and of the black square [m], shape (4, 3) each."""
-    corners = 0.5 * marker.side * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
+def marker_squares(marker: Marker) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of the paper [m], shape (4, 3), and of black squares, shape (n, 4, 3)."""
+    corners = 0.5 * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
+    middles = np.zeros((1, 3))
+    if marker.board is not None:
+        row, column = np.nonzero(~marker.board.squares)
+        across = (column + 0.5) * marker.square - 0.5 * marker.size[0]
+        up = 0.5 * marker.size[1] - (row + 0.5) * marker.square
+        middles = np.stack([across, up, np.zeros(len(row))], axis=1)
+    paper = corners * [*(marker.size + _QUIET_ZONE * marker.square), 0.0]
     return (
-        apply(marker.world_from_marker, _QUIET_ZONE * corners),
-        apply(marker.world_from_marker, corners),
+        apply(marker.world_from_marker, paper),
+        apply(marker.world_from_marker, middles[:, None] + marker.square * corners),
     )
 
 
@@ -189,7 +196,7 @@ def points_around(
     """Return the body and everything else that a view should take in [m], shape (n, 3)."""
     points = [rest]
     if marker is not None:
-        points.append(marker_square(marker)[0])
+        points.append(marker_squares(marker)[0])
     if world_from_depth is not None:
         points.append(world_from_depth[None, :3, 3])
     origin, ends = world_triad(rest)

@@ -4,6 +4,7 @@
 
 from typing import Any
 
+from diffcal_ros.marker import Marker
 from diffcal_ros.report import palette
 from diffcal_ros.report.scene_layout import world_triad
 from diffcal_ros.rigid_transform import apply
@@ -108,6 +109,13 @@ def cable_texts(scene: Scene, setup: ObservationSetup) -> list[str]:
     return texts
 
 
+def _marker_text(marker: Marker) -> str:
+    if marker.board is None:
+        return f'marker {marker.id}, side {1e3 * marker.side:.4g} mm'
+    board = marker.board
+    return f'board of {board.columns}x{board.rows} squares, {1e3 * board.square:.4g} mm each'
+
+
 def _rig_handles(
     scene: Scene, setup: ObservationSetup, depth_from_world: FloatArray | None
 ) -> list[Any]:
@@ -122,8 +130,7 @@ def _rig_handles(
         Line2D([], [], color='#2f5fd0', label=f'world axes x y z, {length:.4g} mm long{where}')
     ]
     if scene.marker is not None:
-        text = f'marker {scene.marker.id}, side {1e3 * scene.marker.side:.4g} mm'
-        handles.append(Patch(facecolor='#303030', label=text))
+        handles.append(Patch(facecolor='#303030', label=_marker_text(scene.marker)))
     if depth_from_world is None:
         text = 'camera: pose from the marker, not known yet'
         handles.append(Line2D([], [], linestyle='', label=text))

@@ -86,7 +86,16 @@ def _marker_text(scene: Scene) -> str:
     if scene.marker is None:
         return 'none: the camera pose must be stored'
     marker = scene.marker
-    return f'{marker.dictionary}, id {marker.id}, side {1e3 * marker.side:.4g} mm'
+    side = f'{1e3 * marker.side:.4g} mm'
+    if marker.board is None:
+        return f'{marker.dictionary}, id {marker.id}, side {side}'
+    board = marker.board
+    last = marker.id + board.marker_count - 1
+    pattern = ', legacy pattern' if board.is_legacy else ''
+    return (
+        f'ChArUco board of {board.columns}x{board.rows} squares of {1e3 * board.square:.4g} mm, '
+        f'{marker.dictionary} {marker.id} to {last}, side {side}{pattern}'
+    )
 
 
 def _camera_text(camera: PinholeCamera | None) -> str:

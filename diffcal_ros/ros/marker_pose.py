@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The marker pose node: colour images in, the pose of the marker in the colour camera out.
 
-The pose on `marker_pose/pose` is that of the marker (origin in its middle, x right, y up, z out
-of the print) in the frame that `header.frame_id` names: the colour camera's optical frame. Its
-covariance is of a shift of the marker's origin and a turn about it, along that frame's axes.
+The pose on `marker_pose/pose` is that of the marker or board (origin in its middle, x right, y
+up, z out of the print) in the frame that `header.frame_id` names: the colour camera's optical
+frame. Its covariance is of a shift of that origin and a turn about it, along that frame's axes.
 """
 
 from collections.abc import Callable
@@ -16,11 +16,12 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.marker_tracker import MarkerTracker
 from diffcal_ros.live.stream_meter import StreamMeter
+from diffcal_ros.marker import Board, Marker
 from diffcal_ros.pose.detection import CornerRefinement
 from diffcal_ros.pose.marker_depth import DepthEvidence
-from diffcal_ros.pose.marker_target import MarkerTarget, single_marker
 from diffcal_ros.pose.pose_drawing import draw_pose
 from diffcal_ros.pose.rig_pose import RigPose
+from diffcal_ros.pose.target import Target, target_of
 from diffcal_ros.recording.camera_infos import camera_of
 from diffcal_ros.recording.color_frame import ColorFrame
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription, noting
@@ -54,10 +55,14 @@ _SECOND = 1_000_000_000  # [ns]
 COLOR, COLOR_INFO = 'color/image_raw', 'color/camera_info'
 DEPTH, DEPTH_INFO = 'depth/image_rect_raw', 'depth/camera_info'
 SETTINGS = (
-    Setting('scene', '', 'scene file whose marker is looked for; empty: the three below'),
+    Setting('scene', '', 'scene file whose marker is looked for; empty: the one below'),
     Setting('marker.dictionary', 'DICT_6X6_250', "OpenCV's name of the dictionary"),
     Setting('marker.id', 0, 'number of the marker in the dictionary', 0, 1_000_000),
     Setting('marker.side', 0.02, 'edge of its black square [m]', 0.001, 10.0),
+    Setting('board.columns', 0, 'squares across a ChArUco board; 0: a single marker', 0, 100),
+    Setting('board.rows', 0, 'squares down that board', 0, 100),
+    Setting('board.square', 0.03, 'edge of its squares [m]', 0.001, 10.0),
+    Setting('board.legacy', False, 'it was made by OpenCV before 4.6, with an even row count'),
     Setting('window', 30, 'frames that are fused into one pose', 1, 300),
     Setting('max_rate', 10.0, 'frames a second that are looked at', 0.1, 1000.0),
     Setting(
@@ -230,26 +235,35 @@ class MarkerPoseNode(Node):
         return {'pose': Health(health.level, health.message, {**figures, **health.values})}
 
 
-def _reach(target: MarkerTarget) -> float:
+def _reach(target: Target) -> float:
     """Return half the size of a target [m]."""
     corners = np.concatenate(list(target.corners.values()))
     return 0.5 * float(np.ptp(corners, axis=0).max())
 
 
-def _target(values: Values) -> MarkerTarget:
-    """Return the marker to look for.
+def _target(values: Values) -> Target:
+    """Return the marker or board to look for.
 
     Raises:
         InputError: when the scene has none, or there is no such marker.
     """
     if not values['scene']:
-        return single_marker(
-            values['marker.dictionary'], values['marker.id'], values['marker.side']
-        )
+        return target_of(_marker(values))
     scene = load_scene(Path(values['scene']).expanduser())
     if scene.marker is None:
         raise InputError(
             f"{values['scene']} has no 'marker': add its dictionary, id and side, or give the "
             'parameters marker.dictionary, marker.id and marker.side'
         )
-    return single_marker(scene.marker.dictionary, scene.marker.id, scene.marker.side)
+    return target_of(scene.marker)
+
+
+def _marker(values: Values) -> Marker:
+    """Return the marker or board that the parameters name."""
+    columns, rows = values['board.columns'], values['board.rows']
+    board = None
+    if columns or rows:
+        board = Board(columns, rows, values['board.square'], values['board.legacy'])
+    return Marker(
+        values['marker.dictionary'], values['marker.id'], values['marker.side'], board=board
+    )

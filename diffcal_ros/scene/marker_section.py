@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The section about the marker on the rig."""
 
-from diffcal_ros.marker import Marker
+from diffcal_ros.marker import Board, board_fault, Marker
 from diffcal_ros.scene.marker_dictionaries import MARKER_COUNTS
 from diffcal_ros.scene.placement import read_placement
 from diffcal_ros.scene.problems import suggestion
@@ -10,6 +10,7 @@ from diffcal_ros.scene.section import Interval, Section
 import numpy as np
 
 _MARKER_SIDES = Interval(0.002, 2.0)
+_MOST_SQUARES = 100
 
 
 def read_marker(scene: Section) -> Marker | None:
@@ -26,7 +27,11 @@ def read_marker(scene: Section) -> Marker | None:
             f'or 1000 markers, DICT_ARUCO_ORIGINAL or DICT_APRILTAG_36h11{near}',
         )
     count = MARKER_COUNTS.get(dictionary)
-    number = section.integer('id', low=0, high=None if count is None else count - 1)
+    highest = None if count is None else count - 1
+    is_board = section.has('board')
+    # A board's markers are numbered from 0, unless it says otherwise.
+    needs_id = not is_board or section.has('id')
+    number = section.integer('id', low=0, high=highest) if needs_id else 0
     side = section.number(
         'side',
         allowed=_MARKER_SIDES,
@@ -34,7 +39,42 @@ def read_marker(scene: Section) -> Marker | None:
     )
     placement = section.child('placement')
     world_from_marker = np.eye(4) if placement is None else read_placement(placement)
+    board = _read_board(section) if is_board else None
     section.refuse_unknown()
     if world_from_marker is None or not section.is_sound:
         return None
-    return Marker(dictionary, number, side, world_from_marker)
+    if board is not None:
+        _check_board(section, board, side, number, count)
+    return Marker(dictionary, number, side, world_from_marker, board)
+
+
+def _read_board(marker: Section) -> Board | None:
+    section = marker.child('board')
+    if section is None:
+        return None
+    columns = section.integer('columns', low=3, high=_MOST_SQUARES)
+    rows = section.integer('rows', low=3, high=_MOST_SQUARES)
+    square = section.number(
+        'square',
+        allowed=_MARKER_SIDES,
+        needed=f'give the edge of a chessboard square in metres, {_MARKER_SIDES}',
+    )
+    is_legacy = section.flag('legacy', default=False)
+    section.refuse_unknown()
+    return Board(columns, rows, square, is_legacy)
+
+
+def _check_board(
+    section: Section, board: Board, side: float, first: int, count: int | None
+) -> None:
+    """Note why a board cannot be found, or be printed."""
+    fault = board_fault(board, side)
+    if fault:
+        section.problems.add(section.at('board'), f'cannot be used: {fault}')
+    elif count is not None and first + board.marker_count > count:
+        section.problems.add(
+            section.at('board'),
+            f'of {board.columns}x{board.rows} squares holds {board.marker_count} markers, '
+            f'{first} to {first + board.marker_count - 1}, but the dictionary only 0 to '
+            f'{count - 1}: give the dictionary that the board was made with',
+        )

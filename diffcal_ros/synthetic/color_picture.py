@@ -5,7 +5,8 @@
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.marker import Marker
 from diffcal_ros.pose.lens import undistort
-from diffcal_ros.pose.marker_image import draw_marker
+from diffcal_ros.pose.marker_image import draw_print
+from diffcal_ros.pose.marker_print import print_of
 from diffcal_ros.synthetic.scan import Scan, Thing
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,7 @@ def paint_scan(
         scan: from its pose.
         camera: its intrinsics.
         camera_from_world: its pose, shape (4, 4).
-        marker: printed on the plate, or None.
+        marker: printed on the plate (a single one or a board), or None.
 
     Returns:
         Grey levels of blue, green and red, shape (H, W, 3).
@@ -63,13 +64,11 @@ def paint_scan(
     light = _AMBIENT + (1.0 - _AMBIENT) * np.clip(scan.cosine, 0.0, 1.0)
     image = palette[scan.things] * light[..., None]
     if marker is not None:
-        printed = draw_marker(
+        printed = draw_print(
             np.clip(np.rint(image), 0, 255).astype(np.uint8),
+            print_of(marker),
             camera=camera,
             camera_from_marker=camera_from_world @ marker.world_from_marker,
-            dictionary=marker.dictionary,
-            marker_id=marker.id,
-            side=marker.side,
         )
         image = np.where((scan.things == Thing.PLATE)[..., None], printed, image)
     blurred: FloatArray = ndimage.gaussian_filter(image, (_BLUR, _BLUR, 0.0))

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 _BLOCK_MARGIN = 0.020  # How far a clamp's block reaches beyond what it holds [m].
 _REACHES_OUT = 1e-4  # A body that ends this close to the held part's end does not come out [m].
-_PLATE_SIDE = 1.6  # Over the marker's side.
+_PLATE_RIM = 0.3  # Around the print, over the edge of the marker or of a board's squares.
 _PLATE_THICKNESS = 0.003
 _WALL_GAP = 0.25  # Between the farthest thing and the wall [m].
 _WALL_TILT = np.deg2rad([7.0, -11.0, 0.0])
@@ -114,10 +114,10 @@ def _block(scene: Scene, setup: ObservationSetup, part: HeldPart, rest_world: Fl
 
 
 def _plate(marker: Marker) -> Box:
-    half = 0.5 * _PLATE_SIDE * marker.side
+    across, up = 0.5 * marker.size + _PLATE_RIM * marker.square
     return Box(
         marker.world_from_marker,
-        np.array([-half, -half, -_PLATE_THICKNESS]),
-        np.array([half, half, 0.0]),
+        np.array([-across, -up, -_PLATE_THICKNESS]),
+        np.array([across, up, 0.0]),
         Thing.PLATE,
     )

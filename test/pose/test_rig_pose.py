@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 from diffcal_ros.errors import PoseError
-from diffcal_ros.pose.detection import CornerRefinement, Detection, MarkerDetector
+from diffcal_ros.pose.detection import CornerRefinement, Detection, MarkerDetector, SHARED_ERROR
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.marker_target import marker_grid, single_marker
 from diffcal_ros.pose.planar_pose import pose_candidates
@@ -107,7 +107,7 @@ def test_covariance_tells_the_scatter(color_camera, target, marker_pose, random)
 
 def test_unrefined_corners_carry_a_larger_covariance(color_camera, target, marker_pose):
     frame = seen(target, color_camera, marker_pose(30.0))
-    rough = Detection(frame.corners, frame.corners, CornerRefinement.NONE)
+    rough = Detection(frame.corners, frame.corners, SHARED_ERROR[CornerRefinement.NONE])
     fine, coarse = (estimate_rig_pose([d], target, color_camera) for d in (frame, rough))
     assert coarse.covariance[2, 2] > 25.0 * fine.covariance[2, 2]
 
@@ -139,7 +139,7 @@ def test_depth_corrects_the_distance(color_camera, target, marker_pose, plane_de
     # Corners half a pixel inside the square, as an unrefined detector gives them.
     corners = color_camera.project(apply(pose, target.corners[3]))
     inside = corners + 0.02 * (corners.mean(axis=0) - corners)
-    frame = Detection({3: inside}, {3: inside}, CornerRefinement.NONE)
+    frame = Detection({3: inside}, {3: inside}, SHARED_ERROR[CornerRefinement.NONE])
     evidence = DepthEvidence(plane_depth(color_camera, pose), color_camera, np.eye(4))
     by_corners = estimate_rig_pose([frame], target, color_camera)
     by_depth = estimate_rig_pose([frame], target, color_camera, depth=evidence)

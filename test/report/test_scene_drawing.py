@@ -8,12 +8,12 @@ import shutil
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import InputError
-from diffcal_ros.marker import Marker
+from diffcal_ros.marker import Board, Marker
 from diffcal_ros.report.scene_drawing import draw_scene
 from diffcal_ros.report.scene_layout import (
     camera_lines,
     gravity_arrow,
-    marker_square,
+    marker_squares,
     surface_regions,
     turn_arc,
 )
@@ -133,13 +133,23 @@ def test_the_marker_square_has_its_side_and_pose():
     world_from_marker = transform(
         rotation_matrix(np.array([0.0, 0.4, 0.1])), np.array([0, 1, 2.0])
     )
-    paper, black = marker_square(Marker('DICT_6X6_250', 0, 0.02, world_from_marker))
+    paper, (black,) = marker_squares(Marker('DICT_6X6_250', 0, 0.02, world_from_marker))
     sides = np.linalg.norm(np.roll(black, -1, axis=0) - black, axis=1)
     np.testing.assert_allclose(sides, 0.02)
     np.testing.assert_allclose(black.mean(axis=0), [0, 1, 2], atol=1e-12)
     np.testing.assert_allclose(
         (paper - paper.mean(axis=0)) @ world_from_marker[:3, 2], 0, atol=1e-12
     )
+
+
+def test_a_board_has_its_black_squares_on_its_paper():
+    board = Marker('DICT_4X4_50', 0, 0.022, board=Board(5, 7, 0.03))
+    paper, black = marker_squares(board)
+    assert black.shape == (18, 4, 3)
+    np.testing.assert_allclose(np.ptp(black[..., :2], axis=(0, 1)), [0.15, 0.21])
+    assert (np.ptp(paper[:, :2], axis=0) > [0.15, 0.21]).all()
+    # The top left square is black.
+    np.testing.assert_allclose(black[0].mean(axis=0), [-0.06, 0.09, 0.0], atol=1e-12)
 
 
 def test_the_frustum_passes_through_the_images_corners(beam_mesh):

@@ -45,3 +45,10 @@ def test_a_recording_that_is_not_there_is_told(write_scene, tmp_path):
     text = format_rows(scene_rows(load_scene(write_scene({'observations': observations}))))
     assert f'recording {tmp_path / "here"}\n' in text + '\n'
     assert f'recording {tmp_path / "gone"} (not there yet)' in text
+
+
+def test_a_board_is_described(write_scene):
+    board = {'columns': 4, 'rows': 6, 'square': 0.03, 'legacy': True}
+    changes = {'marker': {'board': board, 'dictionary': 'DICT_4X4_50', 'id': 2, 'side': 0.022}}
+    text = format_rows(scene_rows(load_scene(write_scene(changes))))
+    assert 'board of 4x6 squares of 30 mm, DICT_4X4_50 2 to 13, side 22 mm, legacy pat' in text

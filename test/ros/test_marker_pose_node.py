@@ -4,7 +4,12 @@
 
 import json
 
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.marker import Board, Marker
+from diffcal_ros.pose.marker_image import draw_print
+from diffcal_ros.pose.marker_print import print_of
 from diffcal_ros.recording.bag_reader import open_recording
+from diffcal_ros.rigid_transform import angle_between, rotation_matrix, transform
 from diffcal_ros.ros.conversion import camera_info_message, image_message, pose_matrix
 from diffcal_ros.ros.marker_pose import MarkerPoseNode
 from diffcal_ros.scene.load import load_scene
@@ -81,6 +86,38 @@ def test_a_marker_that_cannot_be_is_an_error_until_it_is_changed(make_bench):
     bench.status(POSE, WARN, 'waiting for')
     assert bench.set_parameter('marker_pose', 'marker.id', 1000).successful
     bench.status(POSE, ERROR, '1000')
+    assert bench.set_parameter('marker_pose', 'board.columns', 5).successful
+    bench.status(POSE, ERROR, 'board of 5x0 squares')
+
+
+@pytest.mark.parametrize('is_scene', [True, False])
+def test_a_board_is_found_by_the_scene_or_by_parameters(make_bench, write_scene, is_scene):
+    board = Board(5, 7, 0.03)
+    marker = {'dictionary': 'DICT_4X4_50', 'side': 0.022}
+    if is_scene:
+        place = {'columns': 5, 'rows': 7, 'square': 0.03}
+        parameters = {'scene': write_scene({'marker': {**marker, 'board': place}})}
+    else:
+        parameters = {f'marker.{name}': value for name, value in marker.items()}
+        parameters |= {'board.columns': 5, 'board.rows': 7, 'board.square': 0.03}
+    turn = np.array([np.pi * np.cos(0.15), 0.0, np.pi * np.sin(0.15)])
+    pose = transform(rotation_matrix(turn), np.array([0.01, -0.02, 0.45]))
+    camera = PinholeCamera(640, 480, 605.0, 590.0, 331.5, 226.3)
+    sheet = print_of(Marker('DICT_4X4_50', 0, 0.022, board=board))
+    blank = np.full((480, 640, 3), 110, np.uint8)
+    pixels = draw_print(blank, sheet, camera=camera, camera_from_marker=pose)
+    bench = make_bench({**parameters, 'use_depth': False})
+    poses = bench.collect(PoseWithCovarianceStamped, 'marker_pose/pose')
+    bench.add(MarkerPoseNode)
+    info = bench.publisher(CameraInfo, 'color/camera_info')
+    color = bench.publisher(Image, 'color/image_raw')
+    info.publish(camera_info_message(camera, time_ns=START, frame_id=FRAME))
+    bench.status(POSE, WARN, 'waiting for color/image_raw')
+    color.publish(_image(pixels))
+    found = pose_matrix(bench.until(lambda: poses, 'a pose')[0].pose.pose)
+    # The middle of the board, not OpenCV's corner of it.
+    np.testing.assert_allclose(found[:3, 3], pose[:3, 3], atol=0.5e-3)
+    assert angle_between(found, pose) < np.deg2rad(0.3)
 
 
 def test_a_scene_without_a_marker_is_an_error(make_bench, write_scene):

@@ -18,6 +18,11 @@ import numpy as np
 import pytest
 
 INF = float('inf')
+BOARD = {
+    'board': {'columns': 5, 'rows': 7, 'square': 0.03},
+    'dictionary': 'DICT_4X4_50',
+    'side': 0.022,
+}
 EXAMPLE = Path(__file__).resolve().parents[2] / 'config' / 'example_scene.yaml'
 
 
@@ -56,6 +61,17 @@ def test_example_scene_loads_and_uses_every_key(tmp_path, beam_mesh, write_tet):
     assert scene.masks.boxes == ((0, 0, 40, 479),)
     assert scene.masks.grazing_angle == pytest.approx(math.radians(75))
     assert scene.rigid_offset.rotation_std == pytest.approx(math.radians(5))
+
+
+def test_a_board_takes_the_place_of_a_marker(write_scene):
+    marker = load_scene(write_scene({'marker': BOARD})).marker
+    assert (marker.dictionary, marker.id, marker.side) == ('DICT_4X4_50', 0, 0.022)
+    assert (marker.board.columns, marker.board.rows) == (5, 7)
+    assert (marker.board.square, marker.board.is_legacy) == (0.03, False)
+    np.testing.assert_allclose(marker.size, [0.15, 0.21])
+    later = {**BOARD, 'id': 12, 'board': {**BOARD['board'], 'rows': 6, 'legacy': True}}
+    marker = load_scene(write_scene({'marker': later})).marker
+    assert (marker.id, marker.board.is_legacy, marker.board.starts_white) == (12, True, True)
 
 
 def test_regions_that_share_a_face_cover_the_body_once(write_scene, beam_mesh):
@@ -281,6 +297,30 @@ MISTAKES = {
     'marker in mm': (
         {'marker': {'dictionary': 'DICT_4X4_50', 'id': 0, 'side': 20}},
         r'marker\.side is 20: give the edge of the black square in metres',
+    ),
+    'board of one row': (
+        {'marker': {**BOARD, 'board': {'columns': 5, 'rows': 1, 'square': 0.03}}},
+        r'marker\.board\.rows is 1: give a whole number at least 3',
+    ),
+    'board too small': (
+        {'marker': {**BOARD, 'board': {'columns': 3, 'rows': 3, 'square': 0.03}}},
+        r'marker\.board cannot be used: a board of 3x3 squares has 4 inner corners: at least 6',
+    ),
+    'board of large markers': (
+        {'marker': {**BOARD, 'side': 0.03}},
+        r'markers of 30 mm do not fit into squares of 30 mm: give the edge of the black square',
+    ),
+    'board in mm': (
+        {'marker': {**BOARD, 'board': {'columns': 5, 'rows': 7, 'square': 30}}},
+        r'marker\.board\.square is 30: give the edge of a chessboard square in metres',
+    ),
+    'board beyond its dictionary': (
+        {'marker': {**BOARD, 'id': 40}},
+        r'5x7 squares holds 17 markers, 40 to 56, but the dictionary only 0 to 49',
+    ),
+    'board key': (
+        {'marker': {**BOARD, 'board': {'columns': 5, 'rows': 7, 'square': 0.03, 'legcy': True}}},
+        r'marker\.board\.legcy is no key .*did you mean `legacy`',
     ),
     'camera uncalibrated': (
         {'camera': {'width': 4, 'height': 3, 'fx': 0, 'fy': 1, 'cx': 1, 'cy': 1}},
