@@ -7,18 +7,23 @@ from dataclasses import dataclass
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError
+from diffcal_ros.pose.board_target import BoardTarget
 from diffcal_ros.pose.target import Target
 from diffcal_ros.rigid_transform import apply, check_rigid, inverse
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _FEWEST_PIXELS = 30  # Fewer are noise.
 # Depth further off is not the marker, as a share of the predicted one. Where the marker's size is
 # in doubt it may be off by any factor.
 _FARTHEST = 0.1
 _FARTHEST_OF_UNKNOWN_SIZE = 20.0
+_MARKER_WORDS = ('marker', 'side', 'edge of the black square')
+_BOARD_WORDS = ('board', 'square', 'print over several squares')
+_UNCOVERED = 0.75  # Quantile of the parts' distances: up to three quarters may be covered.
 # A pose further off than this has a wrong scale: the corners themselves are good to under 1 %.
 _TOLERATED = 0.03
 
@@ -56,12 +61,25 @@ class MarkerPoints:
         normals: of the marker each lies on, in the target's frame, shape (n, 3).
         origins: a point of that marker in the target's frame [m], shape (n, 3).
         depth_ratio: measured over predicted depth, shape (n,).
+        parts: number of the part of the target each lies on, shape (n,).
     """
 
     points: FloatArray
     normals: FloatArray
     origins: FloatArray
     depth_ratio: FloatArray
+    parts: IntArray
+
+    def own_depth_ratio(self) -> float:
+        """Return measured over predicted depth of the target, covered parts of it left out.
+
+        What stands before a board is nearer than it: of the parts' medians the farther ones count.
+        """
+        medians = [
+            float(np.median(self.depth_ratio[self.parts == part]))
+            for part in np.unique(self.parts)
+        ]
+        return float(np.quantile(medians, _UNCOVERED))
 
     def heights(self, camera_from_marker: FloatArray) -> FloatArray:
         """Return how far each point lies in front of its marker [m], shape (n,)."""
@@ -80,11 +98,13 @@ class DistanceCheck:
         pose_distance: from the depth camera, by the pose [m].
         measured_distance: by the depth image [m].
         pixel_count: depth pixels on the markers.
+        is_board: they are squares of a ChArUco board.
     """
 
     pose_distance: float
     measured_distance: float
     pixel_count: int
+    is_board: bool = False
 
     @property
     def relative_error(self) -> float:
@@ -96,12 +116,13 @@ class DistanceCheck:
         """What is wrong and what to do, or None."""
         if abs(self.relative_error) <= _TOLERATED:
             return None
+        what, length, remedy = _BOARD_WORDS if self.is_board else _MARKER_WORDS
         return (
-            f'the marker is {self.pose_distance * 1e3:.0f} mm away by its size in the image, but '
+            f'the {what} is {self.pose_distance * 1e3:.0f} mm away by its size in the image, but '
             f'{self.measured_distance * 1e3:.0f} mm by the depth on it '
-            f"({self.relative_error:+.1%}, {_TOLERATED:.0%} is tolerated): the marker's side "
+            f"({self.relative_error:+.1%}, {_TOLERATED:.0%} is tolerated): the {what}'s {length} "
             f'in the scene is wrong; {1.0 / (1.0 + self.relative_error):.3f} times it would fit. '
-            'Measure the edge of the black square'
+            f'Measure the {remedy}'
         )
 
     def require(self) -> None:
@@ -140,8 +161,9 @@ def marker_distance_check(
     in_depth = apply(evidence.depth_from_color @ camera_from_marker, middle)
     return DistanceCheck(
         pose_distance=float(in_depth[2]),
-        measured_distance=float(in_depth[2] * np.median(measured.depth_ratio)),
+        measured_distance=float(in_depth[2] * measured.own_depth_ratio()),
         pixel_count=len(measured.points),
+        is_board=isinstance(target, BoardTarget),
     )
 
 
@@ -170,7 +192,8 @@ def points_on_markers(
         part
         for number, corners in target.areas.items()
         if seen is None or number in seen
-        if (part := _on_one_marker(depth_from_target, corners, evidence, farthest)) is not None
+        if (part := _on_one_part(depth_from_target, number, corners, evidence, farthest))
+        is not None
     ]
     if not parts or sum(len(part.points) for part in parts) < _FEWEST_PIXELS:
         return None
@@ -179,11 +202,16 @@ def points_on_markers(
         np.concatenate([part.normals for part in parts]),
         np.concatenate([part.origins for part in parts]),
         np.concatenate([part.depth_ratio for part in parts]),
+        np.concatenate([part.parts for part in parts]),
     )
 
 
-def _on_one_marker(
-    depth_from_target: FloatArray, corners: FloatArray, evidence: DepthEvidence, farthest: float
+def _on_one_part(
+    depth_from_target: FloatArray,
+    number: int,
+    corners: FloatArray,
+    evidence: DepthEvidence,
+    farthest: float,
 ) -> MarkerPoints | None:
     camera = evidence.camera
     in_depth = apply(depth_from_target, corners)
@@ -217,6 +245,7 @@ def _on_one_marker(
         np.tile(target_normal, (count, 1)),
         np.tile(corners.mean(axis=0), (count, 1)),
         ratio[kept],
+        np.full(count, number),
     )
 
 

@@ -42,6 +42,7 @@ def measured(marker_pose, random):
         normals=np.tile([0.0, 0.0, 1.0], (count, 1)),
         origins=np.tile([0.004, -0.003, 0.0], (count, 1)),
         depth_ratio=np.ones(count),
+        parts=np.zeros(count, dtype=np.int64),
     )
 
 

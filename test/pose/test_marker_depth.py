@@ -3,6 +3,8 @@
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError
+from diffcal_ros.marker import Board
+from diffcal_ros.pose.board_target import BoardTarget
 from diffcal_ros.pose.detection import MarkerDetector
 from diffcal_ros.pose.marker_depth import (
     DepthEvidence,
@@ -78,3 +80,26 @@ def test_no_depth_on_the_marker_means_no_check(target, marker_pose):
 def test_depth_of_another_size_is_refused():
     with pytest.raises(PoseError, match=r'depth is \(480, 640\), its camera expects \(240, 320\)'):
         DepthEvidence(np.zeros((480, 640)), DEPTH_CAMERA, np.eye(4))
+
+
+@pytest.mark.parametrize('factor', [1.0, 0.9])
+def test_what_covers_most_of_a_board_does_not_pass_for_it(marker_pose, factor):
+    """Two thirds of a board lie behind something 8 % nearer, and nobody says which."""
+    board = BoardTarget('DICT_4X4_50', Board(5, 7, 0.02 * factor), 0.015 * factor)
+    pose = marker_pose(30.0)
+    scaled = transform(pose[:3, :3], factor * pose[:3, 3])
+    depth_from_board = DEPTH_FROM_COLOR @ pose
+    normal = depth_from_board[:3, 2]
+    rays = DEPTH_CAMERA.rays()
+    depth = (normal @ depth_from_board[:3, 3]) / (rays @ normal)
+    place = apply(inverse(depth_from_board), depth[..., None] * rays)
+    depth = np.where(place[..., 1] < 0.02, 0.92 * depth, depth)
+    found = marker_distance_check(
+        scaled, board, DepthEvidence(depth, DEPTH_CAMERA, DEPTH_FROM_COLOR)
+    )
+    assert found.relative_error == pytest.approx(factor - 1.0, abs=5e-3)
+    if factor == 1.0:
+        assert found.problem is None
+    else:
+        with pytest.raises(PoseError, match=r"board's square .* 1\.1[01]\d times it would fit"):
+            found.require()
