@@ -158,7 +158,7 @@ class EquilibriumSolver:
         if self._is_factor_exact(positions):
             found = self._solver.solve(np.ascontiguousarray(free_sides.T)).T
         else:
-            found = np.stack([self._conjugate_gradient(positions, b) for b in free_sides])
+            found = np.stack([self._iterate(positions, side) for side in free_sides])
         solution[:, self._free] = found.reshape(len(right_sides), -1, 3)
         return solution
 
@@ -320,6 +320,13 @@ class EquilibriumSolver:
         reactions = np.zeros_like(positions)
         reactions[self.held_nodes] = (self.forces(positions) - loads)[self.held_nodes]
         return Equilibrium(positions, reactions, newton_steps, held_steps)
+
+    def _iterate(self, positions: FloatArray, right_side: FloatArray) -> FloatArray:
+        """Solve at `positions` for a right side of any size: the squares of small ones vanish."""
+        largest = float(np.abs(right_side).max(initial=0.0))
+        if largest == 0.0:
+            return np.zeros_like(right_side)
+        return largest * self._conjugate_gradient(positions, right_side / largest)
 
     def _conjugate_gradient(self, positions: FloatArray, right_side: FloatArray) -> FloatArray:
         """Solve at `positions` with the held factorisation as preconditioner."""

@@ -109,6 +109,21 @@ def test_warm_and_cold_starts_agree() -> None:
     np.testing.assert_allclose(warm.positions, cold.positions, atol=1e-8)
 
 
+def test_forces_whose_squares_vanish_are_solved_for() -> None:
+    """A parameter may do next to nothing, as a relaxation time long before it shows."""
+    body = hanging_beam()
+    body.settle(uniform_material(body.mesh, 30e3), GRAVITY)
+    state = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)  # With an old factorisation.
+    forces = np.zeros((1, *state.positions.shape))
+    forces[:, :, 1] = -1e-3
+    expected = body.solver.linear_solve(state.positions, forces)
+    body.settle(uniform_material(body.mesh, 30e3), GRAVITY)
+    state = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)
+    tiny = body.solver.linear_solve(state.positions, 1e-170 * forces)
+    np.testing.assert_allclose(1e170 * tiny, expected, rtol=1e-11, atol=1e-15)
+    assert not body.solver.linear_solve(state.positions, 0.0 * forces).any()
+
+
 @pytest.mark.parametrize('element', ELEMENTS)
 def test_a_half_turn_of_the_far_end_is_followed(element) -> None:
     mesh = beam_mesh((8, 2, 2), (0.16, 0.03, 0.02))
