@@ -49,6 +49,38 @@ def test_a_body_that_never_moves_is_refused(random) -> None:
         check_motion(frames([0] * 8, random), TIMES, motion(0.2, 0.5))
 
 
+def small(move: float, random: np.random.Generator, *, lost: bool = False) -> np.ndarray:
+    """The same body before a background without depth, moved by less than 6 mm towards it."""
+    depth = picture(0, random)
+    depth[depth > 0.7] = np.nan
+    depth = depth + np.float32(move)
+    if lost:
+        depth[35:45, 30:40] = np.nan
+    return depth
+
+
+def test_a_swing_of_millimetres_is_one(random) -> None:
+    moves = [0.0, 0.0, 0.0, 0.001, 0.003, 0.004, 0.003, 0.0]
+    seen = [DepthFrame(small(m, random), n, 'camera') for n, m in enumerate(moves)]
+    check_motion(seen, TIMES, motion(0.2, 0.5))
+    with pytest.raises(RecordingError, match=r'nothing moves until 0\.4 s'):
+        check_motion(seen, TIMES, motion(0.05, 0.1))
+
+
+def test_a_fall_before_a_background_without_depth_is_seen(random) -> None:
+    pictures = [picture(shift, random) for shift in (0, 0, 0, 0, 6, 9, 9, 6)]
+    for depth in pictures:
+        depth[depth > 0.7] = np.nan
+    seen = [DepthFrame(depth, n, 'camera') for n, depth in enumerate(pictures)]
+    check_motion(seen, TIMES, motion(0.2, 0.5))
+
+
+def test_a_frame_that_lost_pixels_is_no_motion(random) -> None:
+    seen = [DepthFrame(small(0.0, random, lost=n == 4), n, 'camera') for n in range(8)]
+    with pytest.raises(RecordingError, match='nothing moves in 8 frames'):
+        check_motion(seen, TIMES, motion(0.2, 0.5))
+
+
 def test_a_body_that_does_not_rest_first_is_refused(random) -> None:
     swinging = frames([0, 6, 0, -6, 5, 12, 20, 25], random)
     with pytest.raises(RecordingError, match=r'something moves 0\.1 s after .* at rest'):
