@@ -89,9 +89,12 @@ twist: $(VENV)/.test ## Twist a cantilever by half a turn over a grid of materia
 motion-fit: $(VENV)/.test ## Fit a released beam from ten random starts (a quarter of an hour).
 	PYTHONPATH=. $(BIN)/python benchmarks/motion_fit.py
 
-.PHONY: coarsening
+.PHONY: coarsening coarsening-shapes
 coarsening: $(VENV)/.test ## Fit coarser meshes of a beam to a fine one, with each element.
 	$(BIN)/python benchmarks/coarsening.py
+
+coarsening-shapes: $(VENV)/.test ## The same on the data set's spine and dragon (DIFFCAL_DATA).
+	$(BIN)/python benchmarks/coarsening_shapes.py
 
 CABLES ?= out/cables
 .PHONY: cables

@@ -8,24 +8,20 @@ each element, each in a process of its own so that its memory is known.
 
 import argparse
 from itertools import permutations
-from multiprocessing import get_context
-import resource
-import time
-from typing import Any
 
-from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.settings import CalibrationSettings
+from coarsening_fit import compare
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.element import Element
 from diffcal_ros.material import LameConvention
-from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
+from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Quantity, Region, Scene
-from diffcal_ros.synthetic.posed_body import pose_body
+from diffcal_ros.synthetic.posed_body import PosedBody
 from diffcal_ros.tet_mesh import TetMesh
 from measuring import write
 import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 # 18,000 to 960 tetrahedra, six in each cell; every mesh has a face where the clamp ends.
 CELLS = ((30, 10, 10), (20, 7, 7), (15, 5, 5), (10, 4, 4))
@@ -78,47 +74,9 @@ def scene(cells: tuple[int, int, int], element: Element, start: float) -> Scene:
     )
 
 
-def target(cells: tuple[int, int, int]) -> dict[str, Any]:
-    """Render the finest mesh, with the noise and the steps of an L515."""
-    truth = scene(cells, Element.QUADRATIC, MODULUS)
-    begun = time.perf_counter()
-    body = pose_body(truth, truth.observations[0])
-    seconds = time.perf_counter() - begun
-    points = apply(DEPTH_FROM_WORLD, body.positions)
-    depth = DepthTracer(body.triangles, len(points), CAMERA).trace(points).full_depth()
-    noisy = depth + np.random.default_rng(5).normal(scale=0.00014, size=depth.shape)
-    return {
-        'depth': (np.round(noisy / 0.00025) * 0.00025).astype(np.float32),
-        'largest_sag_mm': 1e3 * body.largest_displacement,
-        'cold_s': seconds,
-        'peak_mb': _peak(),
-    }
-
-
-def fit(cells: tuple[int, int, int], element: str, depth: Any) -> dict[str, Any]:
-    """Fit one mesh with one element."""
-    own = scene(cells, Element(element), 1.3 * MODULUS)
-    begun = time.perf_counter()
-    pose_body(own, own.observations[0])
-    cold = time.perf_counter() - begun
-    seen = Observation('beam', 0, depth, CAMERA, DEPTH_FROM_WORLD)
-    result = calibrate(own, [seen], CalibrationSettings(with_mesh_error=False))
-    return {
-        'element': element,
-        'tets': own.mesh.tet_count,
-        'share_of_true_modulus': result['youngs_modulus'].value / MODULUS,
-        'gap_median_mm': 1e3 * result.gap_end.median,
-        'gap_rms_mm': 1e3 * result.gap_end.rms,
-        'outcome': result.outcome.value,
-        'iterations': result.iterations,
-        'fit_s': result.seconds,
-        'cold_s': cold,
-        'peak_mb': _peak(),
-    }
-
-
-def _peak() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+def look(_: PosedBody) -> FloatArray:
+    """Return where the camera stands."""
+    return DEPTH_FROM_WORLD
 
 
 def main() -> None:
@@ -126,31 +84,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--name', default='coarsening')
     arguments = parser.parse_args()
-    rows, finest = [], CELLS[0]
-    with get_context('spawn').Pool(1, maxtasksperchild=1) as pool:
-        seen = pool.apply(target, (finest,))
-        depth = seen.pop('depth')
-        for cells in CELLS:
-            for element in Element:
-                rows.append(pool.apply(fit, (cells, element.value, depth)))
-                print(rows[-1], flush=True)
-    shares = {
-        element.value: [
-            row['share_of_true_modulus'] for row in rows if row['element'] == element.value
-        ]
-        for element in Element
-    }
-    spread = {name: max(own) - min(own) for name, own in shares.items()}
-    write(
-        arguments.name,
-        {
-            'target': seen,
-            'rows': rows,
-            'spread': spread,
-            'spread_ratio': spread['quadratic'] / spread['linear'],
-            'linear_falls_with_coarseness': bool((np.diff(shares['linear']) < 0.0).all()),
-        },
-    )
+    scenes = [scene(cells, Element.QUADRATIC, MODULUS) for cells in CELLS]
+    write(arguments.name, compare(scenes, CAMERA, look))
 
 
 if __name__ == '__main__':

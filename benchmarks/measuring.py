@@ -68,20 +68,23 @@ def write(name: str, figures: dict[str, Any]) -> Path:
 
 
 def cantilevers() -> dict[str, Any]:
-    """Return the public data set's cantilevers where they are, else boxes of like size."""
+    """Return the public data set's cantilevers."""
     from diffcal_ros.scene.mesh_files import read_mesh
 
+    shapes = {
+        'coarse': 'cantilever_coarse',
+        'middle': 'cantilever',
+        'fine': 'cantilever_fine',
+    }
+    return {
+        name: read_mesh(next((data_set() / 'CAD_models' / shape).glob('*.tet')), unit='cm').mesh
+        for name, shape in shapes.items()
+    }
+
+
+def data_set() -> Path:
+    """Return the folder of the public data set."""
     folder = os.environ.get('DIFFCAL_DATA')
-    if folder:
-        shapes = {
-            'coarse': 'cantilever_coarse',
-            'middle': 'cantilever',
-            'fine': 'cantilever_fine',
-        }
-        return {
-            name: read_mesh(
-                next((Path(folder) / 'CAD_models' / shape).glob('*.tet')), unit='cm'
-            ).mesh
-            for name, shape in shapes.items()
-        }
-    raise SystemExit('set DIFFCAL_DATA to a clone of the public DiffCal data set')
+    if not folder:
+        raise SystemExit('set DIFFCAL_DATA to a clone of the public DiffCal data set')
+    return Path(folder)

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Numerical coarsening on the spine and the dragon of the public data set.
+
+What the clamp leaves free is cut off at a plane and meshed anew at four sizes, held at that face.
+The spine, all planes, is the same solid on every mesh. The dragon's skin has more detail than a
+coarse mesh can have: such a mesh may stray from it a little, and loses volume. The target is
+rendered from quadratic elements on the finest mesh; every mesh is fitted with each element.
+"""
+
+import argparse
+from dataclasses import dataclass, replace
+from functools import partial
+import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from coarsening_fit import compare
+from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.scene.load import load_scene
+from diffcal_ros.scene.mesh_files import read_mesh
+from diffcal_ros.scene.model import HeldPart, Scene
+from diffcal_ros.synthetic.posed_body import PosedBody
+from diffcal_ros.synthetic.viewpoint import COLOR_CAMERA, default_view, DEPTH_CAMERA
+from diffcal_ros.tet_mesh import mesh_problems, TetMesh
+from measuring import data_set, write
+import numpy as np
+from numpy.typing import NDArray
+from pytetwild import tetrahedralize
+import pyvista
+
+FloatArray = NDArray[np.float64]
+
+LINEAR_START = 0.4
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How a solid is meshed.
+
+    Attributes:
+        edge: wanted of the tetrahedra [m].
+        stray: by which the mesh may leave the surface, over the solid's diagonal.
+    """
+
+    edge: float
+    stray: float = 1e-3
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A body of the data set.
+
+    Attributes:
+        case: experiment that says how it hangs.
+        mesh: folder of its finest mesh.
+        axis: of the object frame, along which the clamp ends.
+        sign: 1 where the free part lies above the clamp's end, -1 below.
+        cuts: the finest mesh first.
+        modulus: true [Pa].
+    """
+
+    case: str
+    mesh: str
+    axis: int
+    sign: float
+    cuts: tuple[Cut, ...]
+    modulus: float
+
+
+SHAPES = {
+    'spine': Shape(
+        'h_e_s', 'spine', 1, -1.0, (Cut(0.0036), Cut(0.0050), Cut(0.0075), Cut(0.0120)), 400e3
+    ),
+    'dragon': Shape(
+        'h_e_d',
+        'dragon_fine',
+        0,
+        1.0,
+        (Cut(0.0056), Cut(0.0080, 2e-3), Cut(0.0120, 4e-3), Cut(0.0160, 8e-3)),
+        95e3,
+    ),
+}
+
+
+def free_part(mesh: TetMesh, shape: Shape, end: float) -> pyvista.PolyData:
+    """Return the surface of what the clamp leaves free, closed at the clamp's end.
+
+    Args:
+        mesh: of the whole body.
+        shape: which side of the plane is free.
+        end: of the clamp, along the shape's axis [m].
+    """
+    triangles = np.insert(mesh.surface_triangles, 0, 3, axis=1)
+    surface = pyvista.PolyData(mesh.rest_positions, triangles.ravel()).clean()
+    normal, origin = np.zeros(3), np.zeros(3)
+    normal[shape.axis], origin[shape.axis] = shape.sign, end
+    return surface.clip_closed_surface(normal=normal, origin=origin).triangulate().clean()
+
+
+def scenes(shape: Shape, dataset: Path, folder: Path) -> list[Scene]:
+    """Return the shape's scene on every mesh, the finest first."""
+    scene = load_scene(import_case(dataset, shape.case, folder / 'case').scene)
+    (box,) = [part['box'] for part in scene.document['held'].values()]
+    low, high = box['xyz'[shape.axis]]
+    end = float(low if shape.sign < 0.0 else high)
+    finest = next((dataset / 'CAD_models' / shape.mesh).glob('*.tet'))
+    surface = free_part(read_mesh(finest, unit='cm').mesh, shape, end)
+    return [_on(surface, cut, scene, shape, end) for cut in shape.cuts]
+
+
+def _meshed(surface: pyvista.PolyData, cut: Cut) -> TetMesh:
+    before = Path.cwd()
+    # The mesher leaves a file in the current folder.
+    with TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            positions, tets = tetrahedralize(
+                np.asarray(surface.points, dtype=np.float64),
+                surface.faces.reshape(-1, 4)[:, 1:].astype(np.int32),
+                edge_length_abs=cut.edge,
+                epsilon=cut.stray,
+                num_threads=1,
+            )
+        finally:
+            os.chdir(before)
+    # The mesher lists them the other way round.
+    mesh = TetMesh(positions, np.ascontiguousarray(tets[:, [0, 1, 3, 2]], dtype=np.int32))
+    faults = mesh_problems(mesh)
+    if faults:
+        raise SystemExit(f'the mesh of {1e3 * cut.edge:g} mm is not sound: {"; ".join(faults)}')
+    return mesh
+
+
+def _on(surface: pyvista.PolyData, cut: Cut, scene: Scene, shape: Shape, end: float) -> Scene:
+    mesh = _meshed(surface, cut)
+    from_end = shape.sign * (mesh.rest_positions[:, shape.axis] - end)
+    # A face that the mesher may move is as thick as it may stray, to either side.
+    held = np.flatnonzero(from_end < 2.0 * cut.stray * surface.length).astype(np.int32)
+    region = scene.regions[0]
+    modulus = replace(region.youngs_modulus, start=shape.modulus)
+    tets = np.arange(mesh.tet_count, dtype=np.int32)
+    setup = replace(scene.observations[0], held=(HeldPart('clamp', held),))
+    print(f'{mesh.tet_count} tetrahedra, {1e6 * mesh.volumes.sum():.2f} cm^3, {len(held)} held')
+    return replace(
+        scene,
+        mesh=mesh,
+        regions=(replace(region, tets=tets, youngs_modulus=modulus),),
+        observations=(setup,),
+        fit=('youngs_modulus',),
+    )
+
+
+def look(scene: Scene, body: PosedBody) -> FloatArray:
+    """Return a pose from which the camera sees the whole bent body."""
+    gravity = scene.observations[0].gravity
+    return default_view(body.positions, body.outward, gravity, None, DEPTH_CAMERA, COLOR_CAMERA)
+
+
+def main() -> None:
+    """Compare the meshes of each shape that is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('shapes', nargs='*', choices=[[], *SHAPES], help='default: all')
+    parser.add_argument('--meshes-only', action='store_true', help='mesh, and fit nothing')
+    arguments = parser.parse_args()
+    for name in arguments.shapes or SHAPES:
+        with TemporaryDirectory() as folder:
+            own = scenes(SHAPES[name], data_set(), Path(folder))
+        if not arguments.meshes_only:
+            seen_from = partial(look, own[0])
+            figures = compare(own, DEPTH_CAMERA, seen_from, linear_start=LINEAR_START)
+            write(f'coarsening_{name}', figures)
+
+
+if __name__ == '__main__':
+    main()
