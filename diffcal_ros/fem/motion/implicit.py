@@ -10,9 +10,10 @@ from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.implicit_derivatives import ImplicitDerivatives
-from diffcal_ros.fem.motion.implicit_march import march, Trajectory
+from diffcal_ros.fem.motion.implicit_march import march
 from diffcal_ros.fem.motion.integrator import ByHeld, HeldAt, HeldChanges
 from diffcal_ros.fem.motion.step_system import StepSystem
+from diffcal_ros.fem.motion.trajectory import Trajectory
 import numpy as np
 from numpy.typing import NDArray
 

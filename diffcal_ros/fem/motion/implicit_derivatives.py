@@ -15,9 +15,9 @@ from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.held_nodes import HeldState
-from diffcal_ros.fem.motion.implicit_march import Trajectory
 from diffcal_ros.fem.motion.integrator import ByHeld, HeldChanges
 from diffcal_ros.fem.motion.step_system import factor_at, StepSystem
+from diffcal_ros.fem.motion.trajectory import Trajectory
 import numpy as np
 from numpy.typing import NDArray
 

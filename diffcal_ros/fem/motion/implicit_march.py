@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Marching forward by implicit steps; a step that does not converge is halved."""
 
-from dataclasses import dataclass, field
-
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.held_nodes import HeldState
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.motion.integrator import HeldAt
 from diffcal_ros.fem.motion.step_system import StepSystem
+from diffcal_ros.fem.motion.trajectory import Trajectory
 from diffcal_ros.fem.sparse_solver import NotPositiveDefiniteError
 import numpy as np
 from numpy.typing import NDArray
@@ -31,31 +30,6 @@ _LEAST_ACCELERATION = 1.0
 
 class _StepFailedError(Exception):
     """Newton's method did not converge."""
-
-
-@dataclass
-class Trajectory:
-    """States of a march.
-
-    Attributes:
-        times: since the start [s], S + 1 of them.
-        steps: sizes of the steps [s], S of them.
-        positions: [m], shape (N, 3) each.
-        velocities: [m/s], shape (N, 3) each.
-        halvings: how often a step had to be halved.
-    """
-
-    times: list[float] = field(default_factory=list)
-    steps: list[float] = field(default_factory=list)
-    positions: list[FloatArray] = field(default_factory=list)
-    velocities: list[FloatArray] = field(default_factory=list)
-    halvings: int = 0
-
-    def append(self, time: float, state: StepState) -> None:
-        """Keep a state."""
-        self.times.append(time)
-        self.positions.append(state.positions)
-        self.velocities.append(state.velocities)
 
 
 def march(
