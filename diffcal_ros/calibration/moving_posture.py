@@ -10,7 +10,7 @@ from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import HeldMotion, Release
-from diffcal_ros.fem.motion.moving_body import Motion, MovingBody, TIME_STEP
+from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody, TIME_STEP
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 
 
 _SECOND_ORDER = 'implicit'
+# So many times its tolerance a step may err before that is told.
+_COARSE = 2.0
 
 
 class MovingPosture:
@@ -65,8 +67,17 @@ class MovingPosture:
         self._clamped_at = targets[self.body.held_vertices]
         self._release = Release(released, setup.motion.release_time.start, targets[released])
         self._name, self._integrator = setup.name, setup.motion.integrator
-        self._time_step = setup.motion.time_step or TIME_STEP
-        self._moving = self._make_moving(self.body, self._time_step)
+        self._tolerance = setup.motion.tolerance
+        usual = TIME_STEP if self._tolerance is None else LONGEST_STEP
+        self._time_step = setup.motion.time_step or usual
+        self._moving = MovingBody(
+            self.body,
+            self._release,
+            integrator=self._integrator,
+            time_step=self._time_step,
+            tolerance=self._tolerance,
+        )
+        self._rungs: tuple[int, ...] = ()
         self._is_turned = any(part.turn is not None for part in setup.staying)
 
     def _make_body(self) -> StaticBody:
@@ -79,19 +90,23 @@ class MovingPosture:
             device=self._device,
         )
 
-    def _make_moving(self, body: StaticBody, time_step: float) -> MovingBody:
-        return MovingBody(body, self._release, integrator=self._integrator, time_step=time_step)
-
     @property
     def motion(self) -> Motion:
         """The last motion."""
         return self._moving.motion
 
     def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
-        """Simulate; the motion starts from rest and needs no prediction."""
-        self._simulate(self._moving, inputs)
+        """Simulate; the motion starts from rest and needs no prediction.
 
-    def _simulate(self, moving: MovingBody, inputs: PostureInputs) -> Motion:
+        Where a tolerance chooses the steps, those of the first motion stay: tangents and adjoint
+        are exact for fixed steps, and a cost whose steps were chosen anew would jump by what the
+        tolerance allows wherever one of them changes, which no gradient knows of.
+        """
+        motion = self._simulate(self._moving, inputs, self._rungs)
+        if self._tolerance is not None:
+            self._rungs = motion.rungs
+
+    def _simulate(self, moving: MovingBody, inputs: PostureInputs, rungs: Sequence[int]) -> Motion:
         return moving.simulate(
             inputs.material,
             Damping(inputs.damping),
@@ -101,6 +116,7 @@ class MovingPosture:
             conditions=inputs.conditions,
             release_time=inputs.release_time,
             time_offset=inputs.time_offset,
+            rungs=rungs or None,
         )
 
     def positions(self, state: int) -> FloatArray:
@@ -145,19 +161,33 @@ class MovingPosture:
         """
         if self._integrator != _SECOND_ORDER:
             return np.zeros_like(self.motion.positions)
-        halved = self._make_moving(self._make_body(), 0.5 * self._time_step)
-        change = self._simulate(halved, inputs).positions - self.motion.positions
+        halved = MovingBody(self._make_body(), self._release, time_step=0.5 * self._time_step)
+        # Every step in two where a tolerance chose them.
+        rungs = [rung for rung in self._rungs for _ in range(2)]
+        change = self._simulate(halved, inputs, rungs).positions - self.motion.positions
         return change / (1.0 - 0.5**2)
 
     def warnings(self) -> list[str]:
-        """Say so when the time step had to be halved."""
+        """Say so when the time step had to be halved, or steps err more than they may."""
         halvings = self.motion.halvings
+        if self._tolerance is not None:
+            return self._coarse_steps(self._tolerance)
         if not halvings:
             return []
         return [
             f'{self._name}: the time step of {self._time_step:.2g} s did not converge and was '
             f'halved {halvings} times on the way; a shorter `motion.time_step` in the scene '
             'avoids that'
+        ]
+
+    def _coarse_steps(self, tolerance: float) -> list[str]:
+        largest = float(self.motion.step_errors.max(initial=0.0))
+        if largest <= _COARSE * tolerance:
+            return []
+        return [
+            f'{self._name}: the time steps were chosen for the start values, and now one of them '
+            f'is off by {largest:.2g} m where `motion.tolerance` is {tolerance:.2g}: fit again '
+            'from the fitted scene'
         ]
 
     def _held_motion(self) -> HeldMotion | None:

@@ -130,6 +130,8 @@ def _motion_rows(motion: MotionSetup) -> list[Row]:
     used = 'all of the recording' if motion.duration is None else f'{motion.duration:g} s'
     kept = f'one in {motion.hold_out} kept for the check' if motion.hold_out else 'all fitted'
     step = '' if motion.time_step is None else f' of at most {motion.time_step:g} s'
+    if motion.tolerance is not None:
+        step += f', each off by at most {1e3 * motion.tolerance:g} mm'
     names = ' and '.join(motion.released)
     return [
         ('', f'moves: {names} let go; {_quantity_text(RELEASE_TIME, motion.release_time)}'),

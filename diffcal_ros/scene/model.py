@@ -130,6 +130,8 @@ class MotionSetup:
         release_time: when, after the first frame [s].
         integrator: name of the time integrator.
         time_step: longest step [s]; None for the integrator's own.
+        tolerance: what a step of `implicit` may be off by [m], which chooses the steps; None for
+            fixed ones.
         duration: how much of the recording is used, from its first frame [s]; None for all.
         most_frames: at most so many frames are compared, evenly spaced.
         hold_out: every so manieth frame is kept from the fit and only compared; 0 for none.
@@ -142,6 +144,7 @@ class MotionSetup:
     duration: float | None = None
     most_frames: int = 60
     hold_out: int = 5
+    tolerance: float | None = None
 
     @property
     def is_slow(self) -> bool:

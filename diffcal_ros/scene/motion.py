@@ -13,6 +13,7 @@ from diffcal_ros.tet_mesh import TetMesh
 
 INTEGRATORS = ('implicit', 'semi_implicit', QUASI_STATIC)
 _STEPS = Interval(1e-6, 0.02)
+_TOLERANCES = Interval(1e-8, 1e-3)
 _DURATIONS = Interval(0.01, 600.0)
 _USUAL_FRAMES, _MOST_FRAMES = 60, 2000
 _USUAL_HOLD_OUT = 5
@@ -32,6 +33,7 @@ def read_motion(
     release_time = read_quantity(section, 'at', RELEASE_TIME)
     integrator = section.choice('integrator', INTEGRATORS, default=INTEGRATORS[0])
     time_step = _optional(section, 'time_step', _STEPS)
+    tolerance = _tolerance(section, integrator)
     duration = _optional(section, 'duration', _DURATIONS)
     most_frames = _count(section, 'frames', _USUAL_FRAMES, low=2)
     hold_out = _count(section, 'hold_out', _USUAL_HOLD_OUT, low=0)
@@ -54,6 +56,7 @@ def read_motion(
         duration=duration,
         most_frames=most_frames,
         hold_out=hold_out,
+        tolerance=tolerance,
     )
 
 
@@ -77,10 +80,20 @@ def _released(section: Section, held: Sequence[HeldPart]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(value))
 
 
-def _optional(section: Section, name: str, allowed: Interval) -> float | None:
+def _tolerance(section: Section, integrator: str) -> float | None:
+    """Return what a step may be off by [m]."""
+    tolerance = _optional(section, 'tolerance', _TOLERANCES, unit='metres')
+    if tolerance is not None and integrator != INTEGRATORS[0]:
+        section.wrong('tolerance', f'only steps of `integrator: {INTEGRATORS[0]}` follow one')
+    return tolerance
+
+
+def _optional(
+    section: Section, name: str, allowed: Interval, *, unit: str = 'seconds'
+) -> float | None:
     if not section.has(name):
         return None
-    needed = f'give seconds, {allowed}'
+    needed = f'give {unit}, {allowed}'
     return section.number(name, allowed=allowed, needed=needed)
 
 

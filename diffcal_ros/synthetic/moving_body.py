@@ -62,6 +62,8 @@ def move_body(
         setup.motion,
         integrator=integrator or setup.motion.integrator,
         time_step=time_step or setup.motion.time_step,
+        # A tolerance chooses steps of the scene's own integrator.
+        tolerance=None if integrator or time_step else setup.motion.tolerance,
     )
     posture = MovingPosture(scene, replace(setup, motion=motion), list(times), 'auto', 'cpu')
     inputs = PostureInputs(

@@ -126,6 +126,40 @@ def test_the_error_of_the_time_step_is_foreseen() -> None:
     assert np.linalg.norm(foreseen - true) < _FORESEEN * seen
 
 
+def test_steps_of_a_tolerance_are_those_of_the_first_motion() -> None:
+    model = moving_model(moving_scene((4, 1, 1), fit=FIT, tolerance=5e-6), TIMES)
+    start, posture = model.parameters.start(), model.bodies[0]
+    model.views(start)
+    chosen = posture.motion
+    assert len(set(chosen.rungs)) > 1
+    assert model.warnings() == []
+    # Half as stiff: it moves more slowly, and on its own would take longer steps.
+    softer = start - np.log(2.0) * np.eye(len(start))[0]
+    model.views(softer)
+    assert posture.motion.rungs == chosen.rungs
+    afresh = moving_model(moving_scene((4, 1, 1), fit=FIT, tolerance=5e-6), TIMES)
+    afresh.views(softer)
+    assert afresh.bodies[0].motion.step_count < posture.motion.step_count
+    # A hundredth of the damping: the same steps are too long, which is told.
+    model.views(start - np.log(100.0) * np.eye(len(start))[1])
+    (warning,) = model.warnings()
+    assert 'the time steps were chosen for the start values' in warning
+    assert 'fit again from the fitted scene' in warning
+
+
+def test_the_error_of_chosen_steps_is_foreseen() -> None:
+    chosen = moving_model(moving_scene((4, 1, 1), fit=FIT, tolerance=1e-6), TIMES)
+    fine = moving_model(moving_scene((4, 1, 1), fit=FIT, time_step=1 / 3840), TIMES)
+    start = chosen.parameters.start()
+    for model in (chosen, fine):
+        model.views(start)
+    true = fine.bodies[0].motion.positions - chosen.bodies[0].motion.positions
+    foreseen = chosen.bodies[0].step_moves(chosen._posture_inputs(0, start))
+    seen = np.linalg.norm(true)
+    assert seen > 1e-6
+    assert np.linalg.norm(foreseen - true) < _FORESEEN * seen
+
+
 def test_a_step_that_was_halved_is_told(model: ForwardModel) -> None:
     model.views(model.parameters.start())
     assert model.warnings() == []

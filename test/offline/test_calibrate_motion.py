@@ -21,6 +21,10 @@ from support.released_beam import DAMPING, record_release, RELEASE_TIME
 TRUTH = {'youngs_modulus': 200e3, 'damping': DAMPING, 'density': 1080.0}
 
 
+# Of a standard error.
+_UNSEEN = 0.3
+
+
 @pytest.fixture(scope='module')
 def released(tmp_path_factory):
     return record_release(tmp_path_factory.mktemp('released'), integrator='semi_implicit')
@@ -56,6 +60,22 @@ def test_the_parameters_come_back_with_honest_errors(fitted):
     held_out = json.loads((out / 'result.json').read_text())['gap']['held_out']
     assert held_out['pixels'] == result.gap_held_out.pixels
     assert 'held out    median' in result_text('beam', result)
+
+
+def test_steps_by_a_tolerance_find_the_same(released, fitted, tmp_path):
+    scene = load_scene(released.scene)
+    (setup,) = scene.observations
+    setup = replace(setup, motion=replace(setup.motion, tolerance=2e-6))
+    inputs = open_inputs(replace(scene, observations=(setup,)), list(released.bags.values()))
+    settings = CalibrationSettings(with_mesh_error=False)
+    _, found = run_calibration(inputs, settings, tmp_path)
+    _, expected, _ = fitted
+    assert found.outcome is Outcome.CONVERGED
+    assert not any('time steps' in warning for warning in found.warnings)
+    for name in (*TRUTH, 'release_time'):
+        # Steps of both are short enough not to be seen among the noise.
+        wrong = abs(found[name].value - expected[name].value)
+        assert wrong < _UNSEEN * expected[name].std_error, name
 
 
 def test_the_report_shows_a_few_frames(fitted, tmp_path):

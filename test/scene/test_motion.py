@@ -41,6 +41,13 @@ def test_the_table_tells_of_the_motion(write_scene):
     assert 'one in 5 kept for the check' in text
 
 
+def test_a_tolerance_chooses_the_steps(write_scene):
+    scene = load_scene(write_scene(_merged({'motion.tolerance': 2e-5})))
+    (setup,) = scene.observations
+    assert (setup.motion.tolerance, setup.motion.time_step) == (2e-5, None)
+    assert 'implicit steps, each off by at most 0.02 mm' in format_rows(scene_rows(scene))
+
+
 def test_one_observation_moves_and_another_rests(write_scene):
     changes = {key: value for key, value in MOTION.items() if key != 'motion'}
     motion = MOTION['motion']
@@ -65,6 +72,11 @@ def test_one_observation_moves_and_another_rests(write_scene):
         ({'motion.at': -1}, 'motion.at is -1: give the time of release in s, at least 0'),
         ({'motion.integrator': 'euler'}, 'allowed: implicit, semi_implicit'),
         ({'motion.time_step': 1}, 'motion.time_step is 1: give seconds, at least 1e-06'),
+        ({'motion.tolerance': 1}, 'motion.tolerance is 1: give metres, at least 1e-08'),
+        (
+            {'motion.tolerance': 1e-5, 'motion.integrator': 'semi_implicit'},
+            'motion.tolerance is 1e-05: only steps of `integrator: implicit` follow one',
+        ),
         ({'motion.hold_out': 1}, 'every frame would be kept from the fit'),
         ({'motion.frames': 1}, 'motion.frames is 1: give a whole number at least 2'),
         ({'motion.duraton': 1}, 'did you mean `duration`'),

@@ -25,13 +25,20 @@ def moving_scene(
     release_time: float = RELEASE_TIME,
     integrator: str = 'implicit',
     time_step: float | None = None,
+    tolerance: float | None = None,
     **kwargs: Any,
 ) -> Scene:
     """Make the beam of `beam_scene` move."""
     scene = beam_scene(*args, **kwargs)
     (setup,) = scene.observations
     far = np.flatnonzero(scene.mesh.rest_positions[:, 0] > SIZE[0] - 1e-9).astype(np.int32)
-    motion = MotionSetup(('ledge',), quantity(release_time, 0.0, 0.2), integrator, time_step)
+    motion = MotionSetup(
+        ('ledge',),
+        quantity(release_time, 0.0, 0.2),
+        integrator,
+        time_step,
+        tolerance=tolerance,
+    )
     setup = replace(setup, held=(*setup.held, HeldPart('ledge', far)), motion=motion)
     regions = tuple(
         replace(region, damping=quantity(damping, 0.1, 1e4), density=density or region.density)

@@ -8,12 +8,12 @@ from diffcal_ros.damping import Damping
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.motion.inputs import HeldMotion, MotionChange, Release
-from diffcal_ros.fem.motion.moving_body import Motion, MovingBody, TIME_STEP
+from diffcal_ros.fem.motion.moving_body import Motion, MovingBody
 from diffcal_ros.material import Material
 import numpy as np
 
 from support.beams import beam_mesh
-from support.bodies import GRAVITY, hanging_beam
+from support.bodies import GRAVITY, hanging_beam, uniform_material
 
 RELEASE_TIME = 0.0123
 
@@ -30,6 +30,7 @@ class Case:
     release_time: float = RELEASE_TIME
     conditions: Conditions = NO_CONDITIONS
     held_motion: HeldMotion | None = None
+    rungs: tuple[int, ...] | None = None
 
     def run(self) -> Motion:
         """Simulate."""
@@ -41,6 +42,7 @@ class Case:
             held_motion=self.held_motion,
             conditions=self.conditions,
             release_time=self.release_time,
+            rungs=self.rungs,
         )
 
     def moved(self, change: MotionChange, step: float) -> 'Case':
@@ -72,7 +74,8 @@ def released_beam(
     random: np.random.Generator,
     *,
     integrator: str = 'implicit',
-    time_step: float = TIME_STEP,
+    time_step: float | None = None,
+    tolerance: float | None = None,
     counts: tuple[int, int, int] = (6, 2, 2),
 ) -> Case:
     """A beam held at its low-x end, let go at its other end."""
@@ -84,6 +87,7 @@ def released_beam(
         Release(support, RELEASE_TIME),
         integrator=integrator,
         time_step=time_step,
+        tolerance=tolerance,
     )
     return Case(
         body=body,
@@ -95,6 +99,30 @@ def released_beam(
         damping=Damping(20.0 * (1.0 + random.random(count)), 0.3),
         gravity=GRAVITY,
         stamps=np.array([0.005, 0.03, 0.071, 0.153]),
+    )
+
+
+def shaken_beam(integrator: str = 'implicit', time_step: float | None = None) -> Case:
+    """A clamp that is shaken smoothly: no shock excites what no step follows."""
+    mesh = beam_mesh((4, 1, 1))
+    body = hanging_beam(Element.LINEAR, mesh)
+    held = mesh.rest_positions[body.held_vertices]
+    count = mesh.tet_count
+
+    def shaken(time: float) -> np.ndarray:
+        share = np.clip(time / 0.12, 0.0, 1.0)
+        return held + np.array([0.0, 0.01, -0.02]) * share**4 * (
+            35 - 84 * share + 70 * share**2 - 20 * share**3
+        )
+
+    return Case(
+        body=MovingBody(body, None, integrator=integrator, time_step=time_step),
+        material=uniform_material(mesh, 40e3, 0.40),
+        damping=Damping(np.full(count, 15.0), 0.2),
+        gravity=GRAVITY,
+        stamps=np.array([0.117, 0.2]),
+        release_time=0.0,
+        held_motion=shaken,
     )
 
 

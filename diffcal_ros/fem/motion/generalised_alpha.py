@@ -8,6 +8,10 @@
 
 Positions and velocities meet the equation of motion at the end of every step; `a` is a filtered
 acceleration. Given the step's begin, all but x' is linear in x'.
+
+`a` is the acceleration at a time that lies am - af of a step beside the state's. Where the size of
+steps changes, that distance must change with it or the rule falls to first order (Bruels and
+Arnold 2008): a - A grows as the step does.
 """
 
 from dataclasses import dataclass
@@ -44,10 +48,12 @@ class StepRule:
         step: h [s].
         retained: amplitude left of an infinitely fast vibration after a step: 1 keeps all
             vibrations, 0 removes the fastest at once.
+        growth: the step over the one before it.
     """
 
     step: float
     retained: float
+    growth: float = 1.0
 
     @cached_property
     def mass_share(self) -> float:
@@ -89,15 +95,24 @@ class StepRule:
         """Return dA'/dx' [1/s^2]."""
         return self.mixing * self.pull
 
+    @cached_property
+    def error_share(self) -> float:
+        """Return the error of x' over h^2 (a' - a), which both grow as the third power of h."""
+        return 0.5 * (self.mass_share - self.force_share) + self.b - 1.0 / 6.0
+
+    def filtered_at(self, begin: StepState) -> FloatArray:
+        """Return a of a step's begin as a step of this size takes it [m/s^2]."""
+        if self.growth == 1.0:
+            return begin.filtered
+        return begin.accelerations + self.growth * (begin.filtered - begin.accelerations)
+
     def known(self, begin: StepState) -> StepState:
         """Return what the end would be at x' = 0: the part that the begin decides."""
-        h, b = self.step, self.b
-        filtered = -(
-            self.pull * (begin.positions + h * begin.velocities) + (0.5 - b) / b * begin.filtered
-        )
-        velocities = begin.velocities + h * (1.0 - self.g) * begin.filtered + h * self.g * filtered
+        h, b, begun = self.step, self.b, self.filtered_at(begin)
+        filtered = -(self.pull * (begin.positions + h * begin.velocities) + (0.5 - b) / b * begun)
+        velocities = begin.velocities + h * (1.0 - self.g) * begun + h * self.g * filtered
         accelerations = self.mixing * filtered + (
-            self.mass_share * begin.filtered - self.force_share * begin.accelerations
+            self.mass_share * begun - self.force_share * begin.accelerations
         ) / (1.0 - self.force_share)
         return StepState(np.zeros_like(filtered), velocities, filtered, accelerations)
 
@@ -119,11 +134,14 @@ class StepRule:
             + h * self.g * by_known.velocities
         )
         mixed = by_known.accelerations / (1.0 - self.force_share)
+        begun = (
+            self.mass_share * mixed
+            + h * (1.0 - self.g) * by_known.velocities
+            - (0.5 - b) / b * filtered
+        )
         return StepState(
             positions=-self.pull * filtered,
             velocities=by_known.velocities - h * self.pull * filtered,
-            filtered=self.mass_share * mixed
-            + h * (1.0 - self.g) * by_known.velocities
-            - (0.5 - b) / b * filtered,
-            accelerations=-self.force_share * mixed,
+            filtered=self.growth * begun,
+            accelerations=(1.0 - self.growth) * begun - self.force_share * mixed,
         )

@@ -7,11 +7,17 @@ from collections.abc import Sequence
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.frame_reader import FrameReader
-from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
+from diffcal_ros.fem.motion.generalised_alpha import StepState
 from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.implicit_derivatives import ImplicitDerivatives
-from diffcal_ros.fem.motion.implicit_march import march
+from diffcal_ros.fem.motion.implicit_march import Marcher
 from diffcal_ros.fem.motion.integrator import ByHeld, HeldAt, HeldChanges
+from diffcal_ros.fem.motion.step_sizes import (
+    ControlledSteps,
+    FixedSteps,
+    GivenSteps,
+    StepSizes,
+)
 from diffcal_ros.fem.motion.step_system import StepSystem
 from diffcal_ros.fem.motion.trajectory import Trajectory
 import numpy as np
@@ -22,6 +28,8 @@ FloatArray = NDArray[np.float64]
 # Keeps the swing of a beam and still settles what a step cannot follow: see
 # docs/decisions/implicit-integrator.md.
 RETAINED = 0.8
+# The first step that is tried under control [s].
+_FIRST_STEP = 1.0 / 240.0
 
 
 class ImplicitIntegrator:
@@ -30,17 +38,24 @@ class ImplicitIntegrator:
     name = 'implicit'
 
     def __init__(
-        self, dynamics: Dynamics, time_step: float, *, retained: float = RETAINED
+        self,
+        dynamics: Dynamics,
+        time_step: float,
+        *,
+        tolerance: float | None = None,
+        retained: float = RETAINED,
     ) -> None:
         """Prepare marches.
 
         Args:
             dynamics: the equation of motion.
             time_step: longest step [s].
+            tolerance: what one step may be off by [m]; None: steps are fixed.
             retained: amplitude left of the fastest vibrations after a step, 0 to 1.
         """
         self._dynamics = dynamics
-        self._rule = StepRule(time_step, retained)
+        self._longest, self._retained = time_step, retained
+        self._tolerance = tolerance
         self._system = StepSystem(dynamics)
         self._trajectory = Trajectory()
         self._stamps = np.zeros(0)
@@ -55,7 +70,23 @@ class ImplicitIntegrator:
         """How often a step of the last march had to be halved."""
         return self._trajectory.halvings
 
-    def march(self, start: FloatArray, stamps: FloatArray, held_at: HeldAt) -> FrameReader:
+    @property
+    def rungs(self) -> tuple[int, ...]:
+        """How often each step of the last march halves the longest one."""
+        return tuple(self._trajectory.rungs)
+
+    @property
+    def step_errors(self) -> FloatArray:
+        """What each step of the last march is off by, about [m]; empty without a tolerance."""
+        return np.array(self._trajectory.errors)
+
+    def march(
+        self,
+        start: FloatArray,
+        stamps: FloatArray,
+        held_at: HeldAt,
+        rungs: Sequence[int] | None = None,
+    ) -> FrameReader:
         """March; see `Integrator`."""
         dynamics = self._dynamics
         velocities = np.zeros_like(start)
@@ -65,13 +96,29 @@ class ImplicitIntegrator:
         self._system.forget()
         self._stamps = stamps
         duration = float(stamps.max(initial=0.0))
-        self._trajectory = march(dynamics, self._system, self._rule, begin, duration, held_at)
+        marcher = Marcher(
+            dynamics,
+            self._system,
+            self._longest,
+            self._retained,
+            held_at,
+            is_measured=self._tolerance is not None,
+        )
+        self._trajectory = marcher.march(begin, duration, self._sizes(rungs))
         reader = self._reader()
         reader.begin(start.shape)
         states = zip(self._trajectory.positions, self._trajectory.velocities, strict=True)
         for place, state in enumerate(states):
             reader.add(place, *state)
         return reader
+
+    def _sizes(self, rungs: Sequence[int] | None) -> StepSizes:
+        if rungs:
+            return GivenSteps(rungs)
+        if self._tolerance is None:
+            return FixedSteps()
+        rung = max(0, int(np.ceil(np.log2(self._longest / _FIRST_STEP))))
+        return ControlledSteps(self._tolerance, rung)
 
     def tangents(
         self, changes: Sequence[Change], start: FloatArray, held_changes: HeldChanges
@@ -91,6 +138,4 @@ class ImplicitIntegrator:
         return FrameReader(np.array(self._trajectory.times), self._stamps)
 
     def _derivatives(self) -> ImplicitDerivatives:
-        return ImplicitDerivatives(
-            self._dynamics, self._system, self._rule.retained, self._trajectory
-        )
+        return ImplicitDerivatives(self._dynamics, self._system, self._retained, self._trajectory)

@@ -43,7 +43,7 @@ class ImplicitDerivatives:
         return StepState(positions, velocities, accelerations, accelerations)
 
     def _rule(self, place: int) -> StepRule:
-        return StepRule(self._trajectory.steps[place - 1], self._retained)
+        return self._trajectory.rule(place, self._retained)
 
     def tangents(
         self,

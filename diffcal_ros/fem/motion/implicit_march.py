@@ -1,12 +1,16 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Marching forward by implicit steps; a step that does not converge is halved."""
+"""Marching forward by implicit steps; a step that does not converge is taken shorter."""
+
+from dataclasses import dataclass
 
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.held_nodes import HeldState
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.motion.integrator import HeldAt
+from diffcal_ros.fem.motion.step_error import step_error
+from diffcal_ros.fem.motion.step_sizes import MAX_HALVINGS, StepSizes
 from diffcal_ros.fem.motion.step_system import StepSystem
 from diffcal_ros.fem.motion.trajectory import Trajectory
 from diffcal_ros.fem.sparse_solver import NotPositiveDefiniteError
@@ -21,9 +25,6 @@ _FORCE_TOLERANCE = 1e-6
 _MAX_NEWTON_STEPS = 20
 # A factorisation is held while a round leaves no more than this share of the force.
 _HELD_CONTRACTION = 0.2
-_MAX_HALVINGS = 10
-# So many good steps after a halving the step is doubled again.
-_GOOD_STEPS = 4
 # Forces are compared with masses under this acceleration where gravity is absent [m/s^2].
 _LEAST_ACCELERATION = 1.0
 
@@ -32,54 +33,91 @@ class _StepFailedError(Exception):
     """Newton's method did not converge."""
 
 
-def march(
-    dynamics: Dynamics,
-    system: StepSystem,
-    rule: StepRule,
-    begin: StepState,
-    duration: float,
-    held_at: HeldAt,
-) -> Trajectory:
-    """March until a duration is covered.
+@dataclass(frozen=True)
+class Marcher:
+    """What all steps of a march share.
 
-    Args:
+    Attributes:
         dynamics: the equation of motion.
         system: of its steps.
-        rule: whose step is the longest to take.
-        begin: state to start from.
-        duration: [s].
+        longest: step [s].
+        retained: amplitude left of the fastest vibrations after a step.
         held_at: held nodes at a time since the start [s].
-
-    Raises:
-        MotionError: when a step does not converge however short it is.
+        is_measured: whether the error of every step is estimated.
     """
-    trajectory = Trajectory()
-    trajectory.append(0.0, begin)
-    tolerance = _tolerance(dynamics)
-    time, state, level, good_steps = 0.0, begin, 0, 0
-    while time < duration * (1.0 - 1e-12):
-        now = StepRule(rule.step / 2**level, rule.retained)
+
+    dynamics: Dynamics
+    system: StepSystem
+    longest: float
+    retained: float
+    held_at: HeldAt
+    is_measured: bool = False
+
+    def march(self, begin: StepState, duration: float, sizes: StepSizes) -> Trajectory:
+        """March until a duration [s] is covered.
+
+        Args:
+            begin: state to start from.
+            duration: [s].
+            sizes: of the steps.
+
+        Raises:
+            MotionError: when a step does not converge however short it is.
+        """
+        trajectory = Trajectory()
+        trajectory.append(0.0, begin)
+        tolerance = _tolerance(self.dynamics)
+        # Times are whole multiples of the shortest step: they carry no sum of roundings.
+        tick, ticks, time, state = self.longest / 2**MAX_HALVINGS, 0, 0.0, begin
+        while time < duration * (1.0 - 1e-12):
+            rung = sizes.rung
+            step = self.longest / 2**rung
+            rule = trajectory.next_rule(step, self.retained)
+            try:
+                end, error = self._try(trajectory, rule, time, state, tolerance)
+            except _StepFailedError as failure:
+                trajectory.halvings += 1
+                if rung >= MAX_HALVINGS:
+                    raise _given_up(time, step) from failure
+                sizes.shorten()
+                continue
+            if not sizes.accepts(step, error):
+                continue
+            state, ticks = end, ticks + 2 ** (MAX_HALVINGS - rung)
+            time = ticks * tick
+            trajectory.steps.append(step)
+            trajectory.rungs.append(rung)
+            trajectory.append(time, state)
+            if self.is_measured:
+                trajectory.errors.append(error)
+        return trajectory
+
+    def _try(
+        self,
+        trajectory: Trajectory,
+        rule: StepRule,
+        time: float,
+        begin: StepState,
+        tolerance: float,
+    ) -> tuple[StepState, float]:
+        """Take a step; return its end and how far it is off [m]."""
+        held, guess = self.held_at(time + rule.step), _guess(trajectory, rule.step)
+        dynamics, system = self.dynamics, self.system
+        end = _step(dynamics, system, rule, begin, held, guess, tolerance)
+        if not self.is_measured:
+            return end, 0.0
         try:
-            held, guess = held_at(time + now.step), _guess(trajectory, now.step)
-            state = _step(dynamics, system, now, state, held, guess, tolerance)
-        except _StepFailedError as error:
-            level, good_steps = level + 1, 0
-            trajectory.halvings += 1
-            if level > _MAX_HALVINGS:
-                raise MotionError(
-                    f'the motion does not go on {1e3 * time:.1f} ms after its start, not even '
-                    f'with a time step of {now.step:.1e} s: the body may be too soft for its '
-                    "load (raise Young's modulus) or be released from too far off"
-                ) from error
-            continue
-        good_steps += 1
-        if level > 0 and good_steps >= _GOOD_STEPS:
-            level, good_steps = level - 1, 0
-        # Whole steps are counted, so that their times carry no sum of roundings.
-        time = time + now.step if trajectory.halvings else (len(trajectory.steps) + 1) * rule.step
-        trajectory.steps.append(now.step)
-        trajectory.append(time, state)
-    return trajectory
+            return end, step_error(dynamics, system, rule, begin, end)
+        except NotPositiveDefiniteError as error:
+            raise _StepFailedError from error
+
+
+def _given_up(time: float, step: float) -> MotionError:
+    return MotionError(
+        f'the motion does not go on {1e3 * time:.1f} ms after its start, not even with a time '
+        f"step of {step:.1e} s: the body may be too soft for its load (raise Young's modulus) "
+        'or be released from too far off'
+    )
 
 
 def _tolerance(dynamics: Dynamics) -> float:

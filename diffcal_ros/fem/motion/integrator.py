@@ -34,8 +34,28 @@ class Integrator(Protocol):
     def halvings(self) -> int:
         """How often a step of the last march had to be halved."""
 
-    def march(self, start: FloatArray, stamps: FloatArray, held_at: HeldAt) -> FrameReader:
+    @property
+    def rungs(self) -> tuple[int, ...]:
+        """How often each step of the last march halves the longest one; empty if all alike."""
+
+    @property
+    def step_errors(self) -> FloatArray:
+        """What each step of the last march is off by [m]; empty where that is not known."""
+
+    def march(
+        self,
+        start: FloatArray,
+        stamps: FloatArray,
+        held_at: HeldAt,
+        rungs: Sequence[int] | None = None,
+    ) -> FrameReader:
         """March from positions (N, 3) [m] through stamps since the start [s], shape (F,).
+
+        Args:
+            start: positions at rest [m], shape (N, 3).
+            stamps: since the start [s], shape (F,).
+            held_at: held nodes.
+            rungs: of the steps to take, such as those of an earlier march; None: chosen anew.
 
         Returns:
             Frames of shape (F, N, 3) and their derivative by time.

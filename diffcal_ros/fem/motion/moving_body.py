@@ -7,7 +7,7 @@ the release, so that a later release shifts the whole motion: the derivative by 
 velocity at the frame, with the sign turned.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.damping import Damping
@@ -35,12 +35,12 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 TIME_STEP = 1.0 / 240.0
+# Where the error is controlled [s]: longer ones hardly cost less, as Newton's method needs more
+# rounds.
+LONGEST_STEP = 1.0 / 60.0
 CHECKPOINT_BYTES = 64_000_000
-_MAKERS: dict[str, Callable[[Dynamics, float, int], Integrator]] = {
-    'implicit': lambda dynamics, time_step, _: ImplicitIntegrator(dynamics, time_step),
-    'semi_implicit': SemiImplicitIntegrator,
-}
-INTEGRATOR_NAMES = tuple(_MAKERS)
+_IMPLICIT, _SEMI_IMPLICIT = 'implicit', 'semi_implicit'
+INTEGRATOR_NAMES = (_IMPLICIT, _SEMI_IMPLICIT)
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,9 @@ class Motion:
         velocities: their derivative by time [m/s], shape (F, N, 3); zero before the release.
         step_count: steps taken.
         halvings: how often a step did not converge and was halved.
+        rungs: how often each step halves the longest one; none for `semi_implicit`.
+        step_errors: what each step is off by, about [m], shape (S,), which add up to a bound on
+            the error of slow modes; empty where no tolerance was given.
     """
 
     stamps: FloatArray
@@ -60,6 +63,8 @@ class Motion:
     velocities: FloatArray
     step_count: int
     halvings: int
+    rungs: tuple[int, ...]
+    step_errors: FloatArray
 
 
 class MovingBody:
@@ -71,7 +76,8 @@ class MovingBody:
         release: Release | None,
         *,
         integrator: str = 'implicit',
-        time_step: float = TIME_STEP,
+        time_step: float | None = None,
+        tolerance: float | None = None,
         checkpoint_bytes: int = CHECKPOINT_BYTES,
     ) -> None:
         """Prepare one body.
@@ -81,24 +87,28 @@ class MovingBody:
             release: the support that goes and when; None: the body rests in its clamp until
                 t = 0 and then follows the motion of the held vertices.
             integrator: one of `INTEGRATOR_NAMES`.
-            time_step: longest step [s].
+            time_step: longest step [s]; None: `TIME_STEP`, or `LONGEST_STEP` with a tolerance.
+            tolerance: what one step may be off by [m]: steps of `implicit` are as long as that
+                allows; None: they are fixed.
             checkpoint_bytes: bound on the states that `semi_implicit` holds for the gradient;
                 `implicit` stores positions and velocities of every step.
 
         Raises:
-            ValueError: for an unknown integrator or a time step that is not positive.
+            ValueError: for an unknown integrator, a time step or tolerance that is not positive,
+                or a tolerance for `semi_implicit`.
         """
-        if integrator not in _MAKERS:
-            raise ValueError(
-                f'integrator {integrator!r} is unknown: use one of {", ".join(INTEGRATOR_NAMES)}'
-            )
-        if not time_step > 0.0:
-            raise ValueError(f'time step is {time_step:g} s: it must be positive')
+        if time_step is None:
+            time_step = TIME_STEP if tolerance is None else LONGEST_STEP
+        _check_steps(integrator, time_step, tolerance)
         self.static_body = static_body
         self.release = release
         self._dynamics = Dynamics(static_body)
         self._start = Start(static_body, release)
-        self.integrator = _MAKERS[integrator](self._dynamics, time_step, checkpoint_bytes)
+        self.integrator: Integrator
+        if integrator == _IMPLICIT:
+            self.integrator = ImplicitIntegrator(self._dynamics, time_step, tolerance=tolerance)
+        else:
+            self.integrator = SemiImplicitIntegrator(self._dynamics, time_step, checkpoint_bytes)
         self._motion: Motion | None = None
         self._held = HeldNodes(static_body, None, np.zeros(6))
         self._release_time = 0.0
@@ -125,6 +135,7 @@ class MovingBody:
         conditions: Conditions = NO_CONDITIONS,
         release_time: float | None = None,
         time_offset: float = 0.0,
+        rungs: Sequence[int] | None = None,
     ) -> Motion:
         """Find the body's positions at the stamps.
 
@@ -139,6 +150,9 @@ class MovingBody:
             conditions: effects on the body; added masses count as inertia too.
             release_time: [s], in place of the release's own.
             time_offset: by which the stamps are late [s]: the body is where it was so long before.
+            rungs: steps to take since the release, such as those of an earlier `Motion`. Its
+                derivatives hold them fixed: only motions of the same steps differ smoothly. None:
+                they are chosen anew.
 
         Raises:
             EquilibriumError: when the body finds no rest before its release.
@@ -154,13 +168,16 @@ class MovingBody:
         self._held = HeldNodes(self.static_body, held_motion, conditions.clamp_motion)
         start = self._start.settle(inputs, self._held.vertices_at(release_time))
         self._dynamics.take(inputs)
-        reader = self.integrator.march(start, stamps - time_offset - release_time, self._held_at)
+        since = stamps - time_offset - release_time
+        reader = self.integrator.march(start, since, self._held_at, rungs)
         self._motion = Motion(
             stamps,
             reader.frames,
             reader.rates,
             self.integrator.step_count,
             self.integrator.halvings,
+            self.integrator.rungs,
+            self.integrator.step_errors,
         )
         return self._motion
 
@@ -225,6 +242,21 @@ class MovingBody:
 
     def _held_changes(self, changes: Sequence[Change], time: float) -> list[HeldState | None]:
         return [self._held.change(self._release_time + time, change) for change in changes]
+
+
+def _check_steps(integrator: str, time_step: float, tolerance: float | None) -> None:
+    if integrator not in INTEGRATOR_NAMES:
+        raise ValueError(
+            f'integrator {integrator!r} is unknown: use one of {", ".join(INTEGRATOR_NAMES)}'
+        )
+    if not time_step > 0.0:
+        raise ValueError(f'time step is {time_step:g} s: it must be positive')
+    if tolerance is None:
+        return
+    if integrator != _IMPLICIT:
+        raise ValueError(f'{integrator} steps are bound by stability: leave the tolerance out')
+    if not tolerance > 0.0:
+        raise ValueError(f'tolerance is {tolerance:g} m: it must be positive')
 
 
 def _check(stamps: FloatArray, conditions: Conditions) -> None:

@@ -60,8 +60,24 @@ class SemiImplicitIntegrator:
         """How often the last march was begun anew with half the step."""
         return self._halvings
 
-    def march(self, start: FloatArray, stamps: FloatArray, held_at: HeldAt) -> FrameReader:
-        """March; see `Integrator`."""
+    @property
+    def rungs(self) -> tuple[int, ...]:
+        """Nothing: all steps are alike."""
+        return ()
+
+    @property
+    def step_errors(self) -> FloatArray:
+        """Nothing: they are not known."""
+        return np.zeros(0)
+
+    def march(
+        self,
+        start: FloatArray,
+        stamps: FloatArray,
+        held_at: HeldAt,
+        rungs: Sequence[int] | None = None,
+    ) -> FrameReader:
+        """March with steps of its own; see `Integrator`."""
         dynamics = self._dynamics
         velocities = np.zeros_like(start)
         velocities[dynamics.body.held_nodes] = held_at(0.0).velocities

@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass, field
 
-from diffcal_ros.fem.motion.generalised_alpha import StepState
+from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,16 +18,34 @@ class Trajectory:
     Attributes:
         times: since the start [s], S + 1 of them.
         steps: sizes of the steps [s], S of them.
+        rungs: how often each of them halves the longest one.
         positions: [m], shape (N, 3) each.
         velocities: [m/s], shape (N, 3) each.
-        halvings: how often a step had to be halved.
+        halvings: how often a step did not converge.
+        errors: what each of them is off by, about [m]; empty where that was not asked for.
     """
 
     times: list[float] = field(default_factory=list)
     steps: list[float] = field(default_factory=list)
+    rungs: list[int] = field(default_factory=list)
     positions: list[FloatArray] = field(default_factory=list)
     velocities: list[FloatArray] = field(default_factory=list)
     halvings: int = 0
+    errors: list[float] = field(default_factory=list)
+
+    def rule(self, place: int, retained: float) -> StepRule:
+        """Return the rule of the step that ends in a state."""
+        return StepRule(
+            self.steps[place - 1], retained, self._growth(place, self.steps[place - 1])
+        )
+
+    def next_rule(self, step: float, retained: float) -> StepRule:
+        """Return the rule of a step from the last state."""
+        return StepRule(step, retained, self._growth(len(self.times), step))
+
+    def _growth(self, place: int, step: float) -> float:
+        # A march starts with a = A: there is nothing to grow.
+        return step / self.steps[place - 2] if place > 1 else 1.0
 
     def append(self, time: float, state: StepState) -> None:
         """Keep a state."""
