@@ -54,8 +54,8 @@ class Motion:
         step_count: steps taken.
         halvings: how often a step did not converge and was halved.
         rungs: how often each step halves the longest one; none for `semi_implicit`.
-        step_errors: what each step is off by, about [m], shape (S,), which add up to a bound on
-            the error of slow modes; empty where no tolerance was given.
+        step_errors: what each step is off by, about [m], shape (S,); they add up to about the
+            error of slow modes. Empty where no tolerance was given.
     """
 
     stamps: FloatArray
