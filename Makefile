@@ -94,7 +94,8 @@ coarsening: $(VENV)/.test ## Fit coarser meshes of a beam to a fine one, with ea
 	$(BIN)/python benchmarks/coarsening.py
 
 coarsening-shapes: $(VENV)/.test ## The same on the data set's spine and dragon (DIFFCAL_DATA).
-	$(BIN)/python benchmarks/coarsening_shapes.py
+	$(BIN)/python benchmarks/coarsening_shapes.py spine
+	$(BIN)/python benchmarks/coarsening_shapes.py dragon
 
 CABLES ?= out/cables
 .PHONY: cables

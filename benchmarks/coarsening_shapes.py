@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numerical coarsening on the spine and the dragon of the public data set.
 
-What the clamp leaves free is cut off at a plane and meshed anew at four sizes, held at that face.
-The spine, all planes, is the same solid on every mesh. The dragon's skin has more detail than a
-coarse mesh can have: such a mesh may stray from it a little, and loses volume. The target is
-rendered from quadratic elements on the finest mesh; every mesh is fitted with each element.
+What the clamp leaves free of the spine is cut off at a plane and meshed anew at four sizes: every
+mesh is the same solid, held at the same face. The dragon is taken on the data set's own two
+meshes, which differ in volume, and on each of them cut into eight (linear elements only): meshed
+anew it touches itself along edges. The target is rendered from quadratic elements on the finest
+mesh that is fitted with both elements.
 """
 
 import argparse
@@ -20,7 +21,7 @@ from diffcal_ros.recording.dataset_import import import_case
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.mesh_files import read_mesh
 from diffcal_ros.scene.model import HeldPart, Scene
-from diffcal_ros.synthetic.posed_body import PosedBody
+from diffcal_ros.synthetic.posed_body import PosedBody, refined_scene
 from diffcal_ros.synthetic.viewpoint import COLOR_CAMERA, default_view, DEPTH_CAMERA
 from diffcal_ros.tet_mesh import mesh_problems, TetMesh
 from measuring import data_set, write
@@ -28,23 +29,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pytetwild import tetrahedralize
 import pyvista
+import yaml
 
 FloatArray = NDArray[np.float64]
 
 LINEAR_START = 0.4
-
-
-@dataclass(frozen=True)
-class Cut:
-    """How a solid is meshed.
-
-    Attributes:
-        edge: wanted of the tetrahedra [m].
-        stray: by which the mesh may leave the surface, over the solid's diagonal.
-    """
-
-    edge: float
-    stray: float = 1e-3
 
 
 @dataclass(frozen=True)
@@ -56,7 +45,7 @@ class Shape:
         mesh: folder of its finest mesh.
         axis: of the object frame, along which the clamp ends.
         sign: 1 where the free part lies above the clamp's end, -1 below.
-        cuts: the finest mesh first.
+        edges: of the tetrahedra, the finest mesh first [m].
         modulus: true [Pa].
     """
 
@@ -64,23 +53,14 @@ class Shape:
     mesh: str
     axis: int
     sign: float
-    cuts: tuple[Cut, ...]
+    edges: tuple[float, ...]
     modulus: float
 
 
-SHAPES = {
-    'spine': Shape(
-        'h_e_s', 'spine', 1, -1.0, (Cut(0.0036), Cut(0.0050), Cut(0.0075), Cut(0.0120)), 400e3
-    ),
-    'dragon': Shape(
-        'h_e_d',
-        'dragon_fine',
-        0,
-        1.0,
-        (Cut(0.0056), Cut(0.0080, 2e-3), Cut(0.0120, 4e-3), Cut(0.0160, 8e-3)),
-        95e3,
-    ),
-}
+SPINE = Shape('h_e_s', 'spine', 1, -1.0, (0.0036, 0.0050, 0.0075, 0.0120), 400e3)
+# The mesher keeps the surface within this share of the diagonal.
+_STRAY = 1e-3
+DRAGON_MODULUS = 95e3
 
 
 def free_part(mesh: TetMesh, shape: Shape, end: float) -> pyvista.PolyData:
@@ -106,10 +86,10 @@ def scenes(shape: Shape, dataset: Path, folder: Path) -> list[Scene]:
     end = float(low if shape.sign < 0.0 else high)
     finest = next((dataset / 'CAD_models' / shape.mesh).glob('*.tet'))
     surface = free_part(read_mesh(finest, unit='cm').mesh, shape, end)
-    return [_on(surface, cut, scene, shape, end) for cut in shape.cuts]
+    return [_on(surface, edge, scene, shape, end) for edge in shape.edges]
 
 
-def _meshed(surface: pyvista.PolyData, cut: Cut) -> TetMesh:
+def _meshed(surface: pyvista.PolyData, edge: float) -> TetMesh:
     before = Path.cwd()
     # The mesher leaves a file in the current folder.
     with TemporaryDirectory() as folder:
@@ -118,8 +98,8 @@ def _meshed(surface: pyvista.PolyData, cut: Cut) -> TetMesh:
             positions, tets = tetrahedralize(
                 np.asarray(surface.points, dtype=np.float64),
                 surface.faces.reshape(-1, 4)[:, 1:].astype(np.int32),
-                edge_length_abs=cut.edge,
-                epsilon=cut.stray,
+                edge_length_abs=edge,
+                epsilon=_STRAY,
                 num_threads=1,
             )
         finally:
@@ -128,15 +108,15 @@ def _meshed(surface: pyvista.PolyData, cut: Cut) -> TetMesh:
     mesh = TetMesh(positions, np.ascontiguousarray(tets[:, [0, 1, 3, 2]], dtype=np.int32))
     faults = mesh_problems(mesh)
     if faults:
-        raise SystemExit(f'the mesh of {1e3 * cut.edge:g} mm is not sound: {"; ".join(faults)}')
+        raise SystemExit(f'the mesh of {1e3 * edge:g} mm is not sound: {"; ".join(faults)}')
     return mesh
 
 
-def _on(surface: pyvista.PolyData, cut: Cut, scene: Scene, shape: Shape, end: float) -> Scene:
-    mesh = _meshed(surface, cut)
+def _on(surface: pyvista.PolyData, edge: float, scene: Scene, shape: Shape, end: float) -> Scene:
+    mesh = _meshed(surface, edge)
     from_end = shape.sign * (mesh.rest_positions[:, shape.axis] - end)
     # A face that the mesher may move is as thick as it may stray, to either side.
-    held = np.flatnonzero(from_end < 2.0 * cut.stray * surface.length).astype(np.int32)
+    held = np.flatnonzero(from_end < 2.0 * _STRAY * surface.length).astype(np.int32)
     region = scene.regions[0]
     modulus = replace(region.youngs_modulus, start=shape.modulus)
     tets = np.arange(mesh.tet_count, dtype=np.int32)
@@ -151,6 +131,21 @@ def _on(surface: pyvista.PolyData, cut: Cut, scene: Scene, shape: Shape, end: fl
     )
 
 
+def dragons(dataset: Path, folder: Path) -> list[Scene]:
+    """Return the dragon on both meshes of the data set, the finer one first."""
+    path = import_case(dataset, 'h_e_d', folder / 'dragon').scene
+    document = yaml.safe_load(path.read_text())
+    found = []
+    for mesh in ('dragon_fine', 'dragon'):
+        file = next((dataset / 'CAD_models' / mesh).glob('*.tet')).resolve()
+        (region,) = document['regions'].values()
+        region['youngs_modulus']['start'] = DRAGON_MODULUS
+        own = {**document, 'mesh': {'file': str(file), 'unit': 'cm'}, 'fit': ['youngs_modulus']}
+        path.with_name(f'{mesh}.yaml').write_text(yaml.safe_dump(own))
+        found.append(load_scene(path.with_name(f'{mesh}.yaml')))
+    return found
+
+
 def look(scene: Scene, body: PosedBody) -> FloatArray:
     """Return a pose from which the camera sees the whole bent body."""
     gravity = scene.observations[0].gravity
@@ -160,16 +155,22 @@ def look(scene: Scene, body: PosedBody) -> FloatArray:
 def main() -> None:
     """Compare the meshes of each shape that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('shapes', nargs='*', choices=[[], *SHAPES], help='default: all')
-    parser.add_argument('--meshes-only', action='store_true', help='mesh, and fit nothing')
-    arguments = parser.parse_args()
-    for name in arguments.shapes or SHAPES:
-        with TemporaryDirectory() as folder:
-            own = scenes(SHAPES[name], data_set(), Path(folder))
-        if not arguments.meshes_only:
-            seen_from = partial(look, own[0])
-            figures = compare(own, DEPTH_CAMERA, seen_from, linear_start=LINEAR_START)
-            write(f'coarsening_{name}', figures)
+    parser.add_argument('shape', choices=('spine', 'dragon'))
+    name, finer = parser.parse_args().shape, []
+    with TemporaryDirectory() as folder:
+        if name == 'spine':
+            own = scenes(SPINE, data_set(), Path(folder))
+        else:
+            own = dragons(data_set(), Path(folder))
+            finer = [refined_scene(scene) for scene in reversed(own)]
+    figures = compare(
+        own,
+        DEPTH_CAMERA,
+        partial(look, own[0]),
+        linear_only=finer,
+        linear_start=LINEAR_START,
+    )
+    write(f'coarsening_{name}', figures)
 
 
 if __name__ == '__main__':
