@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where along a body of one region the depth camera begins to read too far or too near."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from diffcal_ros.calibration.effect_model import EffectModel
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.fem.equilibrium import EquilibriumError
@@ -13,17 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 BORDER_EFFECTS = ('depth_bias_by_region', 'stiffness_contrast')
 
-_BINS = 50
-# A border is sought this far from clamp and tip.
-_MARGIN = 0.15
-_LEAST_PIXELS = 20  # In a bin.
+# Borders that are tried, as shares of the free length; the middle is one of them.
+_BORDERS = np.linspace(0.14, 0.86, 37).round(3).tolist()
+_MIDDLE = 0.5
 # A step stands out when it is at least so high [m], leaves at most this share of what no step
 # leaves, and of what one in the middle leaves.
 _LEAST_STEP = 0.005
 _LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
+_ROUNDING = 1e-6
 
 
 def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArray]) -> Scene:
@@ -39,7 +41,7 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
     best, at = 0.0, None
     for coordinates in candidates:
         try:
-            found = _best_border(*_profile(evidence, coordinates))
+            found = _best_border(*_seen_beyond(evidence, coordinates))
         except (EquilibriumError, OutOfViewError):
             continue
         if found is not None and found[1] > best:
@@ -54,60 +56,47 @@ def _with_setting(scene: Scene, at: float) -> Scene:
     return replace(scene, effects={**scene.effects, **settings})
 
 
-def _profile(evidence: Evidence, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the median residual of depth [m] and the pixels by share of length, (n,) each."""
+def _seen_beyond(
+    evidence: Evidence, coordinates: FloatArray
+) -> tuple[FloatArray, dict[float, BoolArray]]:
+    """Return residuals of depth [m], shape (n,), and by border which pixels lie beyond it."""
     model = evidence.model
-    shares, residuals = [], []
+    sides = {at: EffectModel(_with_setting(model.scene, at), model.parameters) for at in _BORDERS}
+    residuals: list[FloatArray] = []
+    beyond: dict[float, list[BoolArray]] = {at: [] for at in _BORDERS}
     compared = evidence.comparisons(coordinates)
     views = model.views(coordinates)
     for number, (view, comparison) in enumerate(zip(views, compared, strict=True)):
-        observation, tracer = model.observations[number], model.tracers[number]
-        axes = model.effects.axes(observation.setup_index)
-        along = axes.share(model.body(observation).discretisation.rest_nodes)
+        nodes = model.body(model.observations[number]).discretisation.nodes
         seen = np.isfinite(comparison.difference) & comparison.counted
-        faces = along[tracer.triangles].mean(axis=1)
-        shares.append(faces[view.trace.faces[seen]])
-        own = comparison.difference[seen]
+        faces, own = view.trace.faces[seen], comparison.difference[seen]
         residuals.append(own - np.median(own) if len(own) else own)
-    place = np.minimum((np.concatenate(shares) * _BINS).astype(int), _BINS - 1)
-    values = np.concatenate(residuals)
-    counts = np.bincount(place, minlength=_BINS).astype(np.float64)
-    counts[counts < _LEAST_PIXELS] = 0.0
-    medians = np.zeros(_BINS)
-    for number in np.flatnonzero(counts).tolist():
-        medians[number] = np.median(values[place == number])
-    return medians, counts
+        for at, effects in sides.items():
+            second = effects.second_triangles(nodes, model.tracers[number].triangles)
+            beyond[at].append(second[faces])
+    return np.concatenate(residuals), {at: np.concatenate(b) for at, b in beyond.items()}
 
 
-def _best_border(medians: FloatArray, counts: FloatArray) -> tuple[float, float] | None:
+def _best_border(
+    residuals: FloatArray, beyond: Mapping[float, BoolArray]
+) -> tuple[float, float] | None:
     """Return the share where a step stands out, and its height [m]; None where none does."""
-    borders = range(int(_MARGIN * _BINS), int((1.0 - _MARGIN) * _BINS) + 1)
-    left = {border: _left_by_step(medians, counts, border) for border in borders}
-    border = min(left, key=left.__getitem__)
-    sides = [_middle(medians[part], counts[part]) for part in _parts(border)]
-    if not abs(sides[1] - sides[0]) > _LEAST_STEP:
+    left = {at: _left_by_step(residuals, second) for at, second in beyond.items()}
+    # Borders between the same two elements are alike: the middle one is the safest.
+    least = min(left.values()) * (1.0 + _ROUNDING)
+    alike = [at for at in left if left[at] <= least]
+    at = alike[len(alike) // 2]
+    second = beyond[at]
+    if second.all() or not second.any():
         return None
-    without = _left_by_step(medians, counts, 0)
-    middle = _left_by_step(medians, counts, _BINS // 2)
-    if left[border] >= min(_LEFT * without, _LEFT_OF_MIDDLE * middle):
+    height = abs(float(np.median(residuals[second]) - np.median(residuals[~second])))
+    without = _left_by_step(residuals, np.zeros_like(second))
+    if left[at] >= min(_LEFT * without, _LEFT_OF_MIDDLE * left[_MIDDLE]):
         return None
-    return border / _BINS, abs(sides[1] - sides[0])
+    return (at, height) if height > _LEAST_STEP else None
 
 
-def _left_by_step(medians: FloatArray, counts: FloatArray, border: int) -> float:
-    """Return the sum of absolute residuals that a step at a border leaves [m]."""
-    parts = [(medians[part], counts[part]) for part in _parts(border)]
-    return sum(float((c * np.abs(m - _middle(m, c))).sum()) for m, c in parts if c.any())
-
-
-def _parts(border: int) -> tuple[slice, slice]:
-    return slice(0, border), slice(border, _BINS)
-
-
-def _middle(values: FloatArray, weights: FloatArray) -> float:
-    """Return the weighted median; NaN without weight."""
-    order = np.argsort(values)
-    summed = np.cumsum(weights[order])
-    if len(summed) == 0 or summed[-1] == 0.0:
-        return float('nan')
-    return float(values[order][np.searchsorted(summed, 0.5 * summed[-1])])
+def _left_by_step(residuals: FloatArray, second: BoolArray) -> float:
+    """Return the sum of absolute residuals that a step leaves [m]."""
+    parts = (residuals[second], residuals[~second])
+    return sum(float(np.abs(part - np.median(part)).sum()) for part in parts if len(part))

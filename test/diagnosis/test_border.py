@@ -17,26 +17,27 @@ import pytest
 from support.scenes import beam_scene, MODULUS
 from support.watched import watched
 
-SHARES = (np.arange(50) + 0.5) / 50
-EVENLY = np.full(50, 400.0)
+SHARES = np.repeat((np.arange(50) + 0.5) / 50, 40)
+BEYOND = {at: at < SHARES for at in np.linspace(0.14, 0.86, 37).round(3).tolist()}
 
 
 def _profile(border: float, step: float, random) -> np.ndarray:
-    return step * (border < SHARES) + random.normal(size=50) * 0.001
+    return step * (border < SHARES) + random.normal(size=len(SHARES)) * 0.001
 
 
 @pytest.mark.parametrize(('border', 'step'), [(0.24, 0.012), (0.38, -0.02), (0.7, 0.03)])
 def test_a_step_is_found_where_it_is(border, step, random):
-    at, height = _best_border(_profile(border, step, random), EVENLY)
+    at, height = _best_border(_profile(border, step, random), BEYOND)
     assert at == pytest.approx(border, abs=0.021)
     assert height == pytest.approx(abs(step), abs=0.002)
 
 
-def test_shares_that_no_pixel_shows_do_not_count(random):
-    counts = EVENLY.copy()
-    counts[30:] = 0.0
-    profile = np.where(counts > 0.0, _profile(0.3, 0.02, random), 0.5)
-    assert _best_border(profile, counts)[0] == pytest.approx(0.3, abs=0.021)
+def test_of_borders_that_are_alike_the_middle_one_is_taken(random):
+    """Whatever lies between the elements of a coarse mesh divides them alike."""
+    coarse = np.floor(SHARES * 8) / 8 + 1 / 16
+    beyond = {at: coarse > at for at in BEYOND}
+    at, _ = _best_border(0.02 * (coarse > 0.3), beyond)
+    assert at == pytest.approx(0.25, abs=0.03)  # Between 3/16 and 5/16.
 
 
 @pytest.mark.parametrize(
@@ -46,11 +47,11 @@ def test_shares_that_no_pixel_shows_do_not_count(random):
         pytest.param(0.02 * SHARES**2, id='bend'),
         pytest.param(0.003 * (SHARES > 0.3), id='small step'),
         pytest.param(0.02 * (SHARES > 0.5), id='step in the middle, where it is sought anyway'),
-        pytest.param(np.zeros(50), id='nothing'),
+        pytest.param(np.zeros(len(SHARES)), id='nothing'),
     ],
 )
 def test_what_is_no_step_elsewhere_moves_no_border(profile):
-    assert _best_border(profile, EVENLY) is None
+    assert _best_border(profile, BEYOND) is None
 
 
 def _with_step(observation: Observation, at: float, step: float) -> Observation:
