@@ -4,7 +4,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-import time
 
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
@@ -27,8 +26,8 @@ AS_WELL = 5.0
 _POOR, _POOR_FLOORS = 1.0, 2.0
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
-# Beside the first, no pair is begun after so much work [s of one core].
-_PATIENCE = 40.0
+# Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
+_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
 # A second effect must be better by so much log evidence, per unit of noise scale, and by so much
 # log likelihood on held-out patches. Where the floor is a guess likelihoods are too: it must close
 # so much of what the first one leaves on those.
@@ -108,7 +107,6 @@ def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Se
         scores: of all candidates.
         tell: told what is being done.
     """
-    deadline = time.process_time() + _PATIENCE
     singles: list[Hypothesis] = []
     for score in shortlist(scores, is_measured=nominal.is_measured):
         found = _first_look(nominal, base, [score.candidate], starts_of(score), tell)
@@ -117,7 +115,7 @@ def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Se
     singles = _finished(singles, tell, front_runners(scores))
     pairs: list[Hypothesis] = []
     if singles and _is_poor(singles[0], nominal.is_measured):
-        pairs = _pairs(nominal, base, singles, scores, tell, deadline)
+        pairs = _pairs(nominal, base, singles, scores, tell)
         singles = sorted([*singles, *_halves(nominal, base, singles, pairs, tell)], key=_order)
     singles = [h for h in singles if not h.has_idle_effect]
     pairs = [h for h in pairs if not (h.has_idle_effect or h.has_doubtful_effect)]
@@ -181,10 +179,10 @@ def _pairs(
     singles: Sequence[Hypothesis],
     scores: Screen,
     tell: Progress,
-    deadline: float,
 ) -> list[Hypothesis]:
     """Add a second effect to the best single ones, by the scores around each."""
     found: dict[tuple[str, ...], Hypothesis] = {}
+    most = _MOST_PAIRS if nominal.is_measured else _MOST_PAIRS_GUESSED
     listed = [score.candidate for score in scores.scores]
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
@@ -195,14 +193,12 @@ def _pairs(
             continue  # It was reached by small steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
-            if key in found or (found and time.process_time() > deadline):
+            if key in found or len(found) >= most:
                 continue
             starts = {**_fitted(one), **starts_of(score)}
             pair = _first_look(nominal, base, [first, score.candidate], starts, tell)
             if pair is not None:
                 found[key] = pair
-    if time.process_time() > deadline:
-        return sorted(found.values(), key=_order)
     return _finished(list(found.values()), tell)
 
 
