@@ -33,11 +33,11 @@ class StepSizes(Protocol):
         """Tell whether a step [s] stands with its error [m], and choose the next one."""
 
 
-class FixedSteps:
-    """The longest step, halved where it does not converge."""
+class _Ladder:
+    """Goes down a rung at once, and up again after some good steps."""
 
-    def __init__(self) -> None:
-        self._rung = 0
+    def __init__(self, rung: int = 0) -> None:
+        self._rung = rung
         self._good_steps = 0
 
     @property
@@ -49,11 +49,19 @@ class FixedSteps:
         """Halve the step; see `StepSizes`."""
         self._rung, self._good_steps = self._rung + 1, 0
 
-    def accepts(self, step: float, error: float) -> bool:
-        """Take every step; see `StepSizes`."""
-        self._good_steps += 1
+    def _count(self, *, is_good: bool) -> None:
+        """Count good steps on end, and double the step where there are enough."""
+        self._good_steps = self._good_steps + 1 if is_good else 0
         if self._rung > 0 and self._good_steps >= _GOOD_STEPS:
             self._rung, self._good_steps = self._rung - 1, 0
+
+
+class FixedSteps(_Ladder):
+    """The longest step, halved where it does not converge."""
+
+    def accepts(self, step: float, error: float) -> bool:
+        """Take every step; see `StepSizes`."""
+        self._count(is_good=True)
         return True
 
 
@@ -80,7 +88,7 @@ class GivenSteps:
         return True
 
 
-class ControlledSteps:
+class ControlledSteps(_Ladder):
     """Steps as long as each of them errs no more than a tolerance.
 
     The tolerance is that of one step, not its share of the time: fast vibrations after a release
@@ -90,18 +98,8 @@ class ControlledSteps:
 
     def __init__(self, tolerance: float, rung: int) -> None:
         """Take what a step may err by [m], and the rung of the first step that is tried."""
+        super().__init__(rung)
         self._tolerance = tolerance
-        self._rung = rung
-        self._good_steps = 0
-
-    @property
-    def rung(self) -> int:
-        """Rung of the next step."""
-        return self._rung
-
-    def shorten(self) -> None:
-        """Halve the step; see `StepSizes`."""
-        self._rung, self._good_steps = self._rung + 1, 0
 
     def accepts(self, step: float, error: float) -> bool:
         """Refuse a step that errs too much; see `StepSizes`.
@@ -117,7 +115,5 @@ class ControlledSteps:
                 )
             self.shorten()
             return False
-        self._good_steps = self._good_steps + 1 if error < _GOOD_SHARE * self._tolerance else 0
-        if self._rung > 0 and self._good_steps >= _GOOD_STEPS:
-            self._rung, self._good_steps = self._rung - 1, 0
+        self._count(is_good=error < _GOOD_SHARE * self._tolerance)
         return True
