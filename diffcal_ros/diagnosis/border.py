@@ -38,10 +38,11 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
     """
     if len(scene.regions) > 1 or any(name in scene.effects for name in BORDER_EFFECTS):
         return scene
+    beyond = _faces_beyond(evidence)
     best, at = 0.0, None
     for coordinates in candidates:
         try:
-            found = _best_border(*_seen_beyond(evidence, coordinates))
+            found = _best_border(*_seen_beyond(evidence, coordinates, beyond))
         except (EquilibriumError, OutOfViewError):
             continue
         if found is not None and found[1] > best:
@@ -56,25 +57,35 @@ def _with_setting(scene: Scene, at: float) -> Scene:
     return replace(scene, effects={**scene.effects, **settings})
 
 
+def _faces_beyond(evidence: Evidence) -> dict[float, BoolArray]:
+    """Return, by border, which triangles of the surface lie beyond it, shape (F,) each.
+
+    All postures have the same mesh, and so the same triangles.
+    """
+    model = evidence.model
+    nodes = model.body(model.observations[0]).discretisation.nodes
+    triangles = model.tracers[0].triangles
+    effects = {
+        at: EffectModel(_with_setting(model.scene, at), model.parameters) for at in _BORDERS
+    }
+    return {at: own.second_triangles(nodes, triangles) for at, own in effects.items()}
+
+
 def _seen_beyond(
-    evidence: Evidence, coordinates: FloatArray
+    evidence: Evidence, coordinates: FloatArray, faces_beyond: Mapping[float, BoolArray]
 ) -> tuple[FloatArray, dict[float, BoolArray]]:
     """Return residuals of depth [m], shape (n,), and by border which pixels lie beyond it."""
-    model = evidence.model
-    sides = {at: EffectModel(_with_setting(model.scene, at), model.parameters) for at in _BORDERS}
     residuals: list[FloatArray] = []
-    beyond: dict[float, list[BoolArray]] = {at: [] for at in _BORDERS}
+    faces: list[NDArray[np.int32]] = []
     compared = evidence.comparisons(coordinates)
-    views = model.views(coordinates)
-    for number, (view, comparison) in enumerate(zip(views, compared, strict=True)):
-        nodes = model.body(model.observations[number]).discretisation.nodes
+    views = evidence.model.views(coordinates)
+    for view, comparison in zip(views, compared, strict=True):
         seen = np.isfinite(comparison.difference) & comparison.counted
-        faces, own = view.trace.faces[seen], comparison.difference[seen]
+        own = comparison.difference[seen]
         residuals.append(own - np.median(own) if len(own) else own)
-        for at, effects in sides.items():
-            second = effects.second_triangles(nodes, model.tracers[number].triangles)
-            beyond[at].append(second[faces])
-    return np.concatenate(residuals), {at: np.concatenate(b) for at, b in beyond.items()}
+        faces.append(view.trace.faces[seen])
+    shown = np.concatenate(faces)
+    return np.concatenate(residuals), {at: on[shown] for at, on in faces_beyond.items()}
 
 
 def _best_border(
