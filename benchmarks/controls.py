@@ -96,34 +96,34 @@ def _arms(case: Path) -> dict[str, dict[str, Any]]:
         return _SMOOTH * field / field.std()
 
     return {
-        'independent': _judged(inputs.scene, inputs.observations),
-        'independent, mesh not allowed for': _judged(
-            inputs.scene, inputs.observations, knows_mesh=False
-        ),
-        'same mesh': _judged(inputs.scene, seen(np.zeros)),
-        'same mesh, smooth error': _judged(inputs.scene, seen(smooth)),
+        'independent': _judged(evidence, nominal),
+        'independent, mesh not allowed for': _judged(*_without_mesh(evidence, nominal)),
+        'same mesh': _judged(*fit_nominal(inputs.scene, seen(np.zeros), None)),
+        'same mesh, smooth error': _judged(*fit_nominal(inputs.scene, seen(smooth), None)),
     }
 
 
-def _judged(scene: Any, observations: Any, *, knows_mesh: bool = True) -> dict[str, Any]:
-    """Fit and judge; without what is known of the mesh where that is asked for."""
-    from diffcal_ros.diagnosis.candidates import candidates
-    from diffcal_ros.diagnosis.diagnose import fit_nominal
-    from diffcal_ros.diagnosis.disagreement import measure_disagreement
+def _without_mesh(evidence: Any, nominal: Any) -> tuple[Any, Any]:
+    """Refit without what is known of the mesh."""
     from diffcal_ros.diagnosis.evidence import Evidence
     from diffcal_ros.diagnosis.numerics import Numerics
     from diffcal_ros.diagnosis.refit import refit
+
+    still = tuple(np.zeros_like(move) for move in evidence.numerics.moves)
+    nothing = Numerics(still, tuple(None for _ in still))
+    without = Evidence(
+        evidence.model, evidence.comparers, nothing, evidence.cell, evidence.left_out
+    )
+    return without, refit(without, nominal.coordinates)
+
+
+def _judged(evidence: Any, nominal: Any) -> dict[str, Any]:
+    """Judge a nominal fit."""
+    from diffcal_ros.diagnosis.candidates import candidates
+    from diffcal_ros.diagnosis.disagreement import measure_disagreement
     from diffcal_ros.diagnosis.screening import screen
 
-    evidence, nominal = fit_nominal(scene, observations, None)
-    if not knows_mesh:
-        still = tuple(np.zeros_like(move) for move in evidence.numerics.moves)
-        nothing = Numerics(still, tuple(None for _ in still))
-        evidence = Evidence(
-            evidence.model, evidence.comparers, nothing, evidence.cell, evidence.left_out
-        )
-        nominal = refit(evidence, nominal.coordinates)
-    scores = screen(evidence, nominal.coordinates, candidates(scene))
+    scores = screen(evidence, nominal.coordinates, candidates(evidence.model.scene))
     found = measure_disagreement(nominal, scores, margin=0.0005)
     return {'verdict': found.verdict.value, 'p_value': found.p_value}
 
