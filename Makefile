@@ -8,6 +8,8 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 OUT ?= out/demo
+# Workers of the tests; a file's tests stay together, for they share what takes long to make.
+WORKERS ?= auto
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 ifeq ($(ROS_DISTRO),jazzy)
@@ -34,7 +36,7 @@ $(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: $(VENV)/.runtime
-	$(PIP) -c $(CONSTRAINTS) joblib pytest ruff mypy types-PyYAML torch 'setuptools<80'
+	$(PIP) -c $(CONSTRAINTS) joblib pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
 	touch $@
 
 .PHONY: build
@@ -57,9 +59,9 @@ lint: $(VENV)/.test ## Check style and types.
 
 .PHONY: test
 test: lint build ## Lint, build and run every test; fails when anything failed or nothing ran.
-	@source $(BIN)/activate; rm -rf build/diffcal_ros/pytest.xml; \
+	@source $(BIN)/activate; rm -rf build/diffcal_ros/pytest.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
 	colcon test --base-paths . --packages-select diffcal_ros --event-handlers console_direct+ \
-	  --return-code-on-test-failure || failed=1; \
+	  --return-code-on-test-failure --pytest-args -n $(WORKERS) --maxprocesses 4 --dist loadfile || failed=1; \
 	colcon test-result --test-result-base build/diffcal_ros --verbose; \
 	python -c "import sys, xml.etree.ElementTree as t; n = sum(int(s.get('tests')) for s in t.parse('build/diffcal_ros/pytest.xml').iter('testsuite')); sys.exit(0 if n else 'no test ran')"; \
 	exit $${failed:-0}
