@@ -34,6 +34,10 @@ _SHORTEST_STEP = 1e-6
 # A fall of the energy by less than this share may drown in its rounding, which grows with the
 # stiffness and not with the strain; then a smaller force tells a good step.
 _UNRESOLVED = 1e-7
+# Close to the last state a step need not be exact, and a few iterations with the old
+# factorisation cost a fraction of a new one.
+_STEP_TOLERANCE = 0.03
+_MAX_STEP_STEPS = 6
 _LINEAR_TOLERANCE = 1e-8
 _MAX_LINEAR_STEPS = 25
 # For so many right-hand sides iterations with an old factorisation are cheaper than a new one.
@@ -52,8 +56,8 @@ class Equilibrium:
     Attributes:
         positions: node positions [m], shape (N, 3).
         reactions: force that the clamp exerts on each node [N], shape (N, 3); zero on free nodes.
-        newton_steps: steps with a new factorisation.
-        held_steps: steps with an old one.
+        newton_steps: steps with a new factorisation, or iterations with an old one.
+        held_steps: steps with an old one as it is.
     """
 
     positions: FloatArray
@@ -131,8 +135,7 @@ class EquilibriumSolver:
             if np.abs(change).max(initial=0.0) > 0.0:
                 positions = self._step.advance(positions, self._step.extend(change), 1.0)
         tolerance = self._tolerance(loads)
-        may_hold = is_warm and self._has_factor
-        return self._newton(positions, loads, tolerance, may_hold)
+        return self._newton(positions, loads, tolerance, is_warm and self._has_factor)
 
     def advance(self, positions: FloatArray, displacement: FloatArray) -> FloatArray:
         """Add a displacement [m], shape (N, 3), turning elements instead of stretching them."""
@@ -239,10 +242,11 @@ class EquilibriumSolver:
         )
 
     def _newton(
-        self, positions: FloatArray, loads: FloatArray, tolerance: float, may_hold: bool
+        self, positions: FloatArray, loads: FloatArray, tolerance: float, is_warm: bool
     ) -> Equilibrium:
         """Step until forces balance; a factorisation is held while each step pays."""
         energy = self._potential(positions, loads)
+        may_hold = is_warm
         newton_steps = held_steps = poor_steps = 0
         before = float('inf')
         for _ in range(_MAX_STEPS):
@@ -252,14 +256,17 @@ class EquilibriumSolver:
                 break
             if largest < tolerance:
                 return self._finish(positions, loads, newton_steps, held_steps)
-            if may_hold and largest < _HELD_CONTRACTION * before:
-                held_steps += 1
-            else:
+            is_held = may_hold and largest < _HELD_CONTRACTION * before
+            held_steps, newton_steps = held_steps + is_held, newton_steps + (not is_held)
+            step = self._solver.solve(force) if is_held else None
+            if is_warm and step is None:
+                step = self._conjugate_gradient(positions, force, _STEP_TOLERANCE, _MAX_STEP_STEPS)
+            if step is None:
                 self._make_factor(positions)
-                newton_steps += 1
+                step = self._solver.solve(force)
             may_hold, before = True, largest
             direction = np.zeros_like(positions)
-            direction[self._free] = self._solver.solve(force).reshape(-1, 3)
+            direction[self._free] = step.reshape(-1, 3)
             slope = float(force @ direction[self._free].ravel())
             if slope < _LEAST_PROMISE * abs(energy):
                 return self._finish(positions, loads, newton_steps, held_steps)
@@ -326,10 +333,22 @@ class EquilibriumSolver:
         largest = float(np.abs(right_side).max(initial=0.0))
         if largest == 0.0:
             return np.zeros_like(right_side)
-        return largest * self._conjugate_gradient(positions, right_side / largest)
+        scaled = right_side / largest
+        found = self._conjugate_gradient(positions, scaled, _LINEAR_TOLERANCE, _MAX_LINEAR_STEPS)
+        if found is None:
+            self._make_factor(positions)
+            found = self._solver.solve(scaled)
+        return largest * found
 
-    def _conjugate_gradient(self, positions: FloatArray, right_side: FloatArray) -> FloatArray:
-        """Solve at `positions` with the held factorisation as preconditioner."""
+    def _conjugate_gradient(
+        self, positions: FloatArray, right_side: FloatArray, tolerance: float, max_steps: int
+    ) -> FloatArray | None:
+        """Solve at `positions` with the held factorisation as preconditioner.
+
+        Returns:
+            The solution, shape (3 M,); None when it is not found in so many steps, or the
+            stiffness is indefinite.
+        """
         solution = self._solver.solve(right_side)
         direction = np.zeros_like(positions)
 
@@ -338,19 +357,23 @@ class EquilibriumSolver:
             return self.force_tangent(positions, direction)[self._free].ravel()
 
         residual = right_side - product(solution)
-        goal = _LINEAR_TOLERANCE * float(np.linalg.norm(right_side))
+        goal = tolerance * float(np.linalg.norm(right_side))
+        if np.linalg.norm(residual) <= goal:
+            return solution
         preconditioned = self._solver.solve(residual)
         search = preconditioned.copy()
         weight = float(residual @ preconditioned)
-        for _ in range(_MAX_LINEAR_STEPS):
-            if np.linalg.norm(residual) <= goal:
-                return solution
+        for _ in range(max_steps):
             image = product(search)
-            length = weight / float(search @ image)
+            curvature = float(search @ image)
+            if curvature <= 0.0:
+                return None
+            length = weight / curvature
             solution = solution + length * search
             residual = residual - length * image
+            if np.linalg.norm(residual) <= goal:
+                return solution
             preconditioned = self._solver.solve(residual)
             before, weight = weight, float(residual @ preconditioned)
             search = preconditioned + weight / before * search
-        self._make_factor(positions)
-        return self._solver.solve(right_side)
+        return None

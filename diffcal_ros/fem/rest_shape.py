@@ -3,7 +3,7 @@
 """A shape without stress that is bent against the mesh."""
 
 from diffcal_ros.fem.body_axes import BodyAxes
-from diffcal_ros.fem.element import Discretisation, discretise
+from diffcal_ros.fem.element import Discretisation, reshaped
 from diffcal_ros.rigid_transform import cross_matrix
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -46,4 +46,4 @@ def bent_discretisation(
 ) -> Discretisation:
     """Return the elements whose shape without stress is the bent mesh."""
     shape = TetMesh(bent(mesh.rest_positions, axes, curvature), mesh.tets)
-    return discretise(shape, discretisation.element)
+    return reshaped(discretisation, shape)

@@ -20,6 +20,7 @@ from diffcal_ros.device_array import (
 )
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.rotation_step_kernels import add_turned_gradients
+from diffcal_ros.launcher import Launcher
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
@@ -44,7 +45,7 @@ class RotationStep:
             diag_pivot_thresh=0.0,
             options={'SymmetricMode': True},
         )
-        self._device = device
+        self._launcher = Launcher(device)
         self._nodes = int_array(discretisation.nodes, device)
         self._gradients = point_array(discretisation.gradients, device)
         self._weights = float_array(discretisation.weights, device)
@@ -57,7 +58,7 @@ class RotationStep:
         upload(self._positions, positions)
         upload(self._direction, direction)
         self._right_side.zero_()
-        wp.launch(
+        self._launcher.launch(
             add_turned_gradients,
             dim=len(self._nodes),
             inputs=[
@@ -69,7 +70,6 @@ class RotationStep:
                 wp.float64(length),
             ],
             outputs=[self._right_side],
-            device=self._device,
         )
         moved = positions + length * direction
         right_side = download(self._right_side)[self._free] - self._to_held @ moved[self._held]

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-from diffcal_ros.fem.element import discretise, Element
+from diffcal_ros.fem.element import discretise, Element, reshaped
+from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 import pytest
 from support.beams import beam_mesh
@@ -65,3 +66,15 @@ def test_surface_is_closed_and_keeps_its_area(element) -> None:
     area = 2 * (0.09 * 0.04 + 0.09 * 0.02 + 0.04 * 0.02)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1).sum(), area)
     np.testing.assert_allclose(np.linalg.det(corners).sum() / 6.0, mesh.volumes.sum())
+
+
+@pytest.mark.parametrize('element', ELEMENTS)
+def test_moved_vertices_are_discretised_as_a_new_mesh_is(element, random) -> None:
+    mesh = beam_mesh()
+    shift = random.normal(scale=5e-4, size=mesh.rest_positions.shape)
+    moved = TetMesh(mesh.rest_positions + shift, mesh.tets)
+    fresh, again = discretise(moved, element), reshaped(discretise(mesh, element), moved)
+    for name in ('rest_nodes', 'gradients', 'weights', 'load_shares'):
+        np.testing.assert_allclose(getattr(again, name), getattr(fresh, name), rtol=1e-12)
+    for name in ('nodes', 'node_parents', 'surface_triangles'):
+        np.testing.assert_array_equal(getattr(again, name), getattr(fresh, name))

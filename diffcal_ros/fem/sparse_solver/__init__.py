@@ -11,7 +11,7 @@ from diffcal_ros.fem.sparse_solver.interface import NotPositiveDefiniteError, Sp
 __all__ = ['SOLVER_NAMES', 'NotPositiveDefiniteError', 'SparseSolver', 'make_solver']
 
 # Below this many unknowns a simplicial factorisation beats SuperLU twofold, above it loses.
-_QDLDL_LIMIT = 4000
+_QDLDL_LIMIT = 12000
 
 
 def _superlu(pattern: SparsePattern) -> SparseSolver:
