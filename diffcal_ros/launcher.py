@@ -3,9 +3,13 @@
 """Launching the same kernels again and again: arguments are packed once and kept."""
 
 import math
+from threading import Lock
 from typing import Any
 
 import warp as wp
+
+# Loading a module from two threads at once may lose one of its kernels.
+_LOADING = Lock()
 
 
 class Launcher:
@@ -29,14 +33,15 @@ class Launcher:
         arguments = [*inputs, *outputs]
         recorded = self._recorded.get(kernel)
         if recorded is None:
-            command = wp.launch(
-                kernel,
-                dim=dim,
-                inputs=inputs,
-                outputs=outputs,
-                device=self.device,
-                record_cmd=True,
-            )
+            with _LOADING:
+                command = wp.launch(
+                    kernel,
+                    dim=dim,
+                    inputs=inputs,
+                    outputs=outputs,
+                    device=self.device,
+                    record_cmd=True,
+                )
             self._recorded[kernel] = command, arguments
         else:
             command, last = recorded

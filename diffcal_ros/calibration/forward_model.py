@@ -13,6 +13,7 @@ from diffcal_ros.calibration.observation import Observation, pose_owners
 from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.calibration.posture import Posture, PostureInputs
 from diffcal_ros.calibration.postures import make_postures, state_numbers
+from diffcal_ros.calibration.side_by_side import side_by_side
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.force_changes import Change, StaticGradient
@@ -74,6 +75,7 @@ class ForwardModel:
             share_tracers: let one tracer see all frames of a recording, one after the other.
         """
         self.observations = tuple(observations)
+        self._device = device
         self.bodies = make_postures(scene, self.observations, solver, device)
         self._states = state_numbers(self.observations)
         self.tracers = self._make_tracers(device, share_tracers)
@@ -134,8 +136,12 @@ class ForwardModel:
         self._turn['last'] = self
         predictions = {index: self._prediction(index, coordinates) for index in self.bodies}
         self._coordinates = None  # Where one posture fails, the others are elsewhere already.
-        for index, posture in self.bodies.items():
-            posture.settle(self._posture_inputs(index, coordinates), predictions[index])
+        inputs = {index: self._posture_inputs(index, coordinates) for index in self.bodies}
+
+        def settle(index: int) -> None:
+            self.bodies[index].settle(inputs[index], predictions[index])
+
+        side_by_side(settle, self.bodies, self._device)
         self._views = []
         for number in range(len(self.observations)):
             points = self.cameras.points(number, self._world(number), coordinates)
@@ -146,10 +152,11 @@ class ForwardModel:
     def tangents(self, coordinates: FloatArray) -> list[FloatArray]:
         """Return how each view's points follow the coordinates [m], shape (k, N, 3) each."""
         self.views(coordinates)
-        self._tangents = {
-            index: self._body_tangents(index, posture, coordinates)
-            for index, posture in self.bodies.items()
-        }
+        self._tangents = side_by_side(
+            lambda index: self._body_tangents(index, self.bodies[index], coordinates),
+            self.bodies,
+            self._device,
+        )
         self._tangent_coordinates = coordinates.copy()
         return [
             self._view_tangents(number, coordinates) for number in range(len(self.observations))
@@ -244,10 +251,12 @@ class ForwardModel:
     def mesh_moves(self, coordinates: FloatArray, *, solver: str = 'auto') -> list[FloatArray]:
         """Return how a better mesh would move each view's points [m], shape (N, 3) each."""
         self.views(coordinates)
-        moves = {
-            index: posture.mesh_moves(self._posture_inputs(index, coordinates), solver)
-            for index, posture in self.bodies.items()
-        }
+        inputs = {index: self._posture_inputs(index, coordinates) for index in self.bodies}
+        moves = side_by_side(
+            lambda index: self.bodies[index].mesh_moves(inputs[index], solver),
+            self.bodies,
+            self._device,
+        )
         return self._seen(moves, coordinates)
 
     def warnings(self) -> list[str]:
