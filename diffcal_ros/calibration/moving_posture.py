@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from diffcal_ros.calibration.finer_motion import HeldMesh, is_affordable, on_finer_mesh
 from diffcal_ros.calibration.posture import PostureInputs
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.force_changes import Change, StaticGradient
@@ -56,23 +57,18 @@ class MovingPosture:
         if setup.motion is None:
             raise ValueError(f'{setup.name} is at rest: it has no motion to simulate')
         self._times = np.array(times, dtype=np.float64)
-        self._rest = world_positions(scene.mesh, setup)
-        self._staying = _held_vertices(setup, stays=True)
+        self._held = _held_mesh(scene, setup)
         self._scene, self._solver, self._device = scene, solver, device
-        self.body = self._make_body()
-        targets = self._rest.copy()
-        held = held_targets(setup, self._rest)
-        targets[held.vertices] = held.positions
-        released = np.setdiff1d(_held_vertices(setup, stays=False), self._staying)
-        self._clamped_at = targets[self.body.held_vertices]
-        self._release = Release(released, setup.motion.release_time.start, targets[released])
+        self.body = self._make_body(self._held)
+        self._clamped_at = self._held.targets[self.body.held_vertices]
+        self._release_start = setup.motion.release_time.start
         self._name, self._integrator = setup.name, setup.motion.integrator
         self._tolerance = setup.motion.tolerance
         usual = TIME_STEP if self._tolerance is None else LONGEST_STEP
         self._time_step = setup.motion.time_step or usual
         self._moving = MovingBody(
             self.body,
-            self._release,
+            self._release(self._held),
             integrator=self._integrator,
             time_step=self._time_step,
             tolerance=self._tolerance,
@@ -80,11 +76,14 @@ class MovingPosture:
         self._rungs: tuple[int, ...] = ()
         self._is_turned = any(part.turn is not None for part in setup.staying)
 
-    def _make_body(self) -> StaticBody:
+    def _release(self, held: HeldMesh) -> Release:
+        return Release(held.released, self._release_start, held.targets[held.released])
+
+    def _make_body(self, held: HeldMesh) -> StaticBody:
         return StaticBody(
-            TetMesh(self._rest, self._scene.mesh.tets),
+            held.mesh,
             self._scene.element,
-            self._staying,
+            held.staying,
             law=find_law(self._scene.law),
             solver=self._solver,
             device=self._device,
@@ -133,7 +132,24 @@ class MovingPosture:
         return self._moving.gradient(by_positions)
 
     def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
-        """Return about how a better mesh and shorter steps would move the nodes [m], (S, N, 3).
+        """Return about how a better mesh and shorter steps would move the nodes [m], (S, N, 3)."""
+        if is_affordable(self._held, self._scene.element, inputs) and not self._is_turned:
+            finer = on_finer_mesh(self._held, inputs, self._simulate_on)
+            return finer - self.motion.positions + self.step_moves(inputs)
+        return self._stiffness_moves(inputs, solver) + self.step_moves(inputs)
+
+    def _simulate_on(self, held: HeldMesh, inputs: PostureInputs) -> FloatArray:
+        moving = MovingBody(
+            self._make_body(held),
+            self._release(held),
+            integrator=self._integrator,
+            time_step=self._time_step,
+            tolerance=self._tolerance,
+        )
+        return self._simulate(moving, inputs, self._rungs).positions
+
+    def _stiffness_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+        """Return about how a better mesh would move the nodes [m], shape (S, N, 3).
 
         A coarse mesh is above all too stiff. How much, the body at rest in its clamp tells, in
         which the better mesh is affordable: that change of stiffness is followed in the motion,
@@ -141,7 +157,7 @@ class MovingPosture:
         """
         stiffer = Change(youngs_modulus=inputs.material.youngs_modulus)
         (by_stiffness,) = self.tangents([stiffer])
-        body, path = self._make_body(), self._held_motion()
+        body, path = self._make_body(self._held), self._held_motion()
         body.settle(inputs.material, inputs.gravity, held_path=path, conditions=inputs.conditions)
         (static,) = body.tangents([stiffer])
         error = MeshError(body, solver=solver)
@@ -151,7 +167,7 @@ class MovingPosture:
         sagged = self.motion.positions - body.discretisation.rest_nodes
         follows = np.einsum('sni,ni->s', sagged, sag) / max(float((sag**2).sum()), 1e-300)
         rest = follows[:, None, None] * (moved - share * static)
-        return share * by_stiffness + rest + self.step_moves(inputs)
+        return share * by_stiffness + rest
 
     def step_moves(self, inputs: PostureInputs) -> FloatArray:
         """Return how steps too short to matter would move the nodes [m], shape (S, N, 3).
@@ -161,7 +177,11 @@ class MovingPosture:
         """
         if self._integrator != _SECOND_ORDER:
             return np.zeros_like(self.motion.positions)
-        halved = MovingBody(self._make_body(), self._release, time_step=0.5 * self._time_step)
+        halved = MovingBody(
+            self._make_body(self._held),
+            self._release(self._held),
+            time_step=0.5 * self._time_step,
+        )
         # Every step in two where a tolerance chose them.
         rungs = [rung for rung in self._rungs for _ in range(2)]
         change = self._simulate(halved, inputs, rungs).positions - self.motion.positions
@@ -193,6 +213,16 @@ class MovingPosture:
     def _held_motion(self) -> HeldMotion | None:
         """Return where the clamp holds its vertices at any time; None: at rest."""
         return (lambda _: self._clamped_at) if self._is_turned else None
+
+
+def _held_mesh(scene: Scene, setup: ObservationSetup) -> HeldMesh:
+    rest = world_positions(scene.mesh, setup)
+    staying = _held_vertices(setup, stays=True)
+    released = np.setdiff1d(_held_vertices(setup, stays=False), staying)
+    targets = rest.copy()
+    held = held_targets(setup, rest)
+    targets[held.vertices] = held.positions
+    return HeldMesh(TetMesh(rest, scene.mesh.tets), staying, released, targets)
 
 
 def _held_vertices(setup: ObservationSetup, *, stays: bool) -> NDArray[np.int32]:

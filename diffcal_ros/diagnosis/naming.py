@@ -34,6 +34,8 @@ _NAMED = 0.6
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
 _HARDLY_MORE = 0.0005  # [m]
+# What one refinement tells of an error of mesh and step is off by about this share of it.
+_SHIFT_DOUBT = 1.0 / 3.0
 # With one pose twins differ by details, which mesh and smooth errors have, too: models this close
 # in log evidence, per unit of noise scale, explain it as well.
 _ONE_POSE_AS_WELL = 12.0
@@ -97,8 +99,8 @@ def conclude(
         gap_mm=gap_figures(nominal, added),
         closure=closure,
         parameters={
-            'before': parameter_table(nominal),
-            'after': parameter_table(added, only=nominal),
+            'before': parameter_table(nominal, nominal),
+            'after': parameter_table(added, nominal),
         },
         times_detectable=_times_detectable(scores),
         limits=upper_limits(scores),
@@ -168,18 +170,27 @@ def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
     )
 
 
-def parameter_table(fit: Refit, only: Refit | None = None) -> dict[str, dict[str, float | str]]:
-    """Return value, standard error and unit of the parameters that were asked for."""
-    wanted = None if only is None else set(only.parameters.names)
+def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str]]:
+    """Return value, standard error and unit of the parameters that were asked for.
+
+    Those of a motion are fitted to this mesh and step: what they took up of these is put back.
+
+    Args:
+        fit: where they are.
+        asked: a fit of those that are wanted.
+    """
+    wanted = set(asked.parameters.names)
     table: dict[str, dict[str, float | str]] = {}
     for place, parameter in enumerate(fit.parameters):
-        if parameter.is_nuisance or (wanted is not None and parameter.name not in wanted):
+        if parameter.is_nuisance or parameter.name not in wanted:
             continue
-        value = parameter.value(fit.coordinates[place])
+        shift = fit.shifts[place]
+        value = parameter.value(fit.coordinates[place] + shift)
         rate = value if parameter.is_logarithmic else 1.0
+        variance = fit.covariance[place, place] + (_SHIFT_DOUBT * shift) ** 2
         table[parameter.name] = {
             'value': value,
-            'std_error': rate * float(np.sqrt(fit.covariance[place, place])),
+            'std_error': rate * float(np.sqrt(variance)),
             'unit': parameter.unit,
         }
     return table

@@ -3,10 +3,11 @@
 """What mesh and time step may add to a gap, beside what the parameters take up of it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.observation import pose_owners
+from diffcal_ros.calibration.parameters import ParameterSet
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,15 +24,21 @@ class Numerics:
     Attributes:
         moves: of the points, beside what the parameters take up.
         doubts: how far the moves may be off; None for a body at rest.
+        shifts: by parameter, how far its coordinate is off where it took up an error of a motion.
     """
 
     moves: tuple[FloatArray, ...]
     doubts: tuple[FloatArray | None, ...]
+    shifts: dict[str, float] = field(default_factory=dict)
 
     def columns(self, view: int) -> FloatArray:
         """Return the move and its doubt, which is zero at rest [m], shape (2, N, 3)."""
         move, doubt = self.moves[view], self.doubts[view]
         return np.stack([move, np.zeros_like(move) if doubt is None else doubt])
+
+    def shifts_of(self, parameters: ParameterSet) -> FloatArray:
+        """Return the shifts of these parameters' coordinates, zero of others, shape (k,)."""
+        return np.array([self.shifts.get(name, 0.0) for name in parameters.names])
 
 
 def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
@@ -39,7 +46,7 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
 
     A motion runs ahead or late where its mesh is too stiff or its step too long: by centimetres
     after a while, and just as with another modulus and damping. What these take up is taken off,
-    since they are fitted; they are then those of this mesh and step.
+    since they are fitted; they are then those of this mesh and step, and so far from the body's.
     """
     moves = model.mesh_moves(coordinates)
     is_moving = [observation.instant is not None for observation in model.observations]
@@ -47,6 +54,7 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
     if not any(is_moving):
         return Numerics(tuple(moves), doubts)
     tangents = model.tangents(coordinates)
+    shifts = []
     for owner in dict.fromkeys(pose_owners(model.observations)):
         views = [
             number
@@ -54,14 +62,16 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
             if of == owner and is_moving[number]
         ]
         if views:
-            _take_off(moves, tangents, views)
-    return Numerics(tuple(moves), doubts)
+            shifts.append(-_take_off(moves, tangents, views))
+    names = model.parameters.names
+    mean = np.mean(shifts, axis=0).tolist()
+    return Numerics(tuple(moves), doubts, dict(zip(names, mean, strict=True)))
 
 
 def _take_off(
     moves: list[FloatArray], tangents: Sequence[FloatArray], views: Sequence[int]
-) -> None:
-    """Take off what one recording's motion follows of the parameters."""
+) -> FloatArray:
+    """Take off what one recording's motion follows of the parameters; return theirs, (k,)."""
     whole = np.concatenate([moves[view].ravel() for view in views])
     columns = np.concatenate(
         [tangents[view].reshape(len(tangents[view]), -1) for view in views], 1
@@ -69,3 +79,4 @@ def _take_off(
     found, *_ = np.linalg.lstsq(columns.T, whole, rcond=1e-9)
     for view in views:
         moves[view] = moves[view] - np.einsum('k,kni->ni', found, tangents[view])
+    return np.asarray(found, dtype=np.float64)

@@ -41,6 +41,7 @@ class Refit:
         log_evidence: of the model: half chi-square, priors and the volume of the posterior
             against that of the prior, negative.
         covariance: of the coordinates, shape (k, k).
+        shifts: from the coordinates to those of the body itself, see `Numerics`, shape (k,).
         patch_count: number of patches fitted.
         evaluations: of the model.
         is_converged: whether it came to rest, or ran out of evaluations.
@@ -52,6 +53,7 @@ class Refit:
     chi_square: float
     log_evidence: float
     covariance: FloatArray
+    shifts: FloatArray
     patch_count: int
     evaluations: int
     is_converged: bool
@@ -93,6 +95,7 @@ def refit(
         chi_square=seen.chi_square,
         log_evidence=-descent.cost - 0.5 * _log_volumes(information, precision),
         covariance=np.linalg.pinv(information),
+        shifts=evidence.numerics.shifts_of(evidence.model.parameters),
         patch_count=len(seen),
         evaluations=descent.evaluations,
         is_converged=max_iterations == 1
@@ -120,7 +123,9 @@ class _Descent:
         self._evidence, self._part = evidence, part
         self._bounds = parameters.bounds()
         self._limits = longest_steps(parameters)
-        self._mean, self.precision = full_prior(parameters)
+        mean, self.precision = full_prior(parameters)
+        # What is known of a parameter is known of the body, not of its mesh and step.
+        self._mean = mean - evidence.numerics.shifts_of(parameters)
         self.here = np.clip(start, *self._bounds)
         self.blocks = evidence.blocks(self.here)
         self.evaluations, self.rejections, self.is_done = 1, 0, False

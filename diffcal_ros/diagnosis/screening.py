@@ -124,7 +124,7 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
         *(f'mass {place}' for place in MASS_PLACES),
         *(f'creep {time}' for time in CREEP_TIMES),
     )
-    beyond = _beyond_prior(nominal, coordinates)
+    beyond = _beyond_prior(nominal, coordinates + evidence.numerics.shifts_of(nominal))
     plain = _seen_through(blocks, nominal, names, beyond, 0.0)
     slack = tangent_slack(blocks)
     held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, beyond, slack)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The forward model of a motion: derivatives, what motion can show, shared tracers and poses."""
 
+from diffcal_ros.calibration import moving_posture
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.image_objective import ImageObjective
 from diffcal_ros.calibration.observation import pose_covariances, pose_owners
@@ -145,6 +146,29 @@ def test_steps_of_a_tolerance_are_those_of_the_first_motion() -> None:
     (warning,) = model.warnings()
     assert 'the time steps were chosen for the start values' in warning
     assert 'fit again from the fitted scene' in warning
+
+
+def test_a_small_mesh_is_tried_at_half_its_size(monkeypatch) -> None:
+    """On the nodes that both have: the finer mesh is that of the same beam, cut twice as fine."""
+    coarse = moving_model(moving_scene((6, 2, 2), fit=FIT), TIMES)
+    start = coarse.parameters.start()
+    coarse.views(start)
+    posture, inputs = coarse.bodies[0], coarse._posture_inputs(0, start)
+    foreseen = posture.mesh_moves(inputs, 'auto') - posture.step_moves(inputs)
+    fine = moving_model(moving_scene((12, 4, 4), fit=FIT), TIMES)
+    fine.views(start)
+    rest = [model.bodies[0].body.discretisation.rest_nodes for model in (coarse, fine)]
+    # Corners alone are in both, and only some: the two cut their cells otherwise.
+    distances = np.linalg.norm(rest[0][:, None] - rest[1][None], axis=2)
+    places, own = distances.argmin(axis=1), distances.min(axis=1) < 1e-9
+    assert own.sum() >= coarse.scene.mesh.vertex_count
+    true = fine.bodies[0].motion.positions[:, places[own]] - posture.motion.positions[:, own]
+    seen = np.linalg.norm(true)
+    assert np.linalg.norm(foreseen[:, own] - true) < _FORESEEN * seen
+    # Stiffness found at rest tells less: the release sets waves off, which the mesh delays.
+    monkeypatch.setattr(moving_posture, 'is_affordable', lambda *_: False)
+    guessed = posture.mesh_moves(inputs, 'auto') - posture.step_moves(inputs)
+    assert np.linalg.norm(foreseen[:, own] - true) < np.linalg.norm(guessed[:, own] - true)
 
 
 def test_the_error_of_chosen_steps_is_foreseen() -> None:
