@@ -15,6 +15,8 @@ from diffcal_ros.cli.recording_options import (
 
 _PAGE = 'diagnosis.html'
 _UNKNOWN = 3
+# A diagnosis of so many seconds is worth a faster solver.
+_LONG = 30.0
 
 
 def add_parser(subparsers: Any) -> None:
@@ -74,6 +76,8 @@ def run(args: argparse.Namespace) -> int:
     print('\n'.join(verdict_lines(course.diagnosis)), flush=True)
     write_diagnosis_page(args.out / _PAGE, scene.name, course)
     print(f'\npage      {args.out / _PAGE}')
+    print(f'took      {course.diagnosis.seconds:.0f} s')
+    _suggest_solver(course.diagnosis.seconds)
     if course.diagnosis.effects:
         print(f'to add it to the model: diffcal accept {args.out}')
     return _UNKNOWN if course.diagnosis.verdict is Verdict.CANNOT_TELL else 0
@@ -91,6 +95,17 @@ def _settings(args: argparse.Namespace, scene: Any) -> Any:
         raise InputError(f'--margin is {args.margin:g} mm: give a number from 0 to 100')
     fit = asked_fit(args, scene)
     return DiagnosisSettings(margin=1e-3 * args.margin, without=tuple(args.without), fit=fit)
+
+
+def _suggest_solver(seconds: float) -> None:
+    """Say what would make it faster, where that is worth an installation."""
+    from diffcal_ros.fem.sparse_solver import fast_solver
+
+    if seconds > _LONG and fast_solver() is None:
+        _say(
+            'note: most of that went into factorising stiffness matrices; '
+            "pip install 'diffcal_ros[fast]' (Intel's MKL) does it several times as fast"
+        )
 
 
 def _say(text: str) -> None:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 from diffcal_ros.calibration.calibrate import calibrate
+from diffcal_ros.cli.diagnose_command import _suggest_solver
 from diffcal_ros.cli.main import main
 from diffcal_ros.errors import SceneError
 from diffcal_ros.offline.calibrate_recordings import open_inputs
@@ -104,3 +105,15 @@ def test_a_spoilt_model_file_is_refused(hidden):
             load_scene(scene)
     finally:
         path.unlink() if old is None else path.write_text(old)
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'installed', 'is_told'),
+    [(90.0, None, True), (90.0, 'cholmod', False), (9.0, None, False)],
+)
+def test_who_waits_long_is_told_of_a_faster_solver(
+    monkeypatch, capsys, seconds, installed, is_told
+):
+    monkeypatch.setattr('diffcal_ros.fem.sparse_solver.fast_solver', lambda: installed)
+    _suggest_solver(seconds)
+    assert ("pip install 'diffcal_ros[fast]'" in capsys.readouterr().err) == is_told
