@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.evidence import Block, Evidence
 from diffcal_ros.diagnosis.free_fields import free_fields
-from diffcal_ros.diagnosis.refit import full_prior, Refit
+from diffcal_ros.diagnosis.full_prior import full_prior
+from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.whitened import (
     chosen_patches,
     closed_share,

@@ -8,11 +8,14 @@ from dataclasses import dataclass, field
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.observation import pose_owners
 from diffcal_ros.calibration.parameters import ParameterSet
+from diffcal_ros.diagnosis.full_prior import full_prior
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Patches of a frame, and their noise [m]: what parameters are held to in a motion, roughly.
+_PATCHES, _FLOOR = 30, 1e-4
 # What is left of so large a move is uncertain to this share of it.
 _DOUBT = 0.15
 
@@ -54,6 +57,7 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
     if not any(is_moving):
         return Numerics(tuple(moves), doubts)
     tangents = model.tangents(coordinates)
+    _, precision = full_prior(model.parameters)
     shifts = []
     for owner in dict.fromkeys(pose_owners(model.observations)):
         views = [
@@ -62,21 +66,28 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
             if of == owner and is_moving[number]
         ]
         if views:
-            shifts.append(-_take_off(moves, tangents, views))
+            shifts.append(-_take_off(moves, tangents, views, precision))
     names = model.parameters.names
     mean = np.mean(shifts, axis=0).tolist()
     return Numerics(tuple(moves), doubts, dict(zip(names, mean, strict=True)))
 
 
 def _take_off(
-    moves: list[FloatArray], tangents: Sequence[FloatArray], views: Sequence[int]
+    moves: list[FloatArray],
+    tangents: Sequence[FloatArray],
+    views: Sequence[int],
+    precision: FloatArray,
 ) -> FloatArray:
-    """Take off what one recording's motion follows of the parameters; return theirs, (k,)."""
+    """Take off what one recording's motion follows of the parameters; return theirs, (k,).
+
+    A parameter that hardly moves the body stays near what is known of it.
+    """
     whole = np.concatenate([moves[view].ravel() for view in views])
     columns = np.concatenate(
         [tangents[view].reshape(len(tangents[view]), -1) for view in views], 1
     )
-    found, *_ = np.linalg.lstsq(columns.T, whole, rcond=1e-9)
+    weight = _PATCHES * len(views) / (_FLOOR**2 * len(whole))
+    found = np.linalg.solve(weight * columns @ columns.T + precision, weight * columns @ whole)
     for view in views:
         moves[view] = moves[view] - np.einsum('k,kni->ni', found, tangents[view])
     return np.asarray(found, dtype=np.float64)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.parameters import ParameterSet
-from diffcal_ros.calibration.uncertainty import natural_scales
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.evidence import Block, Evidence
+from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten, Whitened
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.motion.inputs import MotionError
@@ -206,17 +206,6 @@ class _Descent:
         step[free] = np.linalg.solve(damped, descent[free])
         gain = float(descent @ step - 0.5 * step @ curvature @ step)
         return step / max(1.0, float((np.abs(step) / self._limits).max())), gain
-
-
-def full_prior(parameters: ParameterSet) -> tuple[FloatArray, FloatArray]:
-    """Return mean and precision of the prior; where none is given, a wide one at the start."""
-    mean, precision = parameters.prior()
-    scales = natural_scales(parameters)
-    for place, value in enumerate(np.diag(precision)):
-        if value == 0.0:
-            precision[place, place] = 1.0 / scales[place] ** 2
-            mean[place] = parameters.start()[place]
-    return mean, precision
 
 
 def _per_patch(cost: float, seen: Whitened) -> float:

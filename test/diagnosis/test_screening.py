@@ -3,7 +3,7 @@
 """Scores by projection agree with explicit least squares."""
 
 from diffcal_ros.diagnosis.candidates import candidates
-from diffcal_ros.diagnosis.refit import full_prior
+from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.screening import _Projection, largest_cosines
 from diffcal_ros.diagnosis.whitened import Part, whiten
 from diffcal_ros.scene.effects import EFFECTS
