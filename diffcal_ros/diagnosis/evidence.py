@@ -19,7 +19,7 @@ from diffcal_ros.calibration.robust_residual import (
     ViewComparer,
 )
 from diffcal_ros.diagnosis.noise_model import noise_of
-from diffcal_ros.diagnosis.numerics import find_numerics, Numerics
+from diffcal_ros.diagnosis.numerics import find_numerics, MESH_GAIN, Numerics
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 PatchName = tuple[int, str, int]  # View, kind and cell.
 
-# Refinement removes three quarters of a smooth error: what is left of it, and what one step of
-# refinement tells too little about.
-_MESH_GAIN, _MESH_DOUBT = 4.0 / 3.0, 0.5
+# What one step of refinement tells too little about.
+_MESH_DOUBT = 0.5
 # Times the usual residual of a view.
 _STRANGE = 8.0
 _MOST, _MOST_SIGMAS = 0.8, 1.28
@@ -188,7 +187,7 @@ class Evidence:
         wide = self._kept(view, kind, patches)
         mesh, doubt = wide.jacobian[:, -2:].T
         patches = replace(
-            wide, values=wide.values - _MESH_GAIN * mesh, jacobian=wide.jacobian[:, :-2]
+            wide, values=wide.values - MESH_GAIN * mesh, jacobian=wide.jacobian[:, :-2]
         ).doubted(np.abs(doubt))
         is_report = _report_part(self.model.observations[view], wide.cells)
         return Block(view, kind, self._groups[view], patches, _MESH_DOUBT * mesh, is_report)

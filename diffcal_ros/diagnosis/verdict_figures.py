@@ -16,7 +16,7 @@ from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap
 import numpy as np
 
 # What one refinement tells of an error of mesh and step is off by about this share of it.
-_SHIFT_DOUBT = 1.0 / 3.0
+_SHIFT_DOUBT = 0.25
 
 
 def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffect, ...]:
