@@ -11,8 +11,10 @@ from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.border import with_border
 from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.choice import choose
 from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
 from diffcal_ros.diagnosis.evidence import Evidence, make_evidence
+from diffcal_ros.diagnosis.hypothesis import with_own_numerics
 from diffcal_ros.diagnosis.naming import conclude
 from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.screening import Screen, screen
@@ -93,12 +95,15 @@ def diagnose(
     scores = screen(evidence, nominal.coordinates, listed)
     is_moving = any(observation.instant is not None for observation in observations)
     disagreement = measure_disagreement(nominal, scores, settings.margin, is_moving=is_moving)
-    selection = None
+    selection = choice = None
     if disagreement.is_worth_naming:
         selection = select(evidence, nominal, scores, tell)
-    diagnosis = conclude(
-        evidence, nominal, scores, disagreement, selection, time.perf_counter() - begun
-    )
+        choice = choose(selection, evidence)
+    if choice is not None and is_moving:
+        tell('finding what mesh and step cost there')
+        choice = replace(choice, hypothesis=with_own_numerics(choice.hypothesis))
+    seconds = time.perf_counter() - begun
+    diagnosis = conclude(evidence, nominal, scores, disagreement, selection, choice, seconds)
     return Course(evidence, nominal, scores, disagreement, selection, diagnosis)
 
 

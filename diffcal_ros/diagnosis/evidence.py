@@ -107,6 +107,15 @@ class Evidence:
         """Return the evidence of another model of the same bodies and observations."""
         return Evidence(model, self.comparers, self.numerics, self.cell, self.left_out)
 
+    def renewed(self, coordinates: FloatArray) -> 'Evidence':
+        """Return the same evidence with the errors of mesh and step as they are somewhere else.
+
+        Args:
+            coordinates: where, shape (c,).
+        """
+        numerics = find_numerics(self.model, coordinates)
+        return Evidence(self.model, self.comparers, numerics, self.cell, self.left_out)
+
     def without(self, patches: frozenset[PatchName]) -> 'Evidence':
         """Return the same evidence with some patches left out."""
         return Evidence(self.model, self.comparers, self.numerics, self.cell, patches)

@@ -119,14 +119,15 @@ class Hypothesis:
         for component in candidate.components:
             place = names.index(amplitude_name(candidate.identifier, component))
             part = candidate.effect.component(component)
-            value = float(fit.coordinates[place])
+            is_inside = lower[place] < fit.coordinates[place] < upper[place]
+            value, std_error = fit.of_the_body(place)
             found.append(
                 Amplitude(
                     name=component,
                     value=value * part.shown_factor,
-                    std_error=float(np.sqrt(fit.covariance[place, place])) * part.shown_factor,
+                    std_error=std_error * part.shown_factor,
                     unit=part.shown_unit,
-                    at_bound=not lower[place] < value < upper[place],
+                    at_bound=not is_inside,
                 )
             )
         return found
@@ -179,6 +180,23 @@ def fitted_on(hypothesis: Hypothesis) -> Hypothesis:
     except (EquilibriumError, MotionError, OutOfViewError):
         return hypothesis
     return replace(hypothesis, fit=fit)
+
+
+def with_own_numerics(hypothesis: Hypothesis) -> Hypothesis:
+    """Fit a model of a motion on with what mesh and step cost where it is.
+
+    Found around the nominal fit, these are of another motion: where the drag of the air hides in
+    the damping, nothing rings that a coarse mesh would delay.
+
+    Returns:
+        The fitted model; the same one where it cannot be simulated again.
+    """
+    try:
+        evidence = hypothesis.evidence.renewed(hypothesis.fit.coordinates)
+        fit = refit(evidence, hypothesis.fit.coordinates)
+    except (EquilibriumError, MotionError, OutOfViewError):
+        return hypothesis
+    return replace(hypothesis, evidence=evidence, fit=fit)
 
 
 def _refit_from(

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From refitted models to a verdict: a name, a set of twins, or an effect that is unknown."""
 
-from diffcal_ros.diagnosis.choice import Choice, choose
+from diffcal_ros.diagnosis.choice import Choice
 from diffcal_ros.diagnosis.disagreement import Disagreement
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.limits import upper_limits
@@ -41,10 +41,10 @@ def conclude(
     scores: Screen,
     disagreement: Disagreement,
     selection: Selection | None,
+    choice: Choice | None,
     seconds: float,
 ) -> Diagnosis:
     """Put the verdict together."""
-    choice = None if selection is None else choose(selection, evidence)
     added = choice.hypothesis.fit if choice is not None else nominal
     closure = float('nan')
     if choice is not None:

@@ -25,6 +25,8 @@ _SMALL_SHARE = 1e-4
 # Share of the present residual that is allowed for while a fit is on its way.
 _SLACK = 0.3
 _FIRST_DAMPING, _LEAST_DAMPING = 1e-2, 1e-3
+# What one refinement tells of an error of mesh and step is off by about this share of it.
+_SHIFT_DOUBT = 0.25
 # Patches join and leave: a step is not refused for less than this share.
 _ROUGHNESS = 0.01
 
@@ -62,6 +64,12 @@ class Refit:
     def chi_square_per_patch(self) -> float:
         """Chi-square per degree of freedom: 1 where noise alone is left."""
         return self.chi_square / max(self.patch_count - len(self.coordinates), 1)
+
+    def of_the_body(self, place: int) -> tuple[float, float]:
+        """Return a coordinate of the body itself, not of its mesh, and its standard error."""
+        shift = float(self.shifts[place])
+        variance = float(self.covariance[place, place]) + (_SHIFT_DOUBT * shift) ** 2
+        return float(self.coordinates[place]) + shift, float(np.sqrt(variance))
 
 
 def refit(

@@ -13,10 +13,6 @@ from diffcal_ros.diagnosis.screening import Screen
 from diffcal_ros.diagnosis.selection import Selection
 from diffcal_ros.diagnosis.verdict import GapFigures, NamedEffect
 from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap
-import numpy as np
-
-# What one refinement tells of an error of mesh and step is off by about this share of it.
-_SHIFT_DOUBT = 0.25
 
 
 def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffect, ...]:
@@ -78,13 +74,11 @@ def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str
     for place, parameter in enumerate(fit.parameters):
         if parameter.is_nuisance or parameter.name not in wanted:
             continue
-        shift = fit.shifts[place]
-        value = parameter.value(fit.coordinates[place] + shift)
-        rate = value if parameter.is_logarithmic else 1.0
-        variance = fit.covariance[place, place] + (_SHIFT_DOUBT * shift) ** 2
+        coordinate, std_error = fit.of_the_body(place)
+        value = parameter.value(coordinate)
         table[parameter.name] = {
             'value': value,
-            'std_error': rate * float(np.sqrt(variance)),
+            'std_error': value * std_error if parameter.is_logarithmic else std_error,
             'unit': parameter.unit,
         }
     return table
