@@ -19,7 +19,7 @@ from diffcal_ros.calibration.robust_residual import (
     ViewComparer,
 )
 from diffcal_ros.diagnosis.noise_model import noise_of
-from diffcal_ros.diagnosis.numerics import find_numerics, MESH_GAIN, Numerics
+from diffcal_ros.diagnosis.numerics import find_numerics, Numerics
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,6 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 PatchName = tuple[int, str, int]  # View, kind and cell.
 
-# What one step of refinement tells too little about.
-_MESH_DOUBT = 0.5
 # Times the usual residual of a view.
 _STRANGE = 8.0
 _MOST, _MOST_SIGMAS = 0.8, 1.28
@@ -194,12 +192,12 @@ class Evidence:
 
     def _block(self, view: int, kind: str, patches: Patches) -> Block:
         wide = self._kept(view, kind, patches)
-        mesh, doubt = wide.jacobian[:, -2:].T
+        expected, spread, doubt = wide.jacobian[:, -3:].T
         patches = replace(
-            wide, values=wide.values - MESH_GAIN * mesh, jacobian=wide.jacobian[:, :-2]
+            wide, values=wide.values - expected, jacobian=wide.jacobian[:, :-3]
         ).doubted(np.abs(doubt))
         is_report = _report_part(self.model.observations[view], wide.cells)
-        return Block(view, kind, self._groups[view], patches, _MESH_DOUBT * mesh, is_report)
+        return Block(view, kind, self._groups[view], patches, spread, is_report)
 
     def _kept(self, view: int, kind: str, patches: Patches) -> Patches:
         if not self.left_out:

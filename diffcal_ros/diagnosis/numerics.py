@@ -14,8 +14,12 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Halving a mesh or a step removes three quarters of a smooth error.
-MESH_GAIN = 4.0 / 3.0
+# Halving a mesh or a step removes three quarters of a smooth error; what one refinement tells too
+# little about.
+_GAIN, _SPREAD = 4.0 / 3.0, 0.5
+# How the waves of a release run on a coarse mesh it tells less about: of what is left beside the
+# parameters there may be hardly anything, or all of it.
+_GAIN_MOVING = 2.0 / 3.0
 # Patches of a frame, and their noise [m]: what parameters are held to in a motion, roughly.
 _PATCHES, _FLOOR = 30, 1e-4
 # What is left of so large a move is uncertain to this share of it.
@@ -29,17 +33,22 @@ class Numerics:
     Attributes:
         moves: of the points, beside what the parameters take up.
         doubts: how far the moves may be off; None for a body at rest.
+        is_slow: of each view, whether its body is at rest, or as good as that.
         shifts: by parameter, how far its coordinate is off where it took up an error of a motion.
     """
 
     moves: tuple[FloatArray, ...]
     doubts: tuple[FloatArray | None, ...]
+    is_slow: tuple[bool, ...]
     shifts: dict[str, float] = field(default_factory=dict)
 
     def columns(self, view: int) -> FloatArray:
-        """Return the move and its doubt, which is zero at rest [m], shape (2, N, 3)."""
+        """Return the expected move, its coherent spread and its doubt [m], shape (3, N, 3)."""
         move, doubt = self.moves[view], self.doubts[view]
-        return np.stack([move, np.zeros_like(move) if doubt is None else doubt])
+        if doubt is None:
+            return np.stack([_GAIN * move, _SPREAD * move, np.zeros_like(move)])
+        gain = _GAIN if self.is_slow[view] else _GAIN_MOVING
+        return np.stack([gain * move, _SPREAD * move, doubt])
 
     def shifts_of(self, parameters: ParameterSet) -> FloatArray:
         """Return the shifts of these parameters' coordinates, zero of others, shape (k,)."""
@@ -56,8 +65,10 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
     moves = model.mesh_moves(coordinates)
     is_moving = [observation.instant is not None for observation in model.observations]
     doubts = tuple(_DOUBT * m if is_m else None for m, is_m in zip(moves, is_moving, strict=True))
+    motions = [model.scene.observations[o.setup_index].motion for o in model.observations]
+    is_slow = tuple(motion is None or motion.is_slow for motion in motions)
     if not any(is_moving):
-        return Numerics(tuple(moves), doubts)
+        return Numerics(tuple(moves), doubts, is_slow)
     tangents = model.tangents(coordinates)
     _, precision = full_prior(model.parameters)
     shifts = []
@@ -68,10 +79,10 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
             if of == owner and is_moving[number]
         ]
         if views:
-            shifts.append(-MESH_GAIN * _take_off(moves, tangents, views, precision))
+            shifts.append(-_GAIN * _take_off(moves, tangents, views, precision))
     names = model.parameters.names
     mean = np.mean(shifts, axis=0).tolist()
-    return Numerics(tuple(moves), doubts, dict(zip(names, mean, strict=True)))
+    return Numerics(tuple(moves), doubts, is_slow, dict(zip(names, mean, strict=True)))
 
 
 def _take_off(

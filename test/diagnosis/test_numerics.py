@@ -37,5 +37,5 @@ def test_shifts_go_by_the_names_of_parameters() -> None:
     class Named:
         names = ('damping', 'added_mass.mass')
 
-    numerics = Numerics((), (), {'damping': -0.3, 'youngs_modulus': 0.1})
+    numerics = Numerics((), (), (), {'damping': -0.3, 'youngs_modulus': 0.1})
     np.testing.assert_array_equal(numerics.shifts_of(Named()), [-0.3, 0.0])  # type: ignore[arg-type]
