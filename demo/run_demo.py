@@ -65,7 +65,7 @@ def _run(args: argparse.Namespace) -> int:
         # First, because it compiles kernels, the first time on a machine.
         nodes.start('calibration', scene=scene, out=out, refit='once')
         nodes.start('marker_pose', scene=scene)
-        nodes.start('depth_source', bag=bag, wait_for_subscriber=60.0)
+        nodes.start('depth_source', bag=bag, subscribers=2, wait_for_subscriber=60.0)
         with _listener() as node:
             watch = FitWatch(node, nodes, begun + args.timeout)
             watch.until(lambda: bool(watch.outcome), 'the end of the fit')

@@ -56,7 +56,7 @@ def generate_launch_description() -> LaunchDescription:
             _node('marker_pose', {'scene': scene}),
             _node(
                 'depth_source',
-                {'bag': _text('bag')},
+                {'bag': _text('bag'), 'subscribers': 2, 'wait_for_subscriber': 60.0},
                 [(f'in/{topic}', [camera, f'/{topic}']) for topic in CAMERA_TOPICS],
             ),
             Node(

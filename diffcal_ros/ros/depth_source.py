@@ -51,6 +51,13 @@ SETTINGS = (
         600.0,
     ),
     Setting(
+        'subscribers',
+        1,
+        'so many must listen to depth before it counts as somebody: 2 for the other two nodes',
+        1,
+        100,
+    ),
+    Setting(
         'depth_from_color',
         _UNKNOWN,
         'live only, where TF is not there: x y z [m] and quaternion x y z w of the colour camera '
@@ -109,13 +116,13 @@ class DepthSourceNode(Node):
             self._clock_sender.publish(Clock(clock=stamp_message(time_ns)))
 
     def listener_count(self) -> int:
-        """Return how many listen to images; 0 while nobody listens to depth."""
+        """Return how many listen to images; 0 while fewer than asked for listen to depth."""
         if not self.context.ok():
             return 0
         depth, color = (
             self._senders[role].get_subscription_count() for role in (Role.DEPTH, Role.COLOR)
         )
-        return int(depth + color) if depth else 0
+        return int(depth + color) if depth >= self._settings['subscribers'] else 0
 
     def send_transform(
         self, depth_from_color: FloatArray, *, depth_frame: str, color_frame: str, time_ns: int
@@ -159,7 +166,7 @@ class DepthSourceNode(Node):
             self._player.change(
                 rate=values['rate'], is_looping=values['loop'], is_paused=values['paused']
             )
-        elif names - {'wait_for_subscriber'}:
+        elif names - {'wait_for_subscriber', 'subscribers'}:
             self._stop()
             self._start()
 

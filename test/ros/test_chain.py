@@ -32,7 +32,9 @@ def test_the_sample_bag_ends_in_the_same_modulus_as_offline(make_bench, start_no
         'calibration', {'scene': scene, 'out': out, 'mesh_error': False, 'refit': 'once'}
     )
     marker = start_node('marker_pose', {'scene': scene})
-    source = start_node('depth_source', {'bag': SAMPLE / 'bag', 'wait_for_subscriber': 60.0})
+    source = start_node(
+        'depth_source', {'bag': SAMPLE / 'bag', 'subscribers': 2, 'wait_for_subscriber': 60.0}
+    )
     inputs = open_inputs(load_scene(scene), [])
     offline = calibrate(inputs.scene, inputs.observations)['youngs_modulus']
     bench = make_bench()

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The depth source: recordings on topics, step by step and in loops; live topics with checks."""
 
+import time
+
+from diffcal_ros.live.replay_messages import Role
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.ros.conversion import depth_frame, stamp_ns, transform_matrix
 from diffcal_ros.ros.depth_source import DepthSourceNode
@@ -44,6 +47,19 @@ def test_a_recording_comes_as_it_was_made(make_bench, bag):
         transform_matrix(transforms[0].transform), recording.depth_from_color, atol=1e-12
     )
     assert transforms[0].child_frame_id == recording.color_frame_id
+
+
+def test_it_waits_for_as_many_as_are_asked_for(make_bench, bag):
+    bench = make_bench({'bag': bag, 'subscribers': 2, 'wait_for_subscriber': 60.0})
+    images = bench.collect(Image, 'depth/image_rect_raw')
+    node = bench.add(DepthSourceNode)
+    sender = node._senders[Role.DEPTH]
+    bench.until(lambda: sender.get_subscription_count() == 1, 'the first')
+    waited = time.monotonic() + 4.0  # Longer than it waits for another to come.
+    bench.until(lambda: time.monotonic() > waited, 'the time')
+    assert not images
+    bench.collect(Image, 'depth/image_rect_raw')
+    bench.until(lambda: images, 'the first image')
 
 
 def test_paused_it_goes_step_by_step(make_bench, bag):
