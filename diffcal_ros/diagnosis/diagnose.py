@@ -99,12 +99,18 @@ def diagnose(
     if disagreement.is_worth_naming:
         selection = select(evidence, nominal, scores, tell)
         choice = choose(selection, evidence)
-    if choice is not None and is_moving:
+    if choice is not None and _swings(evidence.model.scene):
         tell('finding what mesh and step cost there')
         choice = replace(choice, hypothesis=with_own_numerics(choice.hypothesis))
     seconds = time.perf_counter() - begun
     diagnosis = conclude(evidence, nominal, scores, disagreement, selection, choice, seconds)
     return Course(evidence, nominal, scores, disagreement, selection, diagnosis)
+
+
+def _swings(scene: Scene) -> bool:
+    """Tell whether waves run in a motion; a load that is held is as good as at rest."""
+    motions = [setup.motion for setup in scene.observations]
+    return any(motion is not None and not motion.is_slow for motion in motions)
 
 
 def fit_nominal(
