@@ -106,11 +106,10 @@ def _arms(case: Path) -> dict[str, dict[str, Any]]:
 def _without_mesh(evidence: Any, nominal: Any) -> tuple[Any, Any]:
     """Refit without what is known of the mesh."""
     from diffcal_ros.diagnosis.evidence import Evidence
-    from diffcal_ros.diagnosis.numerics import Numerics
     from diffcal_ros.diagnosis.refit import refit
 
     still = tuple(np.zeros_like(move) for move in evidence.numerics.moves)
-    nothing = Numerics(still, tuple(None for _ in still))
+    nothing = replace(evidence.numerics, moves=still)
     without = Evidence(
         evidence.model, evidence.comparers, nothing, evidence.cell, evidence.left_out
     )
