@@ -3,8 +3,9 @@
 """A body that rests on a support until that lets go: one simulation for all of its frames."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from diffcal_ros.calibration.finer_motion import HeldMesh, is_affordable, on_finer_mesh
+from diffcal_ros.calibration.finer_motion import is_affordable, refined_inputs
 from diffcal_ros.calibration.posture import PostureInputs
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.force_changes import Change, StaticGradient
@@ -15,6 +16,7 @@ from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody,
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
+from diffcal_ros.scene.refinement import refined_scene
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -59,18 +61,24 @@ class MovingPosture:
         if setup.motion is None:
             raise ValueError(f'{setup.name} is at rest: it has no motion to simulate')
         self._times = np.array(times, dtype=np.float64)
-        self._held = _held_mesh(scene, setup)
-        self._scene, self._solver, self._device = scene, solver, device
-        self.body = self._make_body(self._held)
-        self._clamped_at = self._held.targets[self.body.held_vertices]
-        self._release_start = setup.motion.release_time.start
+        self._rest = world_positions(scene.mesh, setup)
+        self._staying = _held_vertices(setup, stays=True)
+        self._scene, self._setup = scene, setup
+        self._solver, self._device = solver, device
+        self.body = self._make_body()
+        targets = self._rest.copy()
+        held = held_targets(setup, self._rest)
+        targets[held.vertices] = held.positions
+        released = np.setdiff1d(_held_vertices(setup, stays=False), self._staying)
+        self._clamped_at = targets[self.body.held_vertices]
+        self._release = Release(released, setup.motion.release_time.start, targets[released])
         self._name, self._integrator = setup.name, setup.motion.integrator
         self._tolerance = setup.motion.tolerance
         usual = TIME_STEP if self._tolerance is None else LONGEST_STEP
         self._time_step = setup.motion.time_step or usual
         self._moving = MovingBody(
             self.body,
-            self._release(self._held),
+            self._release,
             integrator=self._integrator,
             time_step=self._time_step,
             tolerance=self._tolerance,
@@ -78,14 +86,11 @@ class MovingPosture:
         self._rungs: tuple[int, ...] = ()
         self._is_turned = any(part.turn is not None for part in setup.staying)
 
-    def _release(self, held: HeldMesh) -> Release:
-        return Release(held.released, self._release_start, held.targets[held.released])
-
-    def _make_body(self, held: HeldMesh) -> StaticBody:
+    def _make_body(self) -> StaticBody:
         return StaticBody(
-            held.mesh,
+            TetMesh(self._rest, self._scene.mesh.tets),
             self._scene.element,
-            held.staying,
+            self._staying,
             law=find_law(self._scene.law),
             solver=self._solver,
             device=self._device,
@@ -136,20 +141,19 @@ class MovingPosture:
     def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
         """Return about how half the mesh size and step would move the nodes [m], (S, N, 3)."""
         steps = _BY_HALVING * self.step_moves(inputs)
-        if is_affordable(self._held, self._scene.element, inputs) and not self._is_turned:
-            finer = on_finer_mesh(self._held, inputs, self._simulate_on)
-            return finer - self.motion.positions + steps
+        if is_affordable(self._scene, inputs) and not self._is_turned:
+            return self._on_finer_mesh(inputs) - self.motion.positions + steps
         return self._stiffness_moves(inputs, solver) + steps
 
-    def _simulate_on(self, held: HeldMesh, inputs: PostureInputs) -> FloatArray:
-        moving = MovingBody(
-            self._make_body(held),
-            self._release(held),
-            integrator=self._integrator,
-            time_step=self._time_step,
-            tolerance=self._tolerance,
-        )
-        return self._simulate(moving, inputs, self._rungs).positions
+    def _on_finer_mesh(self, inputs: PostureInputs) -> FloatArray:
+        """Return where the nodes are if half the mesh size moves them [m], shape (S, N, 3)."""
+        scene = refined_scene(replace(self._scene, observations=(self._setup,)))
+        (setup,) = scene.observations
+        finer = MovingPosture(scene, setup, self._times.tolist(), self._solver, self._device)
+        finer._rungs = self._rungs
+        finer.settle(refined_inputs(inputs, self._scene.mesh), None)
+        # Vertices and middles of edges, in the order of the coarse nodes, come first.
+        return finer.motion.positions[:, : scene.mesh.vertex_count]
 
     def _stiffness_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
         """Return about how a better mesh would move the nodes [m], shape (S, N, 3).
@@ -160,7 +164,7 @@ class MovingPosture:
         """
         stiffer = Change(youngs_modulus=inputs.material.youngs_modulus)
         (by_stiffness,) = self.tangents([stiffer])
-        body, path = self._make_body(self._held), self._held_motion()
+        body, path = self._make_body(), self._held_motion()
         body.settle(inputs.material, inputs.gravity, held_path=path, conditions=inputs.conditions)
         (static,) = body.tangents([stiffer])
         error = MeshError(body, solver=solver)
@@ -180,11 +184,7 @@ class MovingPosture:
         """
         if self._integrator != _SECOND_ORDER:
             return np.zeros_like(self.motion.positions)
-        halved = MovingBody(
-            self._make_body(self._held),
-            self._release(self._held),
-            time_step=0.5 * self._time_step,
-        )
+        halved = MovingBody(self._make_body(), self._release, time_step=0.5 * self._time_step)
         # Every step in two where a tolerance chose them.
         rungs = [rung for rung in self._rungs for _ in range(2)]
         change = self._simulate(halved, inputs, rungs).positions - self.motion.positions
@@ -216,16 +216,6 @@ class MovingPosture:
     def _held_motion(self) -> HeldMotion | None:
         """Return where the clamp holds its vertices at any time; None: at rest."""
         return (lambda _: self._clamped_at) if self._is_turned else None
-
-
-def _held_mesh(scene: Scene, setup: ObservationSetup) -> HeldMesh:
-    rest = world_positions(scene.mesh, setup)
-    staying = _held_vertices(setup, stays=True)
-    released = np.setdiff1d(_held_vertices(setup, stays=False), staying)
-    targets = rest.copy()
-    held = held_targets(setup, rest)
-    targets[held.vertices] = held.positions
-    return HeldMesh(TetMesh(rest, scene.mesh.tets), staying, released, targets)
 
 
 def _held_vertices(setup: ObservationSetup, *, stays: bool) -> NDArray[np.int32]:

@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.choice import choose
 from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
 from diffcal_ros.diagnosis.evidence import Evidence, make_evidence
-from diffcal_ros.diagnosis.hypothesis import with_own_numerics
+from diffcal_ros.diagnosis.hypothesis import fitted_on
 from diffcal_ros.diagnosis.naming import conclude
 from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.screening import Screen, screen
@@ -99,18 +99,13 @@ def diagnose(
     if disagreement.is_worth_naming:
         selection = select(evidence, nominal, scores, tell)
         choice = choose(selection, evidence)
-    if choice is not None and _swings(evidence.model.scene):
+    # A load that is held is as good as at rest.
+    if choice is not None and not all(evidence.numerics.is_slow):
         tell('finding what mesh and step cost there')
-        choice = replace(choice, hypothesis=with_own_numerics(choice.hypothesis))
+        choice = replace(choice, hypothesis=fitted_on(choice.hypothesis, renews_numerics=True))
     seconds = time.perf_counter() - begun
     diagnosis = conclude(evidence, nominal, scores, disagreement, selection, choice, seconds)
     return Course(evidence, nominal, scores, disagreement, selection, diagnosis)
-
-
-def _swings(scene: Scene) -> bool:
-    """Tell whether waves run in a motion; a load that is held is as good as at rest."""
-    motions = [setup.motion for setup in scene.observations]
-    return any(motion is not None and not motion.is_slow for motion in motions)
 
 
 def fit_nominal(

@@ -87,7 +87,7 @@ def unstrained(fit: Refit) -> list[Block]:
         if mean is None or std is None or parameter.is_nuisance:
             continue
         allowed = _STRAINED * (std / mean if parameter.is_logarithmic else std)
-        here = fit.coordinates[place] + fit.shifts[place]
+        here, _ = fit.of_the_body(place)
         offset = here - parameter.coordinate(mean)
         beyond[place] = offset - np.clip(offset, -allowed, allowed)
     if not beyond.any():

@@ -168,32 +168,24 @@ def try_effects(
     return None if best is None else Hypothesis(tuple(added), scene, evidence, best)
 
 
-def fitted_on(hypothesis: Hypothesis) -> Hypothesis:
+def fitted_on(hypothesis: Hypothesis, *, renews_numerics: bool = False) -> Hypothesis:
     """Fit a model on from where it stands, to the end.
+
+    Args:
+        hypothesis: the model.
+        renews_numerics: find what mesh and step cost there first. Found around the nominal fit,
+            these are of another motion: where the drag of the air hides in the damping, nothing
+            rings that a coarse mesh would delay.
 
     Returns:
         The fitted model; the same one where it cannot be simulated again: a state that was
         reached by small steps is not always found from another one.
     """
+    evidence, here = hypothesis.evidence, hypothesis.fit.coordinates
     try:
-        fit = refit(hypothesis.evidence, hypothesis.fit.coordinates)
-    except (EquilibriumError, MotionError, OutOfViewError):
-        return hypothesis
-    return replace(hypothesis, fit=fit)
-
-
-def with_own_numerics(hypothesis: Hypothesis) -> Hypothesis:
-    """Fit a model of a motion on with what mesh and step cost where it is.
-
-    Found around the nominal fit, these are of another motion: where the drag of the air hides in
-    the damping, nothing rings that a coarse mesh would delay.
-
-    Returns:
-        The fitted model; the same one where it cannot be simulated again.
-    """
-    try:
-        evidence = hypothesis.evidence.renewed(hypothesis.fit.coordinates)
-        fit = refit(evidence, hypothesis.fit.coordinates)
+        if renews_numerics:
+            evidence = evidence.renewed(here)
+        fit = refit(evidence, here)
     except (EquilibriumError, MotionError, OutOfViewError):
         return hypothesis
     return replace(hypothesis, evidence=evidence, fit=fit)

@@ -80,74 +80,70 @@ def discretise(mesh: TetMesh, element: Element) -> Discretisation:
 
 def reshaped(known: Discretisation, mesh: TetMesh) -> Discretisation:
     """Discretise a mesh that differs in its positions only from one that was discretised."""
-    corner = corner_gradients(mesh)
-    is_linear = known.element is Element.LINEAR
+    integrals = _linear_integrals if known.element is Element.LINEAR else _quadratic_integrals
+    gradients, weights, load_shares = integrals(mesh)
     return replace(
         known,
         rest_nodes=mesh.rest_positions[known.node_parents].mean(axis=1),
-        gradients=corner[:, None] if is_linear else _quadratic_gradients(corner),
-        weights=_linear_weights(mesh) if is_linear else _quadratic_weights(mesh),
-        load_shares=_linear_shares(mesh) if is_linear else _quadratic_shares(mesh),
+        gradients=gradients,
+        weights=weights,
+        load_shares=load_shares,
     )
 
 
 def _linear(mesh: TetMesh) -> Discretisation:
     own = np.arange(mesh.vertex_count, dtype=np.int32)
+    gradients, weights, load_shares = _linear_integrals(mesh)
     return Discretisation(
         element=Element.LINEAR,
         rest_nodes=mesh.rest_positions,
         nodes=mesh.tets,
-        gradients=corner_gradients(mesh)[:, None],
-        weights=_linear_weights(mesh),
-        load_shares=_linear_shares(mesh),
+        gradients=gradients,
+        weights=weights,
+        load_shares=load_shares,
         node_parents=np.stack([own, own], axis=1),
         surface_triangles=mesh.surface_triangles,
     )
 
 
-def _linear_weights(mesh: TetMesh) -> FloatArray:
-    return mesh.volumes[:, None]
-
-
-def _linear_shares(mesh: TetMesh) -> FloatArray:
-    return np.repeat(mesh.volumes[:, None] / 4.0, 4, axis=1)
+def _linear_integrals(mesh: TetMesh) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return gradients, weights and load shares, see `Discretisation`."""
+    volumes = mesh.volumes[:, None]
+    return corner_gradients(mesh)[:, None], volumes, np.repeat(volumes / 4.0, 4, axis=1)
 
 
 def _quadratic(mesh: TetMesh) -> Discretisation:
     edges, sides = mesh.edges
     own = np.arange(mesh.vertex_count, dtype=np.int32)
+    gradients, weights, load_shares = _quadratic_integrals(mesh)
     return Discretisation(
         element=Element.QUADRATIC,
         rest_nodes=np.vstack([mesh.rest_positions, mesh.rest_positions[edges].mean(axis=1)]),
         nodes=np.hstack([mesh.tets, sides + mesh.vertex_count]).astype(np.int32),
-        gradients=_quadratic_gradients(corner_gradients(mesh)),
-        weights=_quadratic_weights(mesh),
-        load_shares=_quadratic_shares(mesh),
+        gradients=gradients,
+        weights=weights,
+        load_shares=load_shares,
         node_parents=np.vstack([np.stack([own, own], axis=1), edges]).astype(np.int32),
         surface_triangles=_quadratic_surface(mesh),
     )
 
 
-def _quadratic_gradients(corner: FloatArray) -> FloatArray:
-    """Return gradients of the ten shape functions at four points [1/m], shape (T, 4, 10, 3)."""
-    gradients = np.empty((len(corner), 4, 10, 3))
+def _quadratic_integrals(mesh: TetMesh) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return gradients, weights and load shares, see `Discretisation`."""
+    corner = corner_gradients(mesh)
+    gradients = np.empty((mesh.tet_count, 4, 10, 3))
     for point, coordinates in enumerate(_FOUR_POINTS):
         gradients[:, point, :4] = (4.0 * coordinates[:, None] - 1.0) * corner
         for side, (i, j) in enumerate(TET_EDGES):
             gradients[:, point, 4 + side] = 4.0 * (
                 coordinates[i] * corner[:, j] + coordinates[j] * corner[:, i]
             )
-    return gradients
-
-
-def _quadratic_weights(mesh: TetMesh) -> FloatArray:
-    return np.repeat(mesh.volumes[:, None] / 4.0, 4, axis=1)
-
-
-def _quadratic_shares(mesh: TetMesh) -> FloatArray:
-    """Return integrals of the shape functions: -V/20 at corners, V/5 at mid-edges."""
     volumes = mesh.volumes[:, None]
-    return np.hstack([np.repeat(-volumes / 20.0, 4, axis=1), np.repeat(volumes / 5.0, 6, axis=1)])
+    # Integrals of the quadratic shape functions: -V/20 at corners, V/5 at mid-edges.
+    load_shares = np.hstack(
+        [np.repeat(-volumes / 20.0, 4, axis=1), np.repeat(volumes / 5.0, 6, axis=1)]
+    )
+    return gradients, np.repeat(volumes / 4.0, 4, axis=1), load_shares
 
 
 def _quadratic_surface(mesh: TetMesh) -> IntArray:

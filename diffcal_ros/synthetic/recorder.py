@@ -20,11 +20,12 @@ from diffcal_ros.recording.color_frame import ColorFrame
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.modulus_field import FIELD_FILE
+from diffcal_ros.scene.refinement import refined_scene
 from diffcal_ros.synthetic.color_picture import expose
 from diffcal_ros.synthetic.filming import line_by_line, Timing
 from diffcal_ros.synthetic.lidar import LidarModel
 from diffcal_ros.synthetic.moving_body import move_body, MovingBodyFilm
-from diffcal_ros.synthetic.posed_body import pose_body, refined_scene
+from diffcal_ros.synthetic.posed_body import pose_body
 from diffcal_ros.synthetic.recorded_scene import scene_text, write_files
 from diffcal_ros.synthetic.rig import make_rig, Rig
 from diffcal_ros.synthetic.scan import Scan
