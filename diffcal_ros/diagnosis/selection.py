@@ -146,13 +146,16 @@ def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
 
 
 def _finished(
-    brief: Sequence[Hypothesis], tell: Progress, front: frozenset[str] = frozenset()
+    brief: Sequence[Hypothesis],
+    tell: Progress,
+    front: frozenset[str] = frozenset(),
+    rivals: Sequence[Hypothesis] = (),
 ) -> list[Hypothesis]:
     """Fit the models that may still win, or lead by their scores, to the end; best first."""
     if not brief:
         return []
-    least = min(h.fit.chi_square_per_patch for h in brief)
-    leader = max(h.fit.log_evidence for h in brief)
+    least = min(h.fit.chi_square_per_patch for h in (*brief, *rivals))
+    leader = max(h.fit.log_evidence for h in (*brief, *rivals))
     finished = []
     for hypothesis in brief:
         behind = (leader - hypothesis.fit.log_evidence) / max(1.0, least)
@@ -215,13 +218,11 @@ def _halves(
     """
     if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
         return []
-    found = []
-    for candidate in pairs[0].added:
-        tell(f'refitting with {candidate.identifier} alone')
-        half = try_effects(nominal, base, [candidate], _fitted(pairs[0]))
-        if half is not None:
-            found.append(half)
-    return found
+    halves = [
+        _first_look(nominal, base, [candidate], _fitted(pairs[0]), tell)
+        for candidate in pairs[0].added
+    ]
+    return _finished([half for half in halves if half is not None], tell, rivals=pairs[:1])
 
 
 def _fitted(hypothesis: Hypothesis) -> dict[str, float]:

@@ -31,7 +31,7 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
                 frame=frame_of(
                     candidate.identifier, hypothesis.evidence.model, hypothesis.fit.coordinates
                 ),
-                confidence=confidence,
+                confidence=min(confidence, candidate.effect.most_confidence),
                 sentence=candidate.effect.sentence,
             )
         )

@@ -22,9 +22,9 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
     lines = [_gap_line(diagnosis)]
     if diagnosis.effects:
         names = ' and '.join(effect_words(effect) for effect in diagnosis.effects)
-        first = diagnosis.effects[0]
+        confidence = min(effect.confidence for effect in diagnosis.effects)
         groups = ', '.join(dict.fromkeys(effect.group for effect in diagnosis.effects))
-        lines.append(_line('NAME', f'{names}   confidence {first.confidence:.2f}   [{groups}]'))
+        lines.append(_line('NAME', f'{names}   confidence {confidence:.2f}   [{groups}]'))
     elif diagnosis.unknown_class is not None:
         lines.append(
             _line('NAME', f'unknown effect, most like one of the class {diagnosis.unknown_class}')
