@@ -3,7 +3,7 @@
 """Run the diagnosis on blind cases; resumes where it stopped.
 
     python -m benchmarks.diagnosis --cases DIR/cases --out RUN [--only 'case_*'] [--jobs 2]
-                                   [--cluster tcp://HOST:8786]
+                                   [--fixture] [--cluster tcp://HOST:8786]
 
 It sees the cases, never the generator or the labels; `python -m benchmarks.blind.scorer` reads
 both. RUN/<case>/verdict.json are the verdicts. A cluster is the address of a Dask scheduler whose
@@ -13,12 +13,14 @@ workers see the same folders; otherwise all cores of this machine work.
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 import os
 from pathlib import Path
 import sys
 import time
 
 import joblib
+import numpy as np
 import yaml
 
 
@@ -31,7 +33,9 @@ def main() -> int:
     begun, failures = time.perf_counter(), 0
     with _workers(given.cluster):
         work = joblib.Parallel(n_jobs=given.jobs, return_as='generator_unordered')
-        verdicts = work(joblib.delayed(_judge_safely)(f, given.out / f.name) for f in left)
+        verdicts = work(
+            joblib.delayed(_judge_safely)(f, given.out / f.name, given.fixture) for f in left
+        )
         for number, (name, words, is_done) in enumerate(verdicts, start=1):
             failures += not is_done
             seconds = time.perf_counter() - begun
@@ -47,6 +51,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', nargs='+', default=['*'], help='patterns of case names')
     parser.add_argument('--jobs', type=int, default=os.cpu_count(), help='default: all cores')
+    parser.add_argument(
+        '--fixture', action='store_true', help='state the block around the clamp in every scene'
+    )
     parser.add_argument('--cluster', help='address of a Dask scheduler')
     return parser.parse_args()
 
@@ -65,25 +72,36 @@ def _workers(cluster: str | None) -> Iterator[None]:
         yield
 
 
-def _judge_safely(case: Path, out: Path) -> tuple[str, str, bool]:
+def _judge_safely(case: Path, out: Path, has_fixture: bool) -> tuple[str, str, bool]:
     """Judge a case; return its name, the verdict or the error, and whether there is a verdict."""
     try:
-        return case.name, judge(case, out), True
+        return case.name, judge(case, out, has_fixture=has_fixture), True
     except Exception as error:  # One bad case must not end the others.
         return case.name, f'FAILED: {type(error).__name__}: {error}', False
 
 
-def judge(case: Path, out: Path) -> str:
-    """Diagnose one case as a user would; return the verdict in a few words."""
+def judge(case: Path, out: Path, *, has_fixture: bool = False) -> str:
+    """Diagnose one case as a user would; return the verdict in a few words.
+
+    Args:
+        case: its folder.
+        out: where the verdict goes.
+        has_fixture: the scene states the block around the clamp.
+    """
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
     from diffcal_ros.offline.calibrate_recordings import open_inputs
     from diffcal_ros.offline.diagnose_recordings import run_diagnosis
+    from diffcal_ros.scene.fixture import box_fixture
     from diffcal_ros.scene.load import load_scene
 
     extra = yaml.safe_load((case / 'extra.yaml').read_text())
     ruled_out = extra.get('library_without')
     settings = DiagnosisSettings(without=(ruled_out,) if ruled_out else ())
-    inputs = open_inputs(load_scene(case / 'scene.yaml'), [], pose_source='stored')
+    scene = load_scene(case / 'scene.yaml')
+    if has_fixture:
+        box = extra['fixture']['box']
+        scene = replace(scene, fixture=box_fixture(np.array([box[axis] for axis in 'xyz']).T))
+    inputs = open_inputs(scene, [], pose_source='stored')
     diagnosis = run_diagnosis(inputs, settings, out).diagnosis
     named = ', '.join(effect.identifier for effect in diagnosis.effects)
     return f'{diagnosis.verdict.value} {named or diagnosis.unknown_class or ""}'.strip()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.calibrate import longest_steps
-from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.levenberg_marquardt import minimise
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.observation import Observation, pose_owners
@@ -18,9 +18,10 @@ from diffcal_ros.calibration.robust_residual import (
     Reach,
     ViewComparer,
 )
-from diffcal_ros.diagnosis.noise_model import noise_of
+from diffcal_ros.diagnosis.noise_model import noise_of, NoiseModel
 from diffcal_ros.diagnosis.numerics import find_numerics, Numerics
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
+from diffcal_ros.diagnosis.rigid_reference import make_references, RigidReference
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,6 +47,7 @@ class Block:
         patches: residuals and Jacobian; the mesh's expected error is taken off.
         mesh: what the mesh's error adds to the values, one standard deviation [m], shape (n,).
         is_report: which patches are kept for the report, shape (n,).
+        is_rigid: whether they show the fixture, not the body.
     """
 
     view: int
@@ -54,6 +56,7 @@ class Block:
     patches: Patches
     mesh: FloatArray
     is_report: BoolArray
+    is_rigid: bool = False
 
 
 class Evidence:
@@ -66,6 +69,7 @@ class Evidence:
         numerics: Numerics,
         cell: int,
         left_out: frozenset[PatchName] = frozenset(),
+        references: Sequence[RigidReference | None] = (),
     ) -> None:
         """Prepare a model.
 
@@ -75,16 +79,28 @@ class Evidence:
             numerics: what a finer mesh and step would change.
             cell: side of the image cells [px].
             left_out: patches that show something else than the body.
+            references: the fixture in every view, None where there is none; default: nowhere.
         """
         self.left_out = left_out
+        self._references = tuple(references) or (None,) * len(comparers)
         self.model = model
         self.comparers = comparers
         self.numerics = numerics
         self.cell = cell
         self._objective = RobustObjective(model, comparers=comparers)
         self._objective.scales = Scales(reach=_FAR_REACH)
+        self._rigid_objective = RobustObjective(
+            model,
+            comparers=[
+                comparer if reference is None else reference.comparer
+                for comparer, reference in zip(comparers, self._references, strict=True)
+            ],
+        )
         self._groups = pose_owners(model.observations)
-        self._noises = [noise_of(o, model.scene.sensor) for o in model.observations]
+        self._noises = [
+            _noise(observation, model, reference)
+            for observation, reference in zip(model.observations, self._references, strict=True)
+        ]
 
     @property
     def is_measured(self) -> bool:
@@ -103,7 +119,7 @@ class Evidence:
 
     def of(self, model: ForwardModel) -> 'Evidence':
         """Return the evidence of another model of the same bodies and observations."""
-        return Evidence(model, self.comparers, self.numerics, self.cell, self.left_out)
+        return self._changed(model=model)
 
     def renewed(self, coordinates: FloatArray) -> 'Evidence':
         """Return the same evidence with the errors of mesh and step as they are somewhere else.
@@ -111,12 +127,27 @@ class Evidence:
         Args:
             coordinates: where, shape (c,).
         """
-        numerics = find_numerics(self.model, coordinates)
-        return Evidence(self.model, self.comparers, numerics, self.cell, self.left_out)
+        return self._changed(numerics=find_numerics(self.model, coordinates))
 
     def without(self, patches: frozenset[PatchName]) -> 'Evidence':
         """Return the same evidence with some patches left out."""
-        return Evidence(self.model, self.comparers, self.numerics, self.cell, patches)
+        return self._changed(left_out=patches)
+
+    def _changed(
+        self,
+        *,
+        model: ForwardModel | None = None,
+        numerics: Numerics | None = None,
+        left_out: frozenset[PatchName] | None = None,
+    ) -> 'Evidence':
+        return Evidence(
+            model or self.model,
+            self.comparers,
+            numerics or self.numerics,
+            self.cell,
+            self.left_out if left_out is None else left_out,
+            self._references,
+        )
 
     def robust_fit(self, start: FloatArray) -> FloatArray:
         """Fit as a calibration does, which structured errors and obstacles mislead least.
@@ -178,20 +209,56 @@ class Evidence:
         blocks = []
         for number, view in enumerate(model.views(coordinates)):
             wide = np.concatenate([tangents[number], self.numerics.columns(number)])
-            (depth, by_depth, _), (edge, by_edge, _) = self._objective.blocks(
-                number, compared[number], view, wide, coordinates
+            inside, outline = self._patches(
+                self._objective, number, compared[number], view, wide, coordinates
             )
-            noise = self._noises[number]
-            sizes = compared[number].edge_scale
-            inside = depth_patches(depth, by_depth, noise, self.cell)
-            doubt = self.comparers[number].edge_doubt(view, edge.places)
-            outline = edge_patches(edge, by_edge, sizes, doubt, noise, self.cell)
-            blocks.append(self._block(number, 'depth', inside))
-            blocks.append(self._block(number, 'edge', outline))
+            blocks.append(self._block(number, 'depth', self._kept(number, 'depth', inside)))
+            blocks.append(self._block(number, 'edge', self._kept(number, 'edge', outline)))
+            blocks += self._rigid_blocks(number, view, coordinates, len(wide))
         return blocks
 
-    def _block(self, view: int, kind: str, patches: Patches) -> Block:
-        wide = self._kept(view, kind, patches)
+    def _rigid_blocks(
+        self, number: int, body: View, coordinates: FloatArray, count: int
+    ) -> list[Block]:
+        """Compare and average the fixture in a view, where it is seen."""
+        reference = self._references[number]
+        view = None if reference is None else reference.view(number, self.model, coordinates)
+        if reference is None or view is None:
+            return []
+        wide = reference.tangents(number, self.model, coordinates, count)
+        sensor = self.model.sensor(coordinates)
+        compared = reference.compare(view, body.trace, _FAR_REACH, sensor)
+        inside, outline = self._patches(
+            self._rigid_objective, number, compared, view, wide, coordinates
+        )
+        found = [self._block(number, 'depth', inside), self._block(number, 'edge', outline)]
+        # The gap that is reported is the body's.
+        return [
+            replace(block, is_rigid=True, is_report=np.zeros_like(block.is_report))
+            for block in found
+        ]
+
+    def _patches(
+        self,
+        objective: RobustObjective,
+        number: int,
+        compared: Comparison,
+        view: View,
+        wide: FloatArray,
+        coordinates: FloatArray,
+    ) -> tuple[Patches, Patches]:
+        """Average one view's comparison; return patches of depth and of outline."""
+        (depth, by_depth, _), (edge, by_edge, _) = objective.blocks(
+            number, compared, view, wide, coordinates
+        )
+        noise = self._noises[number]
+        doubt = objective.comparers[number].edge_doubt(view, edge.places)
+        return (
+            depth_patches(depth, by_depth, noise, self.cell),
+            edge_patches(edge, by_edge, compared.edge_scale, doubt, noise, self.cell),
+        )
+
+    def _block(self, view: int, kind: str, wide: Patches) -> Block:
         expected, spread, doubt = wide.jacobian[:, -3:].T
         patches = replace(
             wide, values=wide.values - expected, jacobian=wide.jacobian[:, :-3]
@@ -204,6 +271,14 @@ class Evidence:
             return patches
         kept = np.array([(view, kind, int(c)) not in self.left_out for c in patches.cells], bool)
         return patches.chosen(kept)
+
+
+def _noise(
+    observation: Observation, model: ForwardModel, reference: RigidReference | None
+) -> NoiseModel:
+    """Return an observation's noise; a fixture has its smooth errors in common with the body."""
+    noise = noise_of(observation, model.scene.sensor)
+    return noise if reference is None else replace(noise, common=1.0)
 
 
 def _report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:
@@ -223,8 +298,9 @@ def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
     that lacks an effect is off in many patches, and none of them is strange then.
     """
     found: set[PatchName] = set()
-    for view in dict.fromkeys(block.view for block in blocks):
-        own = [block for block in blocks if block.view == view]
+    bodies = [block for block in blocks if not block.is_rigid]
+    for view in dict.fromkeys(block.view for block in bodies):
+        own = [block for block in bodies if block.view == view]
         sizes = [_sizes(block) for block in own]
         # A quantile that a fault of a fifth of the body already moves.
         usual = max(1.0, float(np.quantile(np.concatenate(sizes), _MOST)) / _MOST_SIGMAS)
@@ -248,5 +324,5 @@ def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:
     pixels = [int(np.isfinite(view.trace.depth).sum()) for view in views]
     frames = max(Counter(pose_owners(model.observations)).values())
     cell = cell_size(int(np.median(pixels)), frames)
-    evidence = Evidence(model, comparers, numerics, cell)
+    evidence = Evidence(model, comparers, numerics, cell, references=make_references(model))
     return evidence.without(strange_patches(evidence.blocks(coordinates)))

@@ -62,7 +62,9 @@ def frame_test(evidence: Evidence, nominal: Refit) -> tuple[ClassScore, ...]:
     fields = free_fields(evidence.model, nominal.coordinates)
     groups = list(fields)
     joined = [np.concatenate(own) for own in zip(*fields.values(), strict=True)]
-    blocks = evidence.blocks(nominal.coordinates, joined)
+    # The fields are of the body; what a camera's would do to the fixture they do not say.
+    everything = evidence.blocks(nominal.coordinates, joined)
+    blocks = [block for block in everything if not block.is_rigid]
     counts = [len(fields[group][0]) for group in groups]
     ends = len(nominal.parameters) + np.cumsum(counts)
     seen = whiten(blocks, Part.FIT, tangent_slack(blocks))

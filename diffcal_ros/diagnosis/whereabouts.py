@@ -24,7 +24,7 @@ def where_largest(model: ForwardModel, fit: Refit) -> str:
     """
     views = model.views(fit.coordinates)
     best, words = -1.0, 'nowhere: nothing was compared'
-    for block in fit.blocks:
+    for block in (block for block in fit.blocks if not block.is_rigid):
         observation = model.observations[block.view]
         parts = part_numbers(block, model, views[block.view].points)
         squares = block.patches.values**2

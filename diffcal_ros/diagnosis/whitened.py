@@ -199,12 +199,14 @@ def _sizes_by_patch(blocks: Sequence[Block], part: Part) -> dict[tuple[int, str,
             float(block.patches.values[place])
         )
         for block in blocks
+        if not block.is_rigid
         for place in chosen_patches(block, part)
     }
 
 
 def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
-    """Measure the gap on the patches of one part."""
+    """Measure the gap on the body's patches of one part."""
+    blocks = [block for block in blocks if not block.is_rigid]
     chosen = [chosen_patches(block, part) for block in blocks]
     values = np.concatenate([b.patches.values[w] for b, w in zip(blocks, chosen, strict=True)])
     noise = np.concatenate([b.patches.variances[w] for b, w in zip(blocks, chosen, strict=True)])

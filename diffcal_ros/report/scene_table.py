@@ -5,7 +5,7 @@
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.report.scene_legend import cable_texts, size_text
 from diffcal_ros.report.view import View
-from diffcal_ros.scene.model import MotionSetup, ObservationSetup, Quantity, Scene
+from diffcal_ros.scene.model import Fixture, MotionSetup, ObservationSetup, Quantity, Scene
 from diffcal_ros.scene.posing import world_positions
 from diffcal_ros.scene.quantities import QUANTITY_RULES, QuantityRule, RELEASE_TIME
 import numpy as np
@@ -44,6 +44,8 @@ def scene_rows(scene: Scene) -> list[Row]:
         ('depth camera', _camera_text(scene.depth_camera)),
         ('color camera', _camera_text(scene.color_camera)),
     ]
+    if scene.fixture is not None:
+        rows.append(('fixture', _fixture_text(scene.fixture)))
     for setup in scene.observations:
         rows += _observation_rows(scene, setup)
     return rows + [('note', note) for note in scene.notes]
@@ -61,6 +63,11 @@ def _mass_text(scene: Scene) -> str:
         float(volumes[region.tets].sum()) * region.density.start for region in scene.regions
     )
     return f'{1e6 * volumes.sum():.4g} cm^3, {1e3 * mass:.4g} g'
+
+
+def _fixture_text(fixture: Fixture) -> str:
+    size = ' x '.join(f'{side:.4g}' for side in 1e3 * np.ptp(fixture.positions, axis=0))
+    return f'{size} mm, {len(fixture.triangles)} triangles, rigid'
 
 
 def _quantity_text(rule: QuantityRule, quantity: Quantity) -> str:

@@ -92,7 +92,8 @@ _ALL = (
         'sensor',
         _rigid(0.020, 5.0 * _DEGREE, 0.2),
         'the camera is not where it is said to be',
-        'a pose with the rig rolled by 90 degrees before the same camera, or fixture in view',
+        'a pose with the rig rolled by 90 degrees before the same camera, or the clamp in view '
+        'and as `fixture` in the scene',
         ('clamp_offset', 'depth_affine'),
     ),
     Effect(

@@ -12,6 +12,7 @@ from diffcal_ros.fem.laws import law_names, USUAL_LAW
 from diffcal_ros.material import LameConvention
 from diffcal_ros.scene.cables import read_cables
 from diffcal_ros.scene.fit_names import damping_problems, DEFAULT_FIT, fit_problems
+from diffcal_ros.scene.fixture import read_fixture
 from diffcal_ros.scene.held_parts import read_held
 from diffcal_ros.scene.marker_section import read_marker
 from diffcal_ros.scene.mesh_files import MeshFile, read_mesh, UNITS_PER_METRE
@@ -112,6 +113,7 @@ def _read_scene(root: Section, folder: Path) -> Scene:
         masks=read_masks(root, depth_camera),
         sensor=read_sensor(root),
         rigid_offset=read_rigid_offset(root),
+        fixture=read_fixture(root, folder),
         effects=read_effects(root),
         cables=cables,
         relative_modulus=read_modulus_field(root, folder, mesh),

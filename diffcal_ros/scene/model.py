@@ -191,6 +191,19 @@ class DepthSensor:
 
 
 @dataclass(frozen=True)
+class Fixture:
+    """A rigid part of the rig that cameras see beside the body: no load moves it.
+
+    Attributes:
+        positions: object frame [m], shape (V, 3); it goes where an observation places the body.
+        triangles: outward, shape (F, 3).
+    """
+
+    positions: FloatArray
+    triangles: IntArray
+
+
+@dataclass(frozen=True)
 class RigidOffset:
     """Prior of a rigid offset between camera and rig.
 
@@ -260,6 +273,7 @@ class Scene:
         masks: pixels to leave out.
         sensor: the depth camera's noise.
         rigid_offset: prior of the rigid offset.
+        fixture: rigid part of the rig in view, or None.
         effects: amplitudes and settings of effects that were added to the model, SI units, by
             identifier and component; see `scene.effects`.
         cables: that run through the body.
@@ -284,6 +298,7 @@ class Scene:
     masks: Masks = field(default_factory=Masks)
     sensor: DepthSensor = field(default_factory=DepthSensor)
     rigid_offset: RigidOffset = field(default_factory=RigidOffset)
+    fixture: Fixture | None = None
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     cables: tuple[Cable, ...] = ()
     relative_modulus: FloatArray | None = None

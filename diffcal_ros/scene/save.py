@@ -69,6 +69,7 @@ def _put_field(document: dict[str, Any], scene: Scene, target: Path) -> None:
 def _move_paths(document: dict[str, Any], old_folder: Path, new_folder: Path) -> None:
     """Make relative paths of the document right for another folder."""
     owners = [(document['mesh'], 'file'), (document, 'bag')]
+    owners.append((document.get('fixture') or {}, 'file'))
     owners += [(observation, 'bag') for observation in document.get('observations') or []]
     for owner, key in owners:
         if owner.get(key) is None:

@@ -41,7 +41,7 @@ def read_selection(section: Section, list_name: str) -> Selection | None:
         section.problems.add(section.key, f'has box and {list_name}: keep one of the two')
         return None
     if has_box:
-        box = _read_box(section)
+        box = read_box(section)
         return None if box is None else Selection(section, box=box)
     if has_list:
         indices = _read_indices(section, list_name)
@@ -96,7 +96,8 @@ def _listed(selection: Selection, name: str, count: int) -> IntArray:
     return indices.astype(np.int32)
 
 
-def _read_box(section: Section) -> FloatArray | None:
+def read_box(section: Section) -> FloatArray | None:
+    """Read the entry `box`: lower and upper corner [m], shape (2, 3); None where it is wrong."""
     box = section.child('box')
     if box is None:
         return None

@@ -53,7 +53,7 @@ def cut_surface(path: Path, edge_length: float | None) -> tuple[FloatArray, IntA
 
 
 def _cut(path: Path, edge_length: float | None) -> tuple[FloatArray, IntArray]:
-    surface = _read_surface(path)
+    surface = read_closed_surface(path)
     tetrahedralize = _tetrahedralize(path)
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     share = 1.0 / _EDGES_PER_DIAGONAL if edge_length is None else edge_length / diagonal
@@ -83,7 +83,12 @@ def _working_elsewhere() -> Iterator[None]:
             os.chdir(before)
 
 
-def _read_surface(path: Path) -> Any:
+def read_closed_surface(path: Path) -> Any:
+    """Read a watertight surface whose triangles all face outward or all inward, as trimesh does.
+
+    Raises:
+        InputError: when it is none.
+    """
     import trimesh
 
     try:

@@ -53,6 +53,7 @@ def scene_text(
         document[KEY] = {'file': FIELD_FILE}
         if document['mesh']['file'] == FIELD_FILE:
             document['mesh']['unit'] = 'm'
+    document.pop('fixture', None)  # The body alone is rendered.
     _set_sensor(document, lidar)
     for name in _names_off(scene):
         _move_start(document, scene, name, start_factor)

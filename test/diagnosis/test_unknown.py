@@ -26,6 +26,7 @@ def fit(chi_square_per_patch, rms=0.0002):
         common=CommonError(np.zeros(count), 1.0),
     )
     block = SimpleNamespace(
+        is_rigid=False,
         view=0,
         patches=patches,
         mesh=np.zeros(count),

@@ -61,6 +61,7 @@ def test_example_scene_loads_and_uses_every_key(tmp_path, beam_mesh, write_tet):
     assert scene.masks.boxes == ((0, 0, 40, 479),)
     assert scene.masks.grazing_angle == pytest.approx(math.radians(75))
     assert scene.rigid_offset.rotation_std == pytest.approx(math.radians(5))
+    np.testing.assert_allclose(np.ptp(scene.fixture.positions, axis=0), [0.03, 0.04, 0.04])
 
 
 def test_a_board_takes_the_place_of_a_marker(write_scene):

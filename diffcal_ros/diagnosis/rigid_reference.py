@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The fixture as a camera sees it: what moves it is the camera or its readings, not the body.
+
+With one pose a camera that is elsewhere and a body that sits elsewhere in its clamp are the same
+to every pixel of the body, and a depth that is read too far nearly is. A rigid part in view parts
+them: no load, clamp or material moves it.
+"""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.effect_model import SensorModel
+from diffcal_ros.calibration.forward_model import ForwardModel, View
+from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.pixel_masks import ViewMask
+from diffcal_ros.calibration.robust_residual import Comparison, Reach, Residuals, ViewComparer
+from diffcal_ros.depth.trace import Trace
+from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
+from diffcal_ros.rigid_transform import apply
+from diffcal_ros.scene.model import Fixture, Scene
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+
+# So near to the body a pixel may be the body's, and an edge is not found [px].
+_BESIDE, _BESIDE_EDGE = 4, 10
+
+
+class RigidReference:
+    """The fixture before one observation's camera."""
+
+    def __init__(self, scene: Scene, fixture: Fixture, observation: Observation) -> None:
+        """Prepare its surface.
+
+        Args:
+            scene: with masks and the posture of the observation.
+            fixture: of the scene.
+            observation: what was seen.
+        """
+        placed = scene.observations[observation.setup_index].world_from_object
+        self._world = apply(placed, fixture.positions)
+        self._tracer = DepthTracer(fixture.triangles, len(fixture.positions), observation.camera)
+        image = np.zeros(observation.depth.shape, dtype=bool)
+        for u0, v0, u1, v1 in scene.masks.boxes:
+            image[max(v0, 0) : v1 + 1, max(u0, 0) : u1 + 1] = True
+        if observation.left_out is not None:
+            image |= observation.left_out
+        nothing = np.zeros(len(fixture.triangles), dtype=bool)
+        edges = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
+        self.comparer = ViewComparer(
+            observation,
+            self._tracer,
+            ViewMask(image, nothing, edges),
+            scene.masks,
+            'cpu',
+            nothing,
+        )
+
+    def view(self, number: int, model: ForwardModel, coordinates: FloatArray) -> View | None:
+        """Return the fixture as a model predicts it; None where the camera does not see it.
+
+        Args:
+            number: of the observation.
+            model: whose cameras look.
+            coordinates: of its parameters, shape (c,).
+        """
+        view = View(model.cameras.points(number, self._world, coordinates), self._tracer)
+        try:
+            view.trace  # noqa: B018  It is traced when it is first asked for.
+        except OutOfViewError:
+            return None
+        return view
+
+    def tangents(
+        self, number: int, model: ForwardModel, coordinates: FloatArray, count: int
+    ) -> FloatArray:
+        """Return how its corners follow the parameters, and that nothing else moves them.
+
+        Args:
+            number: of the observation.
+            model: whose cameras look.
+            coordinates: of its parameters, shape (c,).
+            count: of rows, those of what moves the body alone included.
+
+        Returns:
+            Camera frame [m], shape (count, V, 3).
+        """
+        tangents = np.zeros((count, *self._world.shape))
+        for place in range(len(coordinates)):
+            motion = model.cameras.motion(number, place, self._world, coordinates)
+            if motion is not None:
+                tangents[place] = motion
+        return tangents
+
+    def compare(self, view: View, body: Trace, reach: Reach, sensor: SensorModel) -> Comparison:
+        """Compare the fixture with what was seen of it, away from the body.
+
+        Args:
+            view: of the fixture.
+            body: traced in the same image.
+            reach: how far to look.
+            sensor: how the camera reads.
+        """
+        compared = self.comparer.compare(view, reach, sensor)
+        before = _in_front(body, view.trace)
+        depth = _beside(compared.depth, binary_dilation(before, iterations=_BESIDE))
+        near = binary_dilation(before, iterations=_BESIDE_EDGE)
+        kept = ~_marked(compared.edge, near)
+        return replace(
+            compared,
+            depth=depth,
+            edge=_chosen(compared.edge, kept),
+            edge_scale=compared.edge_scale[kept],
+        )
+
+
+def make_references(model: ForwardModel) -> tuple[RigidReference | None, ...]:
+    """Prepare the scene's fixture before the camera of every observation of a body at rest.
+
+    None where there is no fixture, and for the frames of a motion.
+    """
+    fixture = model.scene.fixture
+    return tuple(
+        None
+        if fixture is None or observation.instant is not None
+        else RigidReference(model.scene, fixture, observation)
+        for observation in model.observations
+    )
+
+
+def _in_front(body: Trace, fixture: Trace) -> BoolArray:
+    """Tell which pixels of the image show the body, and not the fixture before it, (H, W)."""
+    far = np.nan_to_num(fixture.full_depth(), nan=np.inf)
+    near: BoolArray = body.full_depth() < far
+    return near
+
+
+def _beside(residuals: Residuals, marks: BoolArray) -> Residuals:
+    return _chosen(residuals, ~_marked(residuals, marks))
+
+
+def _marked(residuals: Residuals, marks: BoolArray) -> BoolArray:
+    columns, rows = residuals.pixels.T
+    height, width = marks.shape
+    found: BoolArray = marks[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+    return found
+
+
+def _chosen(residuals: Residuals, kept: BoolArray) -> Residuals:
+    return Residuals(
+        values=residuals.values[kept],
+        weights=residuals.weights[kept],
+        pixels=residuals.pixels[kept],
+        places=residuals.places[kept],
+        missing=residuals.missing,
+    )

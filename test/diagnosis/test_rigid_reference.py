@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A fixture in view parts a camera that is elsewhere from a body that sits elsewhere."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.verdict import Verdict
+from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.rigid_transform import apply, transform
+from diffcal_ros.scene.fixture import box_fixture
+import numpy as np
+import pytest
+from support.scenes import (
+    beam_scene,
+    CAMERA,
+    DEPTH_FROM_WORLD,
+    noisy,
+    observation,
+    true_depth,
+    WORLD_FROM_OBJECT,
+)
+
+# Around the beam's held end, wider than the beam: the camera looks at two of its faces.
+BLOCK = box_fixture(np.array([[-0.030, -0.011, -0.009], [-0.001, 0.037, 0.026]]))
+SHIFT = np.array([0.0025, -0.002, 0.004])
+_FRAMES = 8
+
+
+def block_depth(pose=DEPTH_FROM_WORLD):
+    """Depth [m] of the block; NaN beside it."""
+    points = apply(pose, apply(WORLD_FROM_OBJECT, BLOCK.positions))
+    return DepthTracer(BLOCK.triangles, len(points), CAMERA).trace(points).full_depth()
+
+
+def seen(*, body_shift, block_shift, seed=5):
+    """Look for eight frames at beam and block, each shifted in the camera's frame [m]."""
+    poses = [transform(np.eye(3), shift) @ DEPTH_FROM_WORLD for shift in (body_shift, block_shift)]
+    exact = np.fmin(true_depth(depth_from_world=poses[0]), block_depth(poses[1]))
+    random = np.random.default_rng(seed)
+    depth = np.median([noisy(exact, random) for _ in range(_FRAMES)], axis=0)
+    noise = 0.00014 * np.sqrt(np.pi / (2.0 * _FRAMES))
+    return replace(observation(depth), frame_count=_FRAMES, noise=float(noise))
+
+
+def scene(*, has_fixture=True):
+    """The beam, with its block or without."""
+    return replace(beam_scene((8, 2, 2)), fixture=BLOCK if has_fixture else None)
+
+
+@pytest.fixture(scope='module')
+def still():
+    nothing = np.zeros(3)
+    return seen(body_shift=nothing, block_shift=nothing)
+
+
+def test_body_and_block_agree_where_nothing_is_off(still):
+    _, nominal = fit_nominal(scene(), [still], None)
+    rigid = [block for block in nominal.blocks if block.is_rigid]
+    assert {block.kind for block in rigid} == {'depth', 'edge'}
+    values = np.concatenate([block.patches.values for block in rigid])
+    assert len(values) > 10
+    # A tenth of a pixel at the outline, a tenth of the depth's step within.
+    assert np.sqrt(np.mean(values**2)) < 1e-4
+    assert diagnose(scene(), [still]).diagnosis.verdict is Verdict.AGREE
+
+
+def test_the_gap_that_is_told_is_the_bodys(still):
+    _, with_block = fit_nominal(scene(), [still], None)
+    bodies = [block for block in with_block.blocks if not block.is_rigid]
+    assert len(bodies) < len(with_block.blocks)
+    for part in Part:
+        assert patch_gap(with_block.blocks, part) == patch_gap(bodies, part)
+
+
+def test_only_camera_and_reading_move_the_block(still):
+    """Tangents agree with differences of three steps, and are zero for what moves the body."""
+    evidence, nominal = fit_nominal(scene(), [still], None)
+    names = ('youngs_modulus', 'clamp_offset', 'rigid_offset', 'depth_affine')
+    parameters = make_parameters(scene(), names, with_edge_bias=False)
+    wide = evidence.of(evidence.model.with_parameters(scene(), parameters))
+    start = parameters.start()
+    start[0] = nominal.coordinates[nominal.parameters.names.index(parameters.names[0])]
+
+    def depths(coordinates):
+        blocks = [b for b in wide.blocks(coordinates) if b.is_rigid and b.kind == 'depth']
+        return blocks[0].patches
+
+    here = depths(start)
+    for place, name in enumerate(parameters.names):
+        slope = here.jacobian[:, place]
+        if name.partition('.')[0] in ('youngs_modulus', 'clamp_offset'):
+            assert not slope.any(), name
+            continue
+        errors = []
+        for step in (4e-4, 2e-4, 1e-4):
+            ahead, behind = start.copy(), start.copy()
+            ahead[place], behind[place] = start[place] + step, start[place] - step
+            both = [depths(at) for at in (ahead, behind)]
+            shared = np.intersect1d(np.intersect1d(both[0].cells, both[1].cells), here.cells)
+            rows = [np.searchsorted(p.cells, shared) for p in (*both, here)]
+            change = (both[1].values[rows[1]] - both[0].values[rows[0]]) / (2.0 * step)
+            # A pixel that joins or leaves a patch at its rim changes its mean a little.
+            errors.append(float(np.median(np.abs(change - slope[rows[2]]))))
+        assert min(errors) < 0.03 * max(float(np.abs(slope).max()), 0.05), (name, errors)
+
+
+@pytest.mark.parametrize(
+    ('name', 'block_shift'), [('camera_offset', SHIFT), ('clamp_offset', np.zeros(3))]
+)
+def test_one_pose_tells_the_cameras_place_from_the_clamps(name, block_shift):
+    shifted = seen(body_shift=SHIFT, block_shift=block_shift)
+    alone = diagnose(scene(has_fixture=False), [shifted]).diagnosis
+    assert {'camera_offset', 'clamp_offset'} <= set(alone.ambiguity_set)
+    told = diagnose(scene(), [shifted]).diagnosis
+    assert told.ambiguity_set == (name,)
+    assert [effect.identifier for effect in told.effects] == [name]
+    if name == 'camera_offset':
+        found = [told.effects[0].amplitude[axis] for axis in 'xyz']
+        np.testing.assert_allclose(found, 1e3 * SHIFT, atol=0.4)
