@@ -28,7 +28,8 @@ def add_parser(subparsers: Any) -> None:
         'lacks, and write DIR/verdict.json and DIR/diagnosis.html. Recordings of motions '
         'are diagnosed as well: the scene then needs `motion` (which support lets go, and when), '
         'as for `diffcal calibrate`. A swing also shows late stamps and drag of the air, a load '
-        'that is held (`integrator: quasi_static`) creep.',
+        'that is held (`integrator: quasi_static`) creep. A rigid part in view, stated as '
+        '`fixture` in the scene, tells whether the camera or the body is elsewhere.',
         epilog='Exit codes: 0 a verdict was reached; 2 bad input; 3 the data cannot tell.',
     )
     add_recordings(parser)

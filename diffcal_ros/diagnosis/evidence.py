@@ -117,6 +117,15 @@ class Evidence:
             observation.is_held_out for observation in self.model.observations
         )
 
+    def without_fixture(self, blocks: Sequence[Block]) -> tuple[str, ...]:
+        """Return the names of observations that should show the fixture, and do not."""
+        shown = {block.view for block in blocks if block.is_rigid and len(block.patches.values)}
+        return tuple(
+            observation.name
+            for number, observation in enumerate(self.model.observations)
+            if self._references[number] is not None and number not in shown
+        )
+
     def of(self, model: ForwardModel) -> 'Evidence':
         """Return the evidence of another model of the same bodies and observations."""
         return self._changed(model=model)
@@ -176,14 +185,20 @@ class Evidence:
     def residual_images(self, coordinates: FloatArray) -> list[FloatArray]:
         """Return measured depth less what the sensor would read [m], shape (H, W) each.
 
-        NaN where either is missing.
+        NaN where either is missing. The fixture is rendered, too.
         """
-        compared = self.comparisons(coordinates)
+        compared, sensor = self.comparisons(coordinates), self.model.sensor(coordinates)
         images = []
         for number, view in enumerate(self.model.views(coordinates)):
             camera = self.model.observations[number].camera
             image = np.full((camera.height, camera.width), np.nan)
             image[view.trace.rows, view.trace.columns] = compared[number].difference
+            reference = self._references[number]
+            fixture = (
+                None if reference is None else reference.view(number, self.model, coordinates)
+            )
+            if reference is not None and fixture is not None:
+                image = reference.lay_over(image, fixture, view.trace, sensor)
             images.append(image)
         return images
 

@@ -83,7 +83,13 @@ def conclude(
         limits=upper_limits(scores),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
-        notes=_notes(disagreement, choice, unknown, len(evidence.left_out)),
+        notes=(
+            *_notes(disagreement, choice, unknown, len(evidence.left_out)),
+            *(
+                f'{name} does not show the fixture'
+                for name in evidence.without_fixture(nominal.blocks)
+            ),
+        ),
         details=details_of(nominal, scores, selection, choice),
     )
 

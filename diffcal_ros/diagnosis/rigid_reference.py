@@ -40,6 +40,7 @@ class RigidReference:
             fixture: of the scene.
             observation: what was seen.
         """
+        self._seen = observation.depth
         placed = scene.observations[observation.setup_index].world_from_object
         self._world = apply(placed, fixture.positions)
         self._tracer = DepthTracer(fixture.triangles, len(fixture.positions), observation.camera)
@@ -94,6 +95,21 @@ class RigidReference:
             if motion is not None:
                 tangents[place] = motion
         return tangents
+
+    def lay_over(
+        self, residuals: FloatArray, view: View, body: Trace, sensor: SensorModel
+    ) -> FloatArray:
+        """Return a residual image of the body with the fixture's where that is before it.
+
+        Args:
+            residuals: measured depth less what the sensor would read [m], shape (H, W).
+            view: of the fixture.
+            body: traced in the same image.
+            sensor: how the camera reads.
+        """
+        depth = view.trace.in_image(self.comparer.read(view.trace, sensor))
+        hides = np.isfinite(depth) & ~_in_front(body, view.trace)
+        return np.where(hides, self._seen - depth, residuals)
 
     def compare(self, view: View, body: Trace, reach: Reach, sensor: SensorModel) -> Comparison:
         """Compare the fixture with what was seen of it, away from the body.

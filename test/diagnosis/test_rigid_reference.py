@@ -75,6 +75,16 @@ def test_the_gap_that_is_told_is_the_bodys(still):
         assert patch_gap(with_block.blocks, part) == patch_gap(bodies, part)
 
 
+def test_the_picture_of_what_is_left_shows_the_block_before_the_body(still):
+    moved = seen(body_shift=np.zeros(3), block_shift=np.array([0.0, 0.0, 0.003]))
+    evidence, nominal = fit_nominal(scene(), [moved], None)
+    (left,) = evidence.residual_images(nominal.coordinates)
+    block, body = block_depth(), true_depth()
+    is_block = np.isfinite(block) & ~(body < block)
+    assert np.nanmedian(left[is_block]) == pytest.approx(0.003, abs=3e-4)
+    assert abs(np.nanmedian(left[np.isfinite(body) & ~np.isfinite(block)])) < 1e-3
+
+
 def test_only_camera_and_reading_move_the_block(still):
     """Tangents agree with differences of three steps, and are zero for what moves the body."""
     evidence, nominal = fit_nominal(scene(), [still], None)
@@ -105,6 +115,15 @@ def test_only_camera_and_reading_move_the_block(still):
             # A pixel that joins or leaves a patch at its rim changes its mean a little.
             errors.append(float(np.median(np.abs(change - slope[rows[2]]))))
         assert min(errors) < 0.03 * max(float(np.abs(slope).max()), 0.05), (name, errors)
+
+
+def test_a_fixture_that_is_not_seen_is_told(still):
+    behind = replace(BLOCK, positions=BLOCK.positions - np.array([0.5, 0.0, 0.0]))
+    elsewhere = replace(scene(), fixture=behind)
+    course = diagnose(elsewhere, [still])
+    assert 'test does not show the fixture' in course.diagnosis.notes
+    assert course.diagnosis.verdict is Verdict.AGREE
+    assert not any('fixture' in note for note in diagnose(scene(), [still]).diagnosis.notes)
 
 
 @pytest.mark.parametrize(
