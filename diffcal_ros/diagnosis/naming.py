@@ -9,6 +9,7 @@ from diffcal_ros.diagnosis.limits import upper_limits
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.selection import Selection
+from diffcal_ros.diagnosis.shortlist import without_contact
 from diffcal_ros.diagnosis.time_course import time_course
 from diffcal_ros.diagnosis.unknown import (
     describe_unknown,
@@ -50,11 +51,16 @@ def conclude(
     if choice is not None:
         closure = closure_of(nominal, added, evidence.is_measured)
     unknown: Unknown | None = None
-    if choice is not None and is_unexplained(
+    if choice is None and disagreement.verdict is Verdict.DISAGREE:
+        # Whatever was refitted does nothing.
+        nearest = next(iter(without_contact(scores).scores), None)
+        group = 'load' if nearest is None else nearest.candidate.effect.group
+        unknown = describe_unknown(evidence, nominal, group)
+    elif choice is not None and is_unexplained(
         nominal, choice.hypothesis.fit, closure, is_measured=evidence.is_measured
     ):
-        nearest = choice.hypothesis.added[0].effect.group
-        unknown = describe_unknown(evidence, nominal, nearest)
+        group = choice.hypothesis.added[0].effect.group
+        unknown = describe_unknown(evidence, nominal, group)
     effects: tuple[NamedEffect, ...] = ()
     if choice is not None and unknown is None and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)

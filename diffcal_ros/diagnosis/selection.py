@@ -11,7 +11,13 @@ from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.hypothesis import fitted_on, Hypothesis, try_effects
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen, screen
-from diffcal_ros.diagnosis.shortlist import distinct, front_runners, shortlist, starts_of
+from diffcal_ros.diagnosis.shortlist import (
+    distinct,
+    front_runners,
+    shortlist,
+    starts_of,
+    without_contact,
+)
 from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap, whiten
 from diffcal_ros.fem.equilibrium import EquilibriumError
 
@@ -107,12 +113,10 @@ def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Se
         scores: of all candidates.
         tell: told what is being done.
     """
-    singles: list[Hypothesis] = []
-    for score in shortlist(scores, is_measured=nominal.is_measured):
-        found = _first_look(nominal, base, [score.candidate], starts_of(score), tell)
-        if found is not None:
-            singles.append(found)
-    singles = _finished(singles, tell, front_runners(scores))
+    singles = _singles(nominal, base, scores, tell)
+    if singles and all(h.has_idle_effect for h in singles):
+        # The forces that stood in for a plane kept others out, and it touches nowhere.
+        singles = _singles(nominal, base, without_contact(scores), tell)
     pairs: list[Hypothesis] = []
     if singles and _is_poor(singles[0], nominal.is_measured):
         pairs = _pairs(nominal, base, singles, scores, tell)
@@ -122,6 +126,15 @@ def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Se
     best = min([*singles, *pairs], key=lambda h: h.fit.chi_square_per_patch, default=None)
     scale = 1.0 if best is None else max(1.0, best.fit.chi_square_per_patch)
     return Selection(tuple(singles), tuple(pairs), scale, nominal.is_measured)
+
+
+def _singles(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> list[Hypothesis]:
+    """Refit the effects that their scores speak for, one at a time; best first."""
+    looks = [
+        _first_look(nominal, base, [score.candidate], starts_of(score), tell)
+        for score in shortlist(scores, is_measured=nominal.is_measured)
+    ]
+    return _finished([h for h in looks if h is not None], tell, front_runners(scores))
 
 
 def _first_look(

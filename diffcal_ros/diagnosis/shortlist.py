@@ -3,6 +3,7 @@
 """Which of the screened candidates are worth a refit."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from diffcal_ros.diagnosis.screening import Score, Screen
 from diffcal_ros.scene.effects import EFFECTS
@@ -45,12 +46,22 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
     return [score for name in chosen for score in _variants(best[name])]
 
 
+def without_contact(scores: Screen) -> Screen:
+    """Return the scores of all other effects."""
+    return replace(scores, scores=_smooth(scores))
+
+
+def _smooth(scores: Screen) -> tuple[Score, ...]:
+    """Return the scores of effects that have tangents of their own."""
+    return tuple(score for score in scores.scores if score.candidate.identifier != _CONTACT)
+
+
 def front_runners(scores: Screen) -> frozenset[str]:
     """Return the effects whose tangents explain nearly as much as the best one's: its twins.
 
     Contact is none of them: the forces that stand in for it explain more than a plane can.
     """
-    smooth = [score for score in scores.scores if score.candidate.identifier != _CONTACT]
+    smooth = _smooth(scores)
     most = max((score.gain for score in smooth), default=0.0)
     return frozenset(s.candidate.identifier for s in smooth if s.gain > _NEARLY * most)
 

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A gap for which every refit came to nothing is called unknown, and never left without a word."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.disagreement import measure_disagreement
+from diffcal_ros.diagnosis.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.naming import conclude
+from diffcal_ros.diagnosis.selection import select, Selection
+from diffcal_ros.diagnosis.shortlist import shortlist, without_contact
+from diffcal_ros.diagnosis.verdict import Verdict
+from diffcal_ros.report.verdict_text import verdict_lines
+import pytest
+
+
+def test_without_any_hypothesis_the_effect_is_unknown(screened):
+    evidence, fit, scores = screened
+    disagreement = replace(
+        measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.DISAGREE
+    )
+    diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), None, 1.0)
+    assert diagnosis.effects == ()
+    # Of a single pose the class of the effect with the best score stands.
+    best = max(without_contact(scores).scores, key=lambda score: score.log_evidence)
+    assert diagnosis.unknown_class == best.candidate.effect.group
+    assert any('unknown effect' in line for line in verdict_lines(diagnosis))
+
+
+def test_below_the_margin_nothing_need_be_said(screened):
+    evidence, fit, scores = screened
+    disagreement = replace(
+        measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.BELOW_MARGIN
+    )
+    diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), None, 1.0)
+    assert diagnosis.unknown_class is None
+
+
+@pytest.fixture
+def loud_plane(screened):
+    """Scores in which the forces that stand in for a plane explain far more than all else."""
+    evidence, fit, scores = screened
+    louder = tuple(
+        replace(s, gain=1e6, log_evidence=1e6) if s.candidate.identifier == 'contact_plane' else s
+        for s in scores.scores
+    )
+    ordered = sorted(louder, key=lambda score: -score.log_evidence)
+    return evidence, fit, replace(scores, scores=tuple(ordered))
+
+
+def test_a_plane_that_touches_nowhere_keeps_nobody_out(loud_plane, monkeypatch):
+    evidence, fit, scores = loud_plane
+    first = {score.candidate.identifier for score in shortlist(scores, is_measured=True)}
+    assert first == {'contact_plane'}
+    assert 'gravity_tilt' in {
+        score.candidate.identifier
+        for score in shortlist(without_contact(scores), is_measured=True)
+    }
+    monkeypatch.setattr(
+        Hypothesis,
+        'has_idle_effect',
+        property(lambda self: self.identifiers == ('contact_plane',)),
+    )
+    selection = select(evidence, fit, scores, lambda _: None)
+    assert 'gravity_tilt' in {name for h in selection.singles for name in h.identifiers}
