@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass, replace
 
-from diffcal_ros.diagnosis.evidence import Block
+from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.null_distribution import chance_of_clean
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen

@@ -4,7 +4,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.forward_model import ForwardModel, View
@@ -18,6 +18,7 @@ from diffcal_ros.calibration.robust_residual import (
     Reach,
     ViewComparer,
 )
+from diffcal_ros.diagnosis.block import Block, PatchName, report_part, strange_patches
 from diffcal_ros.diagnosis.noise_model import noise_of, NoiseModel
 from diffcal_ros.diagnosis.numerics import find_numerics, Numerics
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
@@ -26,37 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-PatchName = tuple[int, str, int]  # View, kind and cell.
 
-# Times the usual residual of a view.
-_STRANGE = 8.0
-_MOST, _MOST_SIGMAS = 0.8, 1.28
 _ROBUST_STEPS = 15
 _FAR_REACH = Reach(depth=0.060, edge_depth=0.090, edge_pixels=60)
-
-
-@dataclass(frozen=True)
-class Block:
-    """Patches of one kind in one view, with what the mesh may add to them.
-
-    Attributes:
-        view: number of the observation.
-        kind: `depth` or `edge`.
-        group: number of the first view of its recording; views of a group share errors.
-        patches: residuals and Jacobian; the mesh's expected error is taken off.
-        mesh: what the mesh's error adds to the values, one standard deviation [m], shape (n,).
-        is_report: which patches are kept for the report, shape (n,).
-        is_rigid: whether they show the fixture, not the body.
-    """
-
-    view: int
-    kind: str
-    group: int
-    patches: Patches
-    mesh: FloatArray
-    is_report: BoolArray
-    is_rigid: bool = False
 
 
 class Evidence:
@@ -278,7 +251,7 @@ class Evidence:
         patches = replace(
             wide, values=wide.values - expected, jacobian=wide.jacobian[:, :-3]
         ).doubted(np.abs(doubt))
-        is_report = _report_part(self.model.observations[view], wide.cells)
+        is_report = report_part(self.model.observations[view], wide.cells)
         return Block(view, kind, self._groups[view], patches, spread, is_report)
 
     def _kept(self, view: int, kind: str, patches: Patches) -> Patches:
@@ -294,41 +267,6 @@ def _noise(
     """Return an observation's noise; a fixture has its smooth errors in common with the body."""
     noise = noise_of(observation, model.scene.sensor)
     return noise if reference is None else replace(noise, common=1.0)
-
-
-def _report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:
-    """Tell which patches are kept for the report: whole frames of a motion, else cells."""
-    if observation.instant is not None:
-        return np.full(len(cells), observation.is_held_out)
-    rows, columns = np.divmod(cells, 100_000)
-    # Every second cell of every second row: none touches another.
-    found: BoolArray = (rows % 2 == 0) & (columns % 2 == 0)
-    return found
-
-
-def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
-    """Return patches so far off the rest of their view that they show something else.
-
-    Where a clamp or a cable covers the body, its edge is found in place of the body's. A model
-    that lacks an effect is off in many patches, and none of them is strange then.
-    """
-    found: set[PatchName] = set()
-    bodies = [block for block in blocks if not block.is_rigid]
-    for view in dict.fromkeys(block.view for block in bodies):
-        own = [block for block in bodies if block.view == view]
-        sizes = [_sizes(block) for block in own]
-        # A quantile that a fault of a fifth of the body already moves.
-        usual = max(1.0, float(np.quantile(np.concatenate(sizes), _MOST)) / _MOST_SIGMAS)
-        for block, size in zip(own, sizes, strict=True):
-            cells = block.patches.cells[size > _STRANGE * usual]
-            found.update((view, block.kind, int(cell)) for cell in cells)
-    return frozenset(found)
-
-
-def _sizes(block: Block) -> FloatArray:
-    """Return residuals in units of their noise, shape (n,)."""
-    noise = block.patches.variances + block.mesh**2
-    return np.asarray(np.abs(block.patches.values) / np.sqrt(noise))
 
 
 def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:

@@ -9,7 +9,8 @@ fields, learnt from the other poses, predict a pose best is that of the cause.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.diagnosis.evidence import Block, Evidence
+from diffcal_ros.diagnosis.block import Block
+from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.free_fields import free_fields
 from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.refit import Refit

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.depth.tracer import OutOfViewError
-from diffcal_ros.diagnosis.evidence import Block, Evidence
+from diffcal_ros.diagnosis.block import Block
+from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten, Whitened
 from diffcal_ros.fem.equilibrium import EquilibriumError

@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
+from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.candidates import Candidate, CREEP_TIMES, MASS_PLACES
-from diffcal_ros.diagnosis.evidence import Block, Evidence
+from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.whitened import Part, tangent_slack, whiten
 from diffcal_ros.fem.applied_conditions import ConditionsChange

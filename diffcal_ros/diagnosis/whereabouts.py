@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.diagnosis.evidence import Block
+from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.refit import Refit
 import numpy as np
 from numpy.typing import NDArray

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from diffcal_ros.diagnosis.evidence import Block
+from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.noise_model import CommonError
 from diffcal_ros.diagnosis.patches import Patches
 import numpy as np

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two models compared patch by patch."""
 
-from diffcal_ros.diagnosis.evidence import Block
+from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.noise_model import CommonError
 from diffcal_ros.diagnosis.patches import Patches
 from diffcal_ros.diagnosis.whitened import excess_over, Part
