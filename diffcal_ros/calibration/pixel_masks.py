@@ -35,12 +35,6 @@ def make_view_mask(
     observation: Observation, body: StaticBody, tracer: DepthTracer, masks: Masks
 ) -> ViewMask:
     """Find what the scene's masks leave out of one observation."""
-    camera = observation.camera
-    image = np.zeros((camera.height, camera.width), dtype=bool)
-    for u0, v0, u1, v1 in masks.boxes:
-        image[max(v0, 0) : v1 + 1, max(u0, 0) : u1 + 1] = True
-    if observation.left_out is not None:
-        image |= observation.left_out
     hidden = np.zeros(body.discretisation.node_count, dtype=bool)
     if masks.held:
         hidden[body.held_nodes] = True
@@ -49,10 +43,21 @@ def make_view_mask(
             distance, _ = cKDTree(rest[body.held_nodes]).query(rest)
             hidden |= distance <= masks.held_margin
     return ViewMask(
-        image=image,
+        image=pixels_left_out(observation, masks),
         triangles=np.any(hidden[tracer.triangles], axis=1),
         edges=np.any(hidden[tracer.edge_vertices], axis=1),
     )
+
+
+def pixels_left_out(observation: Observation, masks: Masks) -> BoolArray:
+    """Return the pixels that the user or the recording leaves out, shape (H, W)."""
+    camera = observation.camera
+    image = np.zeros((camera.height, camera.width), dtype=bool)
+    for u0, v0, u1, v1 in masks.boxes:
+        image[max(v0, 0) : v1 + 1, max(u0, 0) : u1 + 1] = True
+    if observation.left_out is not None:
+        image |= observation.left_out
+    return image
 
 
 def facing_cosines(points: FloatArray, triangles: NDArray[np.int32]) -> FloatArray:

@@ -42,6 +42,11 @@ class Block:
     is_rigid: bool = False
 
 
+def of_the_body(blocks: Sequence[Block]) -> list[Block]:
+    """Return the blocks that show the body, not the fixture."""
+    return [block for block in blocks if not block.is_rigid]
+
+
 def report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:
     """Tell which patches are kept for the report: whole frames of a motion, else cells."""
     if observation.instant is not None:
@@ -59,7 +64,7 @@ def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
     that lacks an effect is off in many patches, and none of them is strange then.
     """
     found: set[PatchName] = set()
-    bodies = [block for block in blocks if not block.is_rigid]
+    bodies = of_the_body(blocks)
     for view in dict.fromkeys(block.view for block in bodies):
         own = [block for block in bodies if block.view == view]
         sizes = [_sizes(block) for block in own]

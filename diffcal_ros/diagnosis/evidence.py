@@ -163,9 +163,7 @@ class Evidence:
         compared, sensor = self.comparisons(coordinates), self.model.sensor(coordinates)
         images = []
         for number, view in enumerate(self.model.views(coordinates)):
-            camera = self.model.observations[number].camera
-            image = np.full((camera.height, camera.width), np.nan)
-            image[view.trace.rows, view.trace.columns] = compared[number].difference
+            image = view.trace.in_image(compared[number].difference)
             reference = self._references[number]
             fixture = (
                 None if reference is None else reference.view(number, self.model, coordinates)

@@ -9,7 +9,7 @@ fields, learnt from the other poses, predict a pose best is that of the cause.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.diagnosis.block import Block
+from diffcal_ros.diagnosis.block import Block, of_the_body
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.free_fields import free_fields
 from diffcal_ros.diagnosis.full_prior import full_prior
@@ -64,8 +64,7 @@ def frame_test(evidence: Evidence, nominal: Refit) -> tuple[ClassScore, ...]:
     groups = list(fields)
     joined = [np.concatenate(own) for own in zip(*fields.values(), strict=True)]
     # The fields are of the body; what a camera's would do to the fixture they do not say.
-    everything = evidence.blocks(nominal.coordinates, joined)
-    blocks = [block for block in everything if not block.is_rigid]
+    blocks = of_the_body(evidence.blocks(nominal.coordinates, joined))
     counts = [len(fields[group][0]) for group in groups]
     ends = len(nominal.parameters) + np.cumsum(counts)
     seen = whiten(blocks, Part.FIT, tangent_slack(blocks))

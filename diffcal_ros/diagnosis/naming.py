@@ -51,16 +51,9 @@ def conclude(
     if choice is not None:
         closure = closure_of(nominal, added, evidence.is_measured)
     unknown: Unknown | None = None
-    if choice is None and disagreement.verdict is Verdict.DISAGREE:
-        # Whatever was refitted does nothing.
-        nearest = next(iter(without_contact(scores).scores), None)
-        group = 'load' if nearest is None else nearest.candidate.effect.group
-        unknown = describe_unknown(evidence, nominal, group)
-    elif choice is not None and is_unexplained(
-        nominal, choice.hypothesis.fit, closure, is_measured=evidence.is_measured
-    ):
-        group = choice.hypothesis.added[0].effect.group
-        unknown = describe_unknown(evidence, nominal, group)
+    nearest = _nearest_class(evidence, nominal, scores, disagreement, choice, closure)
+    if nearest is not None:
+        unknown = describe_unknown(evidence, nominal, nearest)
     effects: tuple[NamedEffect, ...] = ()
     if choice is not None and unknown is None and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)
@@ -89,21 +82,41 @@ def conclude(
         limits=upper_limits(scores),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
-        notes=(
-            *_notes(disagreement, choice, unknown, len(evidence.left_out)),
-            *(
-                f'{name} does not show the fixture'
-                for name in evidence.without_fixture(nominal.blocks)
-            ),
-        ),
+        notes=_notes(evidence, nominal, disagreement, choice, unknown),
         details=details_of(nominal, scores, selection, choice),
     )
 
 
+def _nearest_class(
+    evidence: Evidence,
+    nominal: Refit,
+    scores: Screen,
+    disagreement: Disagreement,
+    choice: Choice | None,
+    closure: float,
+) -> str | None:
+    """Return the class that comes nearest where no effect explains the gap; else None."""
+    if choice is None:
+        if disagreement.verdict is not Verdict.DISAGREE:
+            return None
+        # Whatever was refitted does nothing.
+        best = next(iter(without_contact(scores).scores), None)
+        return 'load' if best is None else best.candidate.effect.group
+    fit = choice.hypothesis.fit
+    if is_unexplained(nominal, fit, closure, is_measured=evidence.is_measured):
+        return choice.hypothesis.added[0].effect.group
+    return None
+
+
 def _notes(
-    disagreement: Disagreement, choice: Choice | None, unknown: Unknown | None, left_out: int
+    evidence: Evidence,
+    nominal: Refit,
+    disagreement: Disagreement,
+    choice: Choice | None,
+    unknown: Unknown | None,
 ) -> tuple[str, ...]:
     notes = []
+    left_out = len(evidence.left_out)
     if left_out:
         notes.append(f'{left_out} patches show something else than the body and were left out')
     if disagreement.verdict is Verdict.BELOW_MARGIN:
@@ -125,4 +138,6 @@ def _notes(
             )
     if choice is not None and choice.hypothesis.is_at_bound:
         notes.append('an amplitude stopped at its bound')
+    hidden = evidence.without_fixture(nominal.blocks)
+    notes += [f'{name} does not show the fixture' for name in hidden]
     return tuple(notes)

@@ -12,7 +12,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.effect_model import SensorModel
 from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.pixel_masks import ViewMask
+from diffcal_ros.calibration.pixel_masks import pixels_left_out, ViewMask
 from diffcal_ros.calibration.robust_residual import Comparison, Reach, Residuals, ViewComparer
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
@@ -44,20 +44,11 @@ class RigidReference:
         placed = scene.observations[observation.setup_index].world_from_object
         self._world = apply(placed, fixture.positions)
         self._tracer = DepthTracer(fixture.triangles, len(fixture.positions), observation.camera)
-        image = np.zeros(observation.depth.shape, dtype=bool)
-        for u0, v0, u1, v1 in scene.masks.boxes:
-            image[max(v0, 0) : v1 + 1, max(u0, 0) : u1 + 1] = True
-        if observation.left_out is not None:
-            image |= observation.left_out
-        nothing = np.zeros(len(fixture.triangles), dtype=bool)
-        edges = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
+        no_triangle = np.zeros(len(fixture.triangles), dtype=bool)
+        no_edge = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
+        mask = ViewMask(pixels_left_out(observation, scene.masks), no_triangle, no_edge)
         self.comparer = ViewComparer(
-            observation,
-            self._tracer,
-            ViewMask(image, nothing, edges),
-            scene.masks,
-            'cpu',
-            nothing,
+            observation, self._tracer, mask, scene.masks, 'cpu', no_triangle
         )
 
     def view(self, number: int, model: ForwardModel, coordinates: FloatArray) -> View | None:
@@ -122,14 +113,13 @@ class RigidReference:
         """
         compared = self.comparer.compare(view, reach, sensor)
         before = _in_front(body, view.trace)
-        depth = _beside(compared.depth, binary_dilation(before, iterations=_BESIDE))
-        near = binary_dilation(before, iterations=_BESIDE_EDGE)
-        kept = ~_marked(compared.edge, near)
+        inside = _off(compared.depth, binary_dilation(before, iterations=_BESIDE))
+        outline = _off(compared.edge, binary_dilation(before, iterations=_BESIDE_EDGE))
         return replace(
             compared,
-            depth=depth,
-            edge=_chosen(compared.edge, kept),
-            edge_scale=compared.edge_scale[kept],
+            depth=_chosen(compared.depth, inside),
+            edge=_chosen(compared.edge, outline),
+            edge_scale=compared.edge_scale[outline],
         )
 
 
@@ -154,22 +144,19 @@ def _in_front(body: Trace, fixture: Trace) -> BoolArray:
     return near
 
 
-def _beside(residuals: Residuals, marks: BoolArray) -> Residuals:
-    return _chosen(residuals, ~_marked(residuals, marks))
-
-
-def _marked(residuals: Residuals, marks: BoolArray) -> BoolArray:
+def _off(residuals: Residuals, marks: BoolArray) -> BoolArray:
+    """Tell which residuals lie on no marked pixel of the image, shape (M,)."""
     columns, rows = residuals.pixels.T
     height, width = marks.shape
-    found: BoolArray = marks[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+    found: BoolArray = ~marks[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
     return found
 
 
 def _chosen(residuals: Residuals, kept: BoolArray) -> Residuals:
-    return Residuals(
+    return replace(
+        residuals,
         values=residuals.values[kept],
         weights=residuals.weights[kept],
         pixels=residuals.pixels[kept],
         places=residuals.places[kept],
-        missing=residuals.missing,
     )

@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.diagnosis.block import Block
+from diffcal_ros.diagnosis.block import Block, of_the_body
 from diffcal_ros.diagnosis.refit import Refit
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ def where_largest(model: ForwardModel, fit: Refit) -> str:
     """
     views = model.views(fit.coordinates)
     best, words = -1.0, 'nowhere: nothing was compared'
-    for block in (block for block in fit.blocks if not block.is_rigid):
+    for block in of_the_body(fit.blocks):
         observation = model.observations[block.view]
         parts = part_numbers(block, model, views[block.view].points)
         squares = block.patches.values**2

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from diffcal_ros.diagnosis.block import Block
+from diffcal_ros.diagnosis.block import Block, of_the_body
 from diffcal_ros.diagnosis.noise_model import CommonError
 from diffcal_ros.diagnosis.patches import Patches
 import numpy as np
@@ -198,15 +198,14 @@ def _sizes_by_patch(blocks: Sequence[Block], part: Part) -> dict[tuple[int, str,
         (block.view, block.kind, int(block.patches.cells[place])): abs(
             float(block.patches.values[place])
         )
-        for block in blocks
-        if not block.is_rigid
+        for block in of_the_body(blocks)
         for place in chosen_patches(block, part)
     }
 
 
 def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
     """Measure the gap on the body's patches of one part."""
-    blocks = [block for block in blocks if not block.is_rigid]
+    blocks = of_the_body(blocks)
     chosen = [chosen_patches(block, part) for block in blocks]
     values = np.concatenate([b.patches.values[w] for b, w in zip(blocks, chosen, strict=True)])
     noise = np.concatenate([b.patches.variances[w] for b, w in zip(blocks, chosen, strict=True)])

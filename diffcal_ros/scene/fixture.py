@@ -3,6 +3,7 @@
 """The section `fixture`: a rigid part of the rig that a camera sees beside the body."""
 
 from pathlib import Path
+from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.mesh_files import UNITS_PER_METRE
@@ -18,9 +19,6 @@ FloatArray = NDArray[np.float64]
 # A rig is no larger [m]; what is was written in millimetres.
 _LARGEST = 3.0
 _NEEDED = 'give {box: {x: [low, high], y: .., z: ..}} in metres or {file: .., unit: ..}'
-# Corners of a box by the bits of their number (x lowest), and its sides, outward.
-_CORNERS = np.array([[number >> axis & 1 for axis in range(3)] for number in range(8)])
-_SIDES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
 
 
 def read_fixture(scene: Section, folder: Path) -> Fixture | None:
@@ -38,9 +36,10 @@ def read_fixture(scene: Section, folder: Path) -> Fixture | None:
 
 def box_fixture(corners: FloatArray) -> Fixture:
     """Return a block between two corners of the object frame [m], shape (2, 3)."""
-    positions = np.where(_CORNERS == 1, corners[1], corners[0])
-    triangles = [t for a, b, c, d in _SIDES for t in ((a, b, c), (a, c, d))]
-    return Fixture(positions, np.array(triangles, dtype=np.int32))
+    import trimesh
+
+    block: Any = trimesh.creation.box(bounds=corners)
+    return Fixture(block.vertices.astype(np.float64), block.faces.astype(np.int32))
 
 
 def _from_box(section: Section) -> Fixture | None:
