@@ -23,6 +23,7 @@ from diffcal_ros.diagnosis.noise_model import noise_of, NoiseModel
 from diffcal_ros.diagnosis.numerics import find_numerics, Numerics
 from diffcal_ros.diagnosis.patches import cell_size, depth_patches, edge_patches, Patches
 from diffcal_ros.diagnosis.rigid_reference import make_references, RigidReference
+from diffcal_ros.diagnosis.roughness import measured_noises
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,6 +44,7 @@ class Evidence:
         cell: int,
         left_out: frozenset[PatchName] = frozenset(),
         references: Sequence[RigidReference | None] = (),
+        noises: Sequence[NoiseModel] = (),
     ) -> None:
         """Prepare a model.
 
@@ -53,6 +55,7 @@ class Evidence:
             cell: side of the image cells [px].
             left_out: patches that show something else than the body.
             references: the fixture in every view, None where there is none; default: nowhere.
+            noises: of every view; default: as far as frames and sensor tell.
         """
         self.left_out = left_out
         self._references = tuple(references) or (None,) * len(comparers)
@@ -70,10 +73,10 @@ class Evidence:
             ],
         )
         self._groups = pose_owners(model.observations)
-        self._noises = [
+        self._noises = tuple(noises) or tuple(
             _noise(observation, model, reference)
             for observation, reference in zip(model.observations, self._references, strict=True)
-        ]
+        )
 
     @property
     def is_measured(self) -> bool:
@@ -111,6 +114,21 @@ class Evidence:
         """
         return self._changed(numerics=find_numerics(self.model, coordinates))
 
+    def with_measured_noise(self, blocks: Sequence[Block]) -> 'Evidence':
+        """Return the same evidence with the noise that single patches show in several poses.
+
+        In one pose, details of that size tell twins apart that a mesh's error has, too: there the
+        noise stays as assumed.
+
+        Args:
+            blocks: of this evidence at the nominal fit.
+        """
+        seen = self.model.observations
+        if len({observation.setup_index for observation in seen}) == 1:
+            return self
+        still = [number for number, one in enumerate(seen) if one.instant is None]
+        return self._changed(noises=measured_noises(self._noises, blocks, still))
+
     def without(self, patches: frozenset[PatchName]) -> 'Evidence':
         """Return the same evidence with some patches left out."""
         return self._changed(left_out=patches)
@@ -121,6 +139,7 @@ class Evidence:
         model: ForwardModel | None = None,
         numerics: Numerics | None = None,
         left_out: frozenset[PatchName] | None = None,
+        noises: Sequence[NoiseModel] | None = None,
     ) -> 'Evidence':
         return Evidence(
             model or self.model,
@@ -129,6 +148,7 @@ class Evidence:
             self.cell,
             self.left_out if left_out is None else left_out,
             self._references,
+            noises or self._noises,
         )
 
     def robust_fit(self, start: FloatArray) -> FloatArray:
@@ -276,4 +296,5 @@ def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:
     frames = max(Counter(pose_owners(model.observations)).values())
     cell = cell_size(int(np.median(pixels)), frames)
     evidence = Evidence(model, comparers, numerics, cell, references=make_references(model))
-    return evidence.without(strange_patches(evidence.blocks(coordinates)))
+    evidence = evidence.without(strange_patches(evidence.blocks(coordinates)))
+    return evidence.with_measured_noise(evidence.blocks(coordinates))
