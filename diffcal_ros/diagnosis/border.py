@@ -36,9 +36,9 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
         evidence: of its model.
         candidates: coordinates at which the residual is read: a fit may have followed the step.
     """
-    if len(scene.regions) > 1 or any(name in scene.effects for name in BORDER_EFFECTS):
+    if knows_border(scene):
         return scene
-    beyond = _faces_beyond(evidence)
+    beyond = faces_beyond(evidence)
     best, at = 0.0, None
     for coordinates in candidates:
         try:
@@ -49,15 +49,21 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
             at, best = found
     if at is None:
         return scene
-    return _with_setting(scene, at)
+    return with_setting(scene, at)
 
 
-def _with_setting(scene: Scene, at: float) -> Scene:
+def knows_border(scene: Scene) -> bool:
+    """Tell whether a scene has several regions, or states where effects have their border."""
+    return len(scene.regions) > 1 or any(name in scene.effects for name in BORDER_EFFECTS)
+
+
+def with_setting(scene: Scene, at: float) -> Scene:
+    """Return a scene whose effects of two materials have their border at a share."""
     settings = {name: {'at': at} for name in BORDER_EFFECTS}
     return replace(scene, effects={**scene.effects, **settings})
 
 
-def _faces_beyond(evidence: Evidence) -> dict[float, BoolArray]:
+def faces_beyond(evidence: Evidence) -> dict[float, BoolArray]:
     """Return, by border, which triangles of the surface lie beyond it, shape (F,) each.
 
     All postures have the same mesh, and so the same triangles.
@@ -65,14 +71,12 @@ def _faces_beyond(evidence: Evidence) -> dict[float, BoolArray]:
     model = evidence.model
     nodes = model.body(model.observations[0]).discretisation.nodes
     triangles = model.tracers[0].triangles
-    effects = {
-        at: EffectModel(_with_setting(model.scene, at), model.parameters) for at in _BORDERS
-    }
+    effects = {at: EffectModel(with_setting(model.scene, at), model.parameters) for at in _BORDERS}
     return {at: own.second_triangles(nodes, triangles) for at, own in effects.items()}
 
 
 def _seen_beyond(
-    evidence: Evidence, coordinates: FloatArray, faces_beyond: Mapping[float, BoolArray]
+    evidence: Evidence, coordinates: FloatArray, on_faces: Mapping[float, BoolArray]
 ) -> tuple[FloatArray, dict[float, BoolArray]]:
     """Return residuals of depth [m], shape (n,), and by border which pixels lie beyond it."""
     residuals: list[FloatArray] = []
@@ -85,7 +89,7 @@ def _seen_beyond(
         residuals.append(own - np.median(own) if len(own) else own)
         faces.append(view.trace.faces[seen])
     shown = np.concatenate(faces)
-    return np.concatenate(residuals), {at: on[shown] for at, on in faces_beyond.items()}
+    return np.concatenate(residuals), {at: on[shown] for at, on in on_faces.items()}
 
 
 def _best_border(

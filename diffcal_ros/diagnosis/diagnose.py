@@ -9,7 +9,7 @@ import time
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.border import with_border
+from diffcal_ros.diagnosis.border import with_border, with_setting
 from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.choice import choose
 from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.naming import conclude
 from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.screening import Screen, screen
 from diffcal_ros.diagnosis.selection import select, Selection
+from diffcal_ros.diagnosis.small_step import small_step
 from diffcal_ros.diagnosis.verdict import Diagnosis
 from diffcal_ros.scene.model import Scene
 
@@ -126,4 +127,10 @@ def fit_nominal(
         evidence = make_evidence(model, calibration.coordinates)
     # What noise to fit patches by is a guess where it was not measured: the robust fit stands.
     most = 1 if evidence.stays_robust else MAX_ITERATIONS
-    return evidence, refit(evidence, calibration.coordinates, max_iterations=most)
+    nominal = refit(evidence, calibration.coordinates, max_iterations=most)
+    at = small_step(evidence, nominal)
+    if at is not None:
+        # The model stays what it is, and so does its fit: no effect is in it yet.
+        model = model.with_parameters(with_setting(model.scene, at), model.parameters)
+        evidence = make_evidence(model, nominal.coordinates)
+    return evidence, nominal

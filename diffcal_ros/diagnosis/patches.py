@@ -89,7 +89,7 @@ def depth_patches(
     residuals: Residuals, jacobian: FloatArray, noise: NoiseModel, cell: int
 ) -> Patches:
     """Average residuals of depth over cells of the image."""
-    numbers = _cell_numbers(residuals.pixels, cell)
+    numbers = cell_numbers(residuals.pixels, cell)
     kept = _near_median(residuals.values, numbers)
     weights = np.where(kept, residuals.weights, 0.0)
     values, slopes, centers, cells, totals = _averaged(
@@ -118,7 +118,7 @@ def edge_patches(
         noise: of the observation.
         cell: side of the cells [px].
     """
-    numbers = _cell_numbers(residuals.pixels, cell)
+    numbers = cell_numbers(residuals.pixels, cell)
     wide = np.hstack([jacobian, pixel_sizes[:, None], doubt[:, None]])
     # Pieces in doubt say little beside others of the same cell.
     weights = residuals.weights / (1.0 + (doubt / _HARMLESS) ** 2)
@@ -131,7 +131,13 @@ def edge_patches(
     return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common)
 
 
-def _cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:
+def cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:
+    """Return the number of the image cell in which each pixel lies, shape (M,).
+
+    Args:
+        pixels: column and row, shape (M, 2).
+        cell: side of the cells [px].
+    """
     columns, rows = (pixels // cell).T.astype(np.int64)
     return rows * 100_000 + columns
 

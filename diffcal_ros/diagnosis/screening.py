@@ -61,7 +61,13 @@ class Score:
 
     @property
     def times_detectable(self) -> float:
-        """Expected amplitude over the smallest detectable one; NaN where that is not known."""
+        """Expected amplitude over the smallest detectable one.
+
+        A plane has no amplitude before it touches; of one amplitude the ratio is the root of what
+        it explains in detectable standard deviations, and so it is of the forces that stand in.
+        """
+        if self.candidate.identifier == 'contact_plane':
+            return float(np.sqrt(max(self.gain, 0.0))) / _DETECTABLE_SIGMAS
         return float(np.max(np.abs(self.amplitudes) / self.detectable))
 
 
@@ -186,7 +192,7 @@ def _seen_through(
     seen = whiten(blocks, Part.FIT, slack)
     _, precision = full_prior(nominal)
     own = seen.jacobian[:, : len(nominal)]
-    project = _Projection(own, precision)
+    project = Projection(own, precision)
     columns = project(seen.jacobian[:, len(nominal) :])
     # Seen from the priors' means, so that what strains a prior has to be explained, too.
     residual = project(seen.values + own @ beyond)
@@ -215,10 +221,16 @@ def _further_changes(evidence: Evidence) -> Callable[[int, StaticBody], list[Cha
     return changes
 
 
-class _Projection:
+class Projection:
     """Takes out what nuisances can explain within their priors."""
 
     def __init__(self, nuisances: FloatArray, precision: FloatArray) -> None:
+        """Prepare the projection.
+
+        Args:
+            nuisances: whitened columns, shape (n, k).
+            precision: of their priors, shape (k, k).
+        """
         information = nuisances.T @ nuisances + precision
         # Symmetric square root of I - N (N'N + P)^-1 N', so that inner products come out right.
         basis, triangle = np.linalg.qr(nuisances)
@@ -229,6 +241,7 @@ class _Projection:
         self._vectors, self._shrink = vectors[:, active], shrink[active]
 
     def __call__(self, columns: FloatArray) -> FloatArray:
+        """Return whitened columns or residuals, shape (n, ...), without what nuisances explain."""
         inside = self._vectors.T @ columns
         scaled = self._shrink[:, None] * inside if columns.ndim == 2 else self._shrink * inside
         return columns - self._vectors @ scaled

@@ -4,10 +4,6 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.parameters import make_parameters
-from diffcal_ros.calibration.robust_residual import make_comparers
 from diffcal_ros.diagnosis.border import _best_border, BORDER_EFFECTS
 from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.diagnose import diagnose
@@ -15,7 +11,7 @@ from diffcal_ros.diagnosis.verdict import Verdict
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS
-from support.watched import watched
+from support.watched import watched, with_step
 
 SHARES = np.repeat((np.arange(50) + 0.5) / 50, 40)
 BEYOND = {at: at < SHARES for at in np.linspace(0.14, 0.86, 37).round(3).tolist()}
@@ -54,19 +50,8 @@ def test_what_is_no_step_elsewhere_moves_no_border(profile):
     assert _best_border(profile, BEYOND) is None
 
 
-def _with_step(observation: Observation, at: float, step: float) -> Observation:
-    """Let the camera read too far beyond a share of the body's length."""
-    scene = replace(beam_scene((8, 2, 2)), effects={'depth_bias_by_region': {'at': at}})
-    model = ForwardModel(scene, [observation], make_parameters(scene, ('youngs_modulus',)))
-    trace = model.views(model.parameters.start())[0].trace
-    beyond = make_comparers(model)[0].is_second(trace) & (trace.faces >= 0)
-    depth = observation.depth.copy()
-    depth[trace.rows, trace.columns][beyond] += np.float32(step)
-    return replace(observation, depth=depth)
-
-
 def test_the_step_is_named_with_its_place_and_the_modulus_heals():
-    seen = _with_step(watched(seed=2), 0.3, 0.012)
+    seen = with_step(watched(seed=2), 0.3, 0.012)
     diagnosis = diagnose(beam_scene((8, 2, 2)), [seen]).diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE
     found = {entry['identifier']: entry for entry in diagnosis.details['candidates']}

@@ -4,7 +4,7 @@
 
 from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.full_prior import full_prior
-from diffcal_ros.diagnosis.screening import _Projection, largest_cosines
+from diffcal_ros.diagnosis.screening import largest_cosines, Projection
 from diffcal_ros.diagnosis.whitened import Part, whiten
 from diffcal_ros.scene.effects import EFFECTS
 import numpy as np
@@ -15,7 +15,7 @@ from support.scenes import beam_scene
 def test_projection_gives_the_chi_square_with_nuisances_fitted(random):
     nuisances, target = random.normal(size=(30, 4)), random.normal(size=30)
     precision = np.diag([0.0, 2.0, 0.5, 10.0]) + 1e-6 * np.eye(4)
-    project = _Projection(nuisances, precision)
+    project = Projection(nuisances, precision)
     best = np.linalg.solve(nuisances.T @ nuisances + precision, nuisances.T @ target)
     left = target - nuisances @ best
     expected = left @ left + best @ precision @ best
@@ -72,3 +72,18 @@ def test_what_is_ruled_out_is_no_candidate():
     assert not names & {'camera_offset', 'added_mass'}
     again = {c.identifier for c in candidates(scene, fit=('youngs_modulus',))}
     assert 'camera_offset' in again
+
+
+def test_a_plane_is_as_many_times_detectable_as_the_forces_that_stand_in(screened):
+    """Of one amplitude the ratio is the root of its gain over that of the smallest one seen."""
+    _, _, scores = screened
+    by_name = {score.candidate.identifier: score for score in scores.scores}
+    alone = by_name['compliant_clamp'], by_name['depth_bias_by_region']
+    for score in alone:
+        # The prior takes a little off the gain.
+        assert score.times_detectable == pytest.approx(
+            np.sqrt(score.gain) / 4.0, rel=0.1, abs=0.01
+        )
+    plane = by_name['contact_plane']
+    assert plane.gain > 0.0
+    assert plane.times_detectable == pytest.approx(np.sqrt(plane.gain) / 4.0)

@@ -4,11 +4,14 @@
 
 from dataclasses import replace
 
+from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.robust_residual import make_comparers
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from support.scenes import noisy, observation, true_depth
+from support.scenes import beam_scene, noisy, observation, true_depth
 
 _FRAMES = 8
 
@@ -29,3 +32,20 @@ def watched(*, seed: int, tilt: float = 0.0, bias: float = 0.0) -> Observation:
     depth = np.median([noisy(exact, random) for _ in range(_FRAMES)], axis=0)
     noise = 0.00014 * np.sqrt(np.pi / (2.0 * _FRAMES))
     return replace(observation(depth), frame_count=_FRAMES, noise=float(noise))
+
+
+def with_step(observation: Observation, at: float, step: float) -> Observation:
+    """Let the camera read too far beyond a share of the body's length.
+
+    Args:
+        observation: of the beam.
+        at: share of its free length.
+        step: of depth [m].
+    """
+    scene = replace(beam_scene((8, 2, 2)), effects={'depth_bias_by_region': {'at': at}})
+    model = ForwardModel(scene, [observation], make_parameters(scene, ('youngs_modulus',)))
+    trace = model.views(model.parameters.start())[0].trace
+    beyond = make_comparers(model)[0].is_second(trace) & (trace.faces >= 0)
+    depth = observation.depth.copy()
+    depth[trace.rows, trace.columns][beyond] += np.float32(step)
+    return replace(observation, depth=depth)

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where a step of depth lies that is too small to be seen in the residual as it stands.
+
+Modulus and pose follow a step of a few millimetres, and what they leave is bent. Scores take out
+what they may have followed; they need a floor that was measured.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.block import Block
+from diffcal_ros.diagnosis.border import faces_beyond, knows_border
+from diffcal_ros.diagnosis.evidence import Evidence
+from diffcal_ros.diagnosis.full_prior import full_prior
+from diffcal_ros.diagnosis.patches import cell_numbers
+from diffcal_ros.diagnosis.refit import Refit
+from diffcal_ros.diagnosis.screening import Projection
+from diffcal_ros.diagnosis.whitened import Part, tangent_slack, whiten
+from diffcal_ros.scene.effects import EFFECTS
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+_MIDDLE = 0.5
+# A step stands out when it explains so much chi-square, leaves at most this share of what no step
+# leaves, and of what one in the middle leaves.
+_LEAST_GAIN = 30.0
+_LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
+_ROUNDING = 1e-6
+
+
+def small_step(evidence: Evidence, nominal: Refit) -> float | None:
+    """Return the share of the free length at which a step of depth begins; None where none does.
+
+    Args:
+        evidence: of the nominal model.
+        nominal: its fit.
+    """
+    if knows_border(evidence.model.scene) or not evidence.is_measured:
+        return None
+    borders = faces_beyond(evidence)
+    gains, whole = step_gains(with_steps(evidence, nominal, list(borders.values())), nominal)
+    left = dict(zip(borders, whole - gains, strict=True))
+    # Borders between the same two elements are alike: the middle one is the safest.
+    least = min(left.values())
+    alike = [at for at in left if left[at] <= least + _ROUNDING * whole]
+    most_left = min(_LEFT * whole, _LEFT_OF_MIDDLE * left[_MIDDLE])
+    if whole - least < _LEAST_GAIN or least > most_left:
+        return None
+    return alike[len(alike) // 2]
+
+
+def step_gains(blocks: Sequence[Block], nominal: Refit) -> tuple[FloatArray, float]:
+    """Return how much chi-square each step of depth explains, shape (s,), and all that there is.
+
+    What modulus, pose and a bias of the whole body may have followed is taken out of both.
+
+    Args:
+        blocks: with the columns of `with_steps`.
+        nominal: fit, whose parameters have the columns before those.
+    """
+    count = len(nominal.coordinates)
+    seen = whiten(blocks, Part.FIT, tangent_slack(blocks))
+    _, precision = full_prior(nominal.parameters)
+    # Of a bias of the whole body nothing is known beforehand.
+    project = Projection(seen.jacobian[:, : count + 1], np.pad(precision, (0, 1)))
+    residual, columns = project(seen.values), project(seen.jacobian[:, count + 1 :])
+    usual = EFFECTS['depth_bias_by_region'].component('bias').scale
+    gains = (columns.T @ residual) ** 2 / ((columns**2).sum(axis=0) + 1.0 / usual**2)
+    return np.asarray(gains), float(residual @ residual)
+
+
+def with_steps(evidence: Evidence, nominal: Refit, beyond: Sequence[BoolArray]) -> list[Block]:
+    """Return a fit's patches with more columns: of the whole body's bias, then of each step's.
+
+    Args:
+        evidence: of the nominal model.
+        nominal: its fit.
+        beyond: triangles of the surface beyond each step, shape (F,) each.
+    """
+    views = evidence.model.views(nominal.coordinates)
+    compared = evidence.comparisons(nominal.coordinates)
+    parts = [np.ones_like(beyond[0]), *beyond]
+    blocks = []
+    for block in nominal.blocks:
+        shares = np.zeros((len(block.patches.values), len(parts)))
+        if block.kind == 'depth' and not block.is_rigid:
+            depth = compared[block.view].depth
+            shown = views[block.view].trace.faces.ravel()[depth.places]
+            numbers = cell_numbers(depth.pixels, evidence.cell)
+            on_part = np.stack([triangles[shown] for triangles in parts], axis=1)
+            shares = _means(block.patches.cells, numbers, on_part.astype(np.float64))
+        wide = np.hstack([block.patches.jacobian, shares])
+        blocks.append(replace(block, patches=replace(block.patches, jacobian=wide)))
+    return blocks
+
+
+def _means(cells: IntArray, numbers: IntArray, values: FloatArray) -> FloatArray:
+    """Return the mean of the values, shape (M, k), in each of some cells, shape (n, k).
+
+    Args:
+        cells: ascending, shape (n,).
+        numbers: cell of each value, shape (M,).
+        values: to be averaged.
+    """
+    places = np.searchsorted(cells, numbers)
+    known = np.isin(numbers, cells)
+    sums = np.zeros((len(cells), values.shape[1]))
+    np.add.at(sums, places[known], values[known])
+    counts = np.bincount(places[known], minlength=len(cells))
+    return np.asarray(sums / np.maximum(counts, 1)[:, None])
