@@ -6,7 +6,8 @@
 
 DIR/<case>/verdict.json are the verdicts. Beside the documented keys a verdict may publish, by
 effect, `times_detectable` (expected amplitude over the smallest detectable one) and
-`largest_cosine`; where it does not, no case is left out of the naming score.
+`largest_cosine`; where it does not, no case is left out of the naming score. An effect can be seen
+where the first is 1 at least.
 """
 
 import argparse
@@ -51,6 +52,7 @@ def score(answers: Sequence[Answer]) -> list[dict[str, Any]]:
     clear = [answer for answer in single if _is_clear(answer)]
     unseen = [a for a in library if a.verdict['verdict'] in ('agree', 'below_margin')]
     seen = [answer for answer in library if answer not in unseen]
+    detectable = [answer for answer in single if (answer.times_detectable() or 0.0) >= 1.0]
     alarming = [answer for answer in outside if answer.is_alarm]
     unknown = [answer for answer in outside if answer.is_unknown]
     rows = [
@@ -59,6 +61,7 @@ def score(answers: Sequence[Answer]) -> list[dict[str, Any]]:
         _share('the same, named below the margin too', clear, lambda a: a.is_told_right, '', ''),
         _share('truth in the reported set, all', library, _holds_truth, '>= 95 %', '>= 99 %'),
         _share('the same, where a gap is reported', seen, _holds_truth, '', ''),
+        _share('the same, of single effects that can be seen', detectable, _holds_truth, '', ''),
         _median('size of the reported set', [float(len(a.reported)) for a in seen], '', '1'),
         _share(
             'confident wrong name', faulty, lambda a: a.is_confidently_wrong, '<= 3 %', '<= 0.5 %'

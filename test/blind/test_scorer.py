@@ -130,6 +130,20 @@ def test_cases_that_are_small_or_have_a_twin_are_not_asked_for_a_name() -> None:
     assert len(failures(answers)) == 2
 
 
+def test_effects_that_can_be_seen_are_counted_by_themselves() -> None:
+    right = ('gravity_tilt', {'a': 3.0, 'b': -4.0}, {})
+    label = _label('single', TILT)
+    answers = [
+        Answer(label, _verdict('disagree', right, times_detectable={'gravity_tilt': 1.5})),
+        Answer(label, _verdict('agree', times_detectable={'gravity_tilt': 0.9})),
+        Answer(label, _verdict('agree', times_detectable={'gravity_tilt': 1.1})),
+        # Where a verdict does not say, nobody knows.
+        Answer(label, _verdict('agree')),
+    ]
+    assert _value(answers, 'truth in the reported set, all') == 25.0
+    assert _value(answers, 'the same, of single effects that can be seen') == 50.0
+
+
 def test_outside_effects_must_be_unknown_and_of_their_class() -> None:
     label = _label('outside', {'identifier': 'side_wind', 'amplitude': {}}, outside='load')
     answers = [
