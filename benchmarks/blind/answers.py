@@ -39,8 +39,14 @@ class Answer:
     @property
     def is_unknown(self) -> bool:
         """Whether it says that the missing effect is none of its library."""
+        return self.is_alarm and self.is_told_unknown
+
+    @property
+    def is_told_unknown(self) -> bool:
+        """Whether it says so, be what is missing below the margin."""
         is_unnamed = not self.verdict.get('effects')
-        return self.is_alarm and is_unnamed and bool(self.verdict.get('unknown_class'))
+        has_gap = self.verdict['verdict'] in ('disagree', 'below_margin')
+        return has_gap and is_unnamed and bool(self.verdict.get('unknown_class'))
 
     @property
     def named(self) -> tuple[str, ...]:

@@ -68,6 +68,9 @@ def score(answers: Sequence[Answer]) -> list[dict[str, Any]]:
         ),
         _share('outside called unknown', outside, lambda a: a.is_unknown, '>= 80 %', '>= 95 %'),
         _share('the same, of those with a gap', alarming, lambda a: a.is_unknown, '', ''),
+        _share(
+            'the same, told below the margin too', outside, lambda a: a.is_told_unknown, '', ''
+        ),
         _share('class of the unknown right', unknown, _has_class, '', '>= 80 %'),
         _share('denied effect not misnamed', denied, lambda a: not a.named, '', ''),
         _share('both of two named', pair, lambda a: a.is_right, '60 %', '90 %'),

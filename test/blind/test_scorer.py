@@ -154,6 +154,9 @@ def test_outside_effects_must_be_unknown_and_of_their_class() -> None:
     ]
     assert _value(answers, 'outside called unknown') == 50.0
     assert _value(answers, 'class of the unknown') == 50.0
+    small = Answer(label, _verdict('below_margin', unknown_class='load'))
+    assert _value([*answers, small], 'outside called unknown') == 40.0
+    assert _value([*answers, small], 'the same, told below the margin too') == 60.0
 
 
 @pytest.mark.parametrize(
