@@ -9,7 +9,9 @@ from diffcal_ros.scene.effects import Effect, EFFECTS, FIT_NAME_OF
 from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Scene
 
-MASS_PLACES = (0.25, 0.5, 0.75, 1.0)
+# Shares of the free length at which a mass is looked for: one between two places still looks like
+# one of them, and less like a contrast of stiffness.
+MASS_PLACES = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 # Relaxation times that are screened [s]; refits go on from the best.
 CREEP_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
 

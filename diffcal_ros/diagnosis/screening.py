@@ -28,6 +28,8 @@ from scipy.optimize import nnls
 FloatArray = NDArray[np.float64]
 
 _MASS_SPREAD = 0.05
+# Of these, the places of the forces that stand in for contact.
+_CONTACT_PLACES = (0.25, 0.5, 0.75, 1.0)
 _DETECTABLE_SIGMAS = 4.0
 
 
@@ -304,7 +306,7 @@ def gains(candidate: Candidate, columns: FloatArray, residuals: FloatArray) -> F
 
 def _contact_score(candidate: Candidate, sight: _Sight) -> Score:
     """Stand in for a plane by upward forces, which have a tangent before it touches."""
-    places = [sight.names.index(f'mass {place}') for place in MASS_PLACES]
+    places = [sight.names.index(f'mass {place}') for place in _CONTACT_PLACES]
     # A pose that does not touch feels nothing: each has forces of its own.
     own = np.hstack(
         [
