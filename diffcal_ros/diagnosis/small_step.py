@@ -30,6 +30,8 @@ _MIDDLE = 0.5
 # leaves, and of what one in the middle leaves.
 _LEAST_GAIN = 30.0
 _LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
+# A modulus that has followed a higher step is so far off that tangents there mislead [m].
+_HIGHEST = 0.003
 _ROUNDING = 1e-6
 
 
@@ -43,21 +45,24 @@ def small_step(evidence: Evidence, nominal: Refit) -> float | None:
     if knows_border(evidence.model.scene) or not evidence.is_measured:
         return None
     borders = faces_beyond(evidence)
-    gains, whole = step_gains(with_steps(evidence, nominal, list(borders.values())), nominal)
+    blocks = with_steps(evidence, nominal, list(borders.values()))
+    gains, heights, whole = step_gains(blocks, nominal)
     left = dict(zip(borders, whole - gains, strict=True))
     # Borders between the same two elements are alike: the middle one is the safest.
     least = min(left.values())
     alike = [at for at in left if left[at] <= least + _ROUNDING * whole]
     most_left = min(_LEFT * whole, _LEFT_OF_MIDDLE * left[_MIDDLE])
-    if whole - least < _LEAST_GAIN or least > most_left:
+    height = abs(float(heights[int(gains.argmax())]))
+    if whole - least < _LEAST_GAIN or least > most_left or height > _HIGHEST:
         return None
     return alike[len(alike) // 2]
 
 
-def step_gains(blocks: Sequence[Block], nominal: Refit) -> tuple[FloatArray, float]:
-    """Return how much chi-square each step of depth explains, shape (s,), and all that there is.
+def step_gains(blocks: Sequence[Block], nominal: Refit) -> tuple[FloatArray, FloatArray, float]:
+    """Return what each step of depth explains of chi-square, its height [m], and all there is.
 
-    What modulus, pose and a bias of the whole body may have followed is taken out of both.
+    Gains and heights have shape (s,). What modulus, pose and a bias of the whole body may have
+    followed is taken out first.
 
     Args:
         blocks: with the columns of `with_steps`.
@@ -70,8 +75,8 @@ def step_gains(blocks: Sequence[Block], nominal: Refit) -> tuple[FloatArray, flo
     project = Projection(seen.jacobian[:, : count + 1], np.pad(precision, (0, 1)))
     residual, columns = project(seen.values), project(seen.jacobian[:, count + 1 :])
     usual = EFFECTS['depth_bias_by_region'].component('bias').scale
-    gains = (columns.T @ residual) ** 2 / ((columns**2).sum(axis=0) + 1.0 / usual**2)
-    return np.asarray(gains), float(residual @ residual)
+    heights = columns.T @ residual / ((columns**2).sum(axis=0) + 1.0 / usual**2)
+    return heights * (columns.T @ residual), heights, float(residual @ residual)
 
 
 def with_steps(evidence: Evidence, nominal: Refit, beyond: Sequence[BoolArray]) -> list[Block]:

@@ -69,7 +69,7 @@ def test_gains_are_those_of_least_squares_with_the_step():
 
     known = list(range(len(precision) + 1))
     without = left(known, np.pad(root, ((0, 0), (0, 1))))
-    gains, whole = step_gains(blocks, nominal)
+    gains, heights, whole = step_gains(blocks, nominal)
     assert whole == pytest.approx(without, rel=1e-6)
     for place, gain in enumerate(gains):
         priors = np.pad(root, ((0, 1), (0, 2)))
@@ -78,6 +78,8 @@ def test_gains_are_those_of_least_squares_with_the_step():
             without - left([*known, known[-1] + 1 + place], priors), rel=1e-4
         )
     assert gains[1] > gains[0] > 0.0
+    # Pose and modulus have taken up a part of the step.
+    assert heights[1] == pytest.approx(0.0015, rel=0.3)
 
 
 def test_the_share_of_a_patch_beyond_a_step_is_that_of_its_pixels():
