@@ -97,18 +97,30 @@ def _best_border(
 ) -> tuple[float, float] | None:
     """Return the share where a step stands out, and its height [m]; None where none does."""
     left = {at: _left_by_step(residuals, second) for at, second in beyond.items()}
-    # Borders between the same two elements are alike: the middle one is the safest.
-    least = min(left.values()) * (1.0 + _ROUNDING)
-    alike = [at for at in left if left[at] <= least]
-    at = alike[len(alike) // 2]
+    nowhere = np.zeros(len(residuals), dtype=bool)
+    at = outstanding_border(left, _left_by_step(residuals, nowhere))
+    if at is None:
+        return None
     second = beyond[at]
     if second.all() or not second.any():
         return None
     height = abs(float(np.median(residuals[second]) - np.median(residuals[~second])))
-    without = _left_by_step(residuals, np.zeros_like(second))
-    if left[at] >= min(_LEFT * without, _LEFT_OF_MIDDLE * left[_MIDDLE]):
-        return None
     return (at, height) if height > _LEAST_STEP else None
+
+
+def outstanding_border(left: Mapping[float, float], without: float) -> float | None:
+    """Return the border whose step leaves far less than none and one in the middle; else None.
+
+    Args:
+        left: what a step at each border leaves.
+        without: what no step leaves.
+    """
+    # Borders between the same two elements are alike: the middle one is the safest.
+    least = min(left.values()) * (1.0 + _ROUNDING)
+    alike = [at for at in left if left[at] <= least]
+    at = alike[len(alike) // 2]
+    most = min(_LEFT * without, _LEFT_OF_MIDDLE * left[_MIDDLE])
+    return at if left[at] < most else None
 
 
 def _left_by_step(residuals: FloatArray, second: BoolArray) -> float:

@@ -114,19 +114,20 @@ class Evidence:
         """
         return self._changed(numerics=find_numerics(self.model, coordinates))
 
-    def with_measured_noise(self, blocks: Sequence[Block]) -> 'Evidence':
+    def with_measured_noise(self, coordinates: FloatArray) -> 'Evidence':
         """Return the same evidence with the noise that single patches show in several poses.
 
         In one pose, details of that size tell twins apart that a mesh's error has, too: there the
         noise stays as assumed.
 
         Args:
-            blocks: of this evidence at the nominal fit.
+            coordinates: of the nominal fit, shape (c,).
         """
         seen = self.model.observations
-        if len({observation.setup_index for observation in seen}) == 1:
-            return self
         still = [number for number, one in enumerate(seen) if one.instant is None]
+        if not still or len({observation.setup_index for observation in seen}) == 1:
+            return self
+        blocks = self.blocks(coordinates)
         return self._changed(noises=measured_noises(self._noises, blocks, still))
 
     def without(self, patches: frozenset[PatchName]) -> 'Evidence':
@@ -297,4 +298,4 @@ def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:
     cell = cell_size(int(np.median(pixels)), frames)
     evidence = Evidence(model, comparers, numerics, cell, references=make_references(model))
     evidence = evidence.without(strange_patches(evidence.blocks(coordinates)))
-    return evidence.with_measured_noise(evidence.blocks(coordinates))
+    return evidence.with_measured_noise(coordinates)

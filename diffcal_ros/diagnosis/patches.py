@@ -92,7 +92,7 @@ def depth_patches(
     numbers = cell_numbers(residuals.pixels, cell)
     kept = _near_median(residuals.values, numbers)
     weights = np.where(kept, residuals.weights, 0.0)
-    values, slopes, centers, cells, totals = _averaged(
+    values, slopes, centers, cells, totals = averaged_by_cell(
         residuals, jacobian, numbers, weights, _LEAST_PIXELS
     )
     covariance = noise.depth_covariance(centers, totals)
@@ -122,7 +122,7 @@ def edge_patches(
     wide = np.hstack([jacobian, pixel_sizes[:, None], doubt[:, None]])
     # Pieces in doubt say little beside others of the same cell.
     weights = residuals.weights / (1.0 + (doubt / _HARMLESS) ** 2)
-    values, slopes, centers, cells, totals = _averaged(
+    values, slopes, centers, cells, totals = averaged_by_cell(
         residuals, wide, numbers, weights, _LEAST_OUTLINE
     )
     sizes, doubts = slopes[:, -2], slopes[:, -1]
@@ -155,14 +155,25 @@ def _near_median(values: FloatArray, numbers: IntArray) -> NDArray[np.bool_]:
     return kept
 
 
-def _averaged(
+def averaged_by_cell(
     residuals: Residuals,
     jacobian: FloatArray,
     numbers: IntArray,
     weights: FloatArray,
     least: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray, FloatArray]:
-    """Return values, slopes, centers, cells and total weights of the cells that hold enough."""
+    """Average over cells; return values, slopes, centers, cells and weights of those with enough.
+
+    Args:
+        residuals: with the pixels of each.
+        jacobian: whatever else is averaged, shape (M, k).
+        numbers: cell of each residual, shape (M,).
+        weights: of each, shape (M,).
+        least: weight that a cell must hold.
+
+    Returns:
+        Values (n,), slopes (n, k), centers (n, 2) [px], cells (n,), ascending, and weights (n,).
+    """
     if len(numbers) == 0:
         nothing = np.zeros(0)
         empty = np.zeros((0, jacobian.shape[1]))

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.block import Block
-from diffcal_ros.diagnosis.border import faces_beyond, knows_border
+from diffcal_ros.diagnosis.border import faces_beyond, knows_border, outstanding_border
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.full_prior import full_prior
-from diffcal_ros.diagnosis.patches import cell_numbers
+from diffcal_ros.diagnosis.patches import averaged_by_cell, cell_numbers
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Projection
 from diffcal_ros.diagnosis.whitened import Part, tangent_slack, whiten
@@ -23,16 +23,11 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
-_MIDDLE = 0.5
-# A step stands out when it explains so much chi-square, leaves at most this share of what no step
-# leaves, and of what one in the middle leaves.
+# A step stands out when it explains so much chi-square, too.
 _LEAST_GAIN = 30.0
-_LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
 # A modulus that has followed a higher step is so far off that tangents there mislead [m].
 _HIGHEST = 0.003
-_ROUNDING = 1e-6
 
 
 def small_step(evidence: Evidence, nominal: Refit) -> float | None:
@@ -47,15 +42,9 @@ def small_step(evidence: Evidence, nominal: Refit) -> float | None:
     borders = faces_beyond(evidence)
     blocks = with_steps(evidence, nominal, list(borders.values()))
     gains, heights, whole = step_gains(blocks, nominal)
-    left = dict(zip(borders, whole - gains, strict=True))
-    # Borders between the same two elements are alike: the middle one is the safest.
-    least = min(left.values())
-    alike = [at for at in left if left[at] <= least + _ROUNDING * whole]
-    most_left = min(_LEFT * whole, _LEFT_OF_MIDDLE * left[_MIDDLE])
-    height = abs(float(heights[int(gains.argmax())]))
-    if whole - least < _LEAST_GAIN or least > most_left or height > _HIGHEST:
-        return None
-    return alike[len(alike) // 2]
+    at = outstanding_border(dict(zip(borders, (whole - gains).tolist(), strict=True)), whole)
+    best = int(gains.argmax())
+    return at if gains[best] >= _LEAST_GAIN and abs(heights[best]) <= _HIGHEST else None
 
 
 def step_gains(blocks: Sequence[Block], nominal: Refit) -> tuple[FloatArray, FloatArray, float]:
@@ -98,23 +87,10 @@ def with_steps(evidence: Evidence, nominal: Refit, beyond: Sequence[BoolArray]) 
             shown = views[block.view].trace.faces.ravel()[depth.places]
             numbers = cell_numbers(depth.pixels, evidence.cell)
             on_part = np.stack([triangles[shown] for triangles in parts], axis=1)
-            shares = _means(block.patches.cells, numbers, on_part.astype(np.float64))
+            _, means, _, cells, _ = averaged_by_cell(
+                depth, on_part.astype(np.float64), numbers, np.ones(len(numbers)), 0.0
+            )
+            shares = means[np.searchsorted(cells, block.patches.cells)]
         wide = np.hstack([block.patches.jacobian, shares])
         blocks.append(replace(block, patches=replace(block.patches, jacobian=wide)))
     return blocks
-
-
-def _means(cells: IntArray, numbers: IntArray, values: FloatArray) -> FloatArray:
-    """Return the mean of the values, shape (M, k), in each of some cells, shape (n, k).
-
-    Args:
-        cells: ascending, shape (n,).
-        numbers: cell of each value, shape (M,).
-        values: to be averaged.
-    """
-    places = np.searchsorted(cells, numbers)
-    known = np.isin(numbers, cells)
-    sums = np.zeros((len(cells), values.shape[1]))
-    np.add.at(sums, places[known], values[known])
-    counts = np.bincount(places[known], minlength=len(cells))
-    return np.asarray(sums / np.maximum(counts, 1)[:, None])

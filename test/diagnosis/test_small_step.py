@@ -42,6 +42,9 @@ def test_a_small_step_is_found_where_it_begins(at, step):
             with_step(watched(seed=4), 0.5, 0.0015), id='middle, where it is sought anyway'
         ),
         pytest.param(
+            with_step(watched(seed=4), 0.4, 0.0045), id='higher step, where tangents mislead'
+        ),
+        pytest.param(
             replace(with_step(watched(seed=4), 0.3, 0.0015), frame_count=1, noise=np.nan),
             id='floor is a guess',
         ),
