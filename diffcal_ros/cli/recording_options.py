@@ -19,7 +19,7 @@ def add_recordings(parser: Any) -> None:
         nargs='*',
         type=Path,
         help='rosbag2 directory or .mcap file; one for each observation of the scene, in its '
-        'order (default: the bags that the scene names)',
+        'order, or in any if the scene names them (default: the bags that the scene names)',
     )
     parser.add_argument('--scene', metavar='SCENE', type=Path, required=True, help='scene file')
     parser.add_argument('--out', metavar='DIR', type=Path, required=True, help='folder of results')

@@ -74,6 +74,8 @@ def measured_roughness(blocks: Sequence[Block], assumed: float) -> float:
 def log_likelihoods(block: Block, assumed: float, sizes: FloatArray) -> FloatArray:
     """Return the restricted log likelihood of sizes of the error [m], one block's part of it."""
     patches = block.patches
+    if len(patches.values) < _FEWEST:
+        return np.zeros_like(sizes)
     beside = _beside(np.column_stack([patches.jacobian, block.mesh, _smooth(patches.centers)]))
     if beside.shape[1] < _FEWEST:
         return np.zeros_like(sizes)

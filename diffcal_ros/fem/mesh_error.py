@@ -5,7 +5,9 @@
 Linear elements lock so badly that only the quadratic ones on the same mesh, settled anew, tell.
 For quadratic elements it is one Newton step at half the mesh size from the interpolated
 equilibrium, solved by conjugate gradients with two levels: the coarse factorisation and the fine
-diagonal. A few percent of accuracy are enough for an error bar.
+diagonal. A few percent of accuracy are enough for an error bar. Where the step leaves the region
+in which it means something, or the finer body would buckle, it ends at the region's border, as in
+Steihaug (1983).
 """
 
 from diffcal_ros.fem.cable import CableTerm
@@ -25,6 +27,8 @@ FloatArray = NDArray[np.float64]
 
 _TOLERANCE = 0.05
 _MAX_STEPS = 80
+# So large a move, as a share of the body's diagonal, is no small one: a linear step tells no more.
+_TRUSTED = 0.1
 
 
 class MeshError:
@@ -82,6 +86,8 @@ class _RefinedBody:
         self._cables = _cables_through(body, fine)
         is_held = np.zeros(body.discretisation.node_count, dtype=bool)
         is_held[body.held_nodes] = True
+        size = np.ptp(fine.rest_nodes, axis=0)
+        self._trusted = _TRUSTED * float(np.linalg.norm(size))
         self._free = _depends_on_free(self._enrichment.fine_from_coarse, ~is_held)
         self._coarse_places = self._find_coarse_places()
 
@@ -120,9 +126,10 @@ class _RefinedBody:
                 image += cable.force_tangent(positions, search)
             image[~self._free] = 0.0
             curvature = float((search * image).sum())
-            if curvature <= 0.0:  # The fine body would buckle: keep what is there.
-                break
-            length = weight / curvature
+            length = weight / curvature if curvature > 0.0 else np.inf
+            rest = _largest_share(solution, search, self._trusted)
+            if length > rest:
+                return solution + rest * search
             solution += length * search
             residual -= length * image
             preconditioned = self._precondition(smoother, residual)
@@ -156,6 +163,22 @@ def _cables_through(body: StaticBody, fine: Discretisation) -> tuple[CableTerm, 
         for cable in body.cables
     ]
     return tuple(CableTerm(route, fine) for route in routes)
+
+
+def _largest_share(moves: FloatArray, further: FloatArray, limit: float) -> float:
+    """Return how much of a further move takes the first node to a limit [m], shape (N, 3) each.
+
+    Args:
+        moves: within the limit.
+        further: not zero everywhere.
+        limit: length that no node's move is to exceed.
+    """
+    square = (further**2).sum(axis=1)
+    half = (moves * further).sum(axis=1)
+    room = limit**2 - (moves**2).sum(axis=1)
+    is_moved = square > 0.0
+    square, half, room = square[is_moved], half[is_moved], room[is_moved]
+    return float(((np.sqrt(half**2 + square * room) - half) / square).min())
 
 
 def _depends_on_free(

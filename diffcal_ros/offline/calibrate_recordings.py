@@ -60,8 +60,8 @@ def open_inputs(
 
     Args:
         scene: loaded.
-        bags: one an observation of the scene, in its order; or any number for a scene with one.
-            Empty: the bags that the scene names.
+        bags: one an observation of the scene, in its order, or in any where the scene names them;
+            or any number for a scene with one. Empty: the bags that the scene names.
         pose_source: `estimated` or `stored`.
         depth_topic: where a recording has several.
         allow_truncated: read what is left of a cut-off file.
@@ -184,4 +184,24 @@ def _paired(scene: Scene, bags: Sequence[Path]) -> list[tuple[int, Path]]:
             f'{len(bags)} bags were given for the {len(setups)} observations of the scene '
             f'({", ".join(setup.name for setup in setups)}): give one for each, in this order'
         )
+    return _placed(scene, bags)
+
+
+def _placed(scene: Scene, bags: Sequence[Path]) -> list[tuple[int, Path]]:
+    """Pair as many bags as observations: by the scene where it names them, else by their order.
+
+    A shell lists `bag_*` by the alphabet, a scene in its own order.
+    """
+    setups = scene.observations
+    stated = [None if setup.bag is None else setup.bag.resolve() for setup in setups]
+    given = [bag.resolve() for bag in bags]
+    if len(set(given)) == len(bags) and set(given) == set(stated):
+        return [(index, bags[given.index(bag)]) for index, bag in enumerate(stated) if bag]
+    for index, bag in enumerate(given):
+        if bag in stated and bag != stated[index]:
+            raise SceneError(
+                f'{bags[index]} was given for the observation {setups[index].name!r}, but the '
+                f'scene says that it shows {setups[stated.index(bag)].name!r}: give one bag for '
+                f"each, in the scene's order ({', '.join(setup.name for setup in setups)})"
+            )
     return list(enumerate(bags))

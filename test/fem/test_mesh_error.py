@@ -41,6 +41,23 @@ def test_estimate_for_quadratic_elements_matches_a_refined_solve(nu) -> None:
     assert np.abs(estimate[body.held_nodes]).max() == 0.0
 
 
+def test_a_body_that_buckles_on_the_finer_mesh_moves_no_further_than_a_step_tells() -> None:
+    mesh = beam_mesh((6, 1, 1), (0.12, 0.012, 0.01))
+    upright = np.array([-9.81, 0.0, 0.0])
+    moves = {}
+    # Upright beams buckle at 280 kPa (Greenhill); this coarse mesh stands a little below.
+    for modulus in (294e3, 274e3):
+        material = uniform_material(mesh, modulus, 0.3)
+        body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh))
+        body.settle(material, upright)
+        assert np.abs(body.state.positions - body.discretisation.rest_nodes).max() < 0.001
+        estimate = MeshError(body).displacement(material, upright)
+        moves[modulus] = np.linalg.norm(estimate, axis=1).max()
+    assert moves[294e3] < 0.0002
+    size = np.linalg.norm(np.ptp(mesh.rest_positions, axis=0))
+    assert 0.05 * size < moves[274e3] <= 0.101 * size
+
+
 def test_estimate_for_linear_elements_is_the_way_to_quadratic_ones() -> None:
     mesh = beam_mesh((6, 2, 2))
     material = uniform_material(mesh, 60e3, 0.49)

@@ -63,6 +63,27 @@ def test_several_postures_take_one_bag_each_in_order(scene, recorded_beam):
         open_inputs(two, [bag])
 
 
+def test_bags_that_the_scene_names_are_paired_by_their_names(scene, recorded_beam, tmp_path):
+    bag = recorded_beam.bags['observation']
+    other, third = (shutil.copytree(bag, tmp_path / name) for name in ('a', 'third'))
+    two = with_postures(scene, 'low', 'high')
+    two = replace(two, observations=(two.observations[0], replace(two.observations[1], bag=other)))
+    shown = [(0, bag.resolve()), (1, other.resolve())]
+    for given in ([bag, other], [other, bag], [tmp_path / 'third' / '..' / 'a', bag]):
+        opened = open_inputs(two, given)
+        paired = [
+            (o.setup_index, r.path.resolve())
+            for o, r in zip(opened.observations, opened.recordings, strict=True)
+        ]
+        assert paired == shown
+    # Of other recordings only the order tells.
+    assert [o.setup_index for o in open_inputs(two, [bag, third]).observations] == [0, 1]
+    with pytest.raises(
+        SceneError, match=r"a was given for .* 'low', but the scene says .* 'high'"
+    ):
+        open_inputs(two, [other, third])
+
+
 def test_without_any_bag_there_is_nothing_to_fit(scene):
     (setup,) = scene.observations
     bare = replace(scene, observations=(replace(setup, bag=None),))
