@@ -4,32 +4,19 @@
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.parameters import ParameterSet
-from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.block import Block
+from diffcal_ros.diagnosis.descent import Descent
 from diffcal_ros.diagnosis.evidence import Evidence
-from diffcal_ros.diagnosis.full_prior import full_prior
-from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten, Whitened
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.diagnosis.whitened import Part
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
-_MAX_REJECTIONS = 4
-# A step that promises less than this (half chi-square) is a fifth of a standard error.
-_SMALL_GAIN = 0.02
-_SMALL_SHARE = 1e-4
-# Share of the present residual that is allowed for while a fit is on its way.
-_SLACK = 0.3
-_FIRST_DAMPING, _LEAST_DAMPING = 1e-2, 1e-3
 # What one refinement tells of an error of mesh and step is off by about this share of it.
 _SHIFT_DOUBT = 0.25
-# Patches join and leave: a step is not refused for less than this share.
-_ROUGHNESS = 0.01
 
 
 @dataclass(frozen=True)
@@ -93,7 +80,7 @@ def refit(
         MotionError: likewise.
         OutOfViewError: when a camera does not see the body at the start.
     """
-    descent = _Descent(evidence, start, part)
+    descent = Descent(evidence, start, part)
     descent.run(max_iterations)
     seen, precision = descent.seen, descent.precision
     information = seen.jacobian.T @ seen.jacobian + precision
@@ -107,118 +94,8 @@ def refit(
         shifts=evidence.numerics.shifts_of(evidence.model.parameters),
         patch_count=len(seen),
         evaluations=descent.evaluations,
-        is_converged=max_iterations == 1
-        or descent.is_done
-        or descent.rejections > _MAX_REJECTIONS,
+        is_converged=max_iterations == 1 or descent.is_done or descent.is_exhausted,
     )
-
-
-class _Descent:
-    """A fit on its way.
-
-    Attributes:
-        here: coordinates, shape (k,).
-        blocks: all patches there.
-        seen: those that are fitted, whitened.
-        cost: half chi-square with that of the prior.
-        precision: of the prior, shape (k, k).
-        evaluations: of the model.
-        rejections: steps on end that led nowhere.
-        is_done: it came to rest, held to the full precision of the patches.
-    """
-
-    def __init__(self, evidence: Evidence, start: FloatArray, part: Part) -> None:
-        parameters = evidence.model.parameters
-        self._evidence, self._part = evidence, part
-        self._bounds = parameters.bounds()
-        self._limits = longest_steps(parameters)
-        mean, self.precision = full_prior(parameters)
-        # What is known of a parameter is known of the body, not of its mesh and step.
-        self._mean = mean - evidence.numerics.shifts_of(parameters)
-        self.here = np.clip(start, *self._bounds)
-        self.blocks = evidence.blocks(self.here)
-        self.evaluations, self.rejections, self.is_done = 1, 0, False
-        self._damping = 0.0
-        # A model that is far off is not held to the last tenth of a millimetre on its way.
-        self._weigh(_SLACK * residual_size(self.blocks, part))
-
-    def run(self, max_iterations: int) -> None:
-        """Step until it comes to rest, or evaluations or patience run out."""
-        while (
-            not self.is_done
-            and self.evaluations < max_iterations
-            and self.rejections <= _MAX_REJECTIONS
-        ):
-            step, gain = self._step()
-            if gain < _SMALL_GAIN:
-                self._come_to_rest()
-            else:
-                self._try(np.clip(self.here + step, *self._bounds))
-        if self._slack:
-            self._weigh(0.0)
-
-    def _weigh(self, slack: float) -> None:
-        """Look at the patches with another allowance for a model that is far off [m]."""
-        self._slack = slack
-        self.seen = whiten(self.blocks, self._part, slack)
-        self.cost = self._cost(self.seen, self.here)
-
-    def _come_to_rest(self) -> None:
-        if self._slack == 0.0:
-            self.is_done = True
-        else:
-            self._weigh(0.0)
-
-    def _try(self, trial: FloatArray) -> None:
-        self.evaluations += 1
-        try:
-            blocks = self._evidence.blocks(trial)
-        except (EquilibriumError, MotionError, OutOfViewError):
-            self._reject()
-            return
-        seen = whiten(blocks, self._part, self._slack)
-        cost = self._cost(seen, trial)
-        allowed = (1.0 + _ROUGHNESS) * _per_patch(self.cost, self.seen)
-        if not _per_patch(cost, seen) < allowed:
-            self._reject()
-            return
-        is_small = abs(cost - self.cost) < max(_SMALL_GAIN, _SMALL_SHARE * cost)
-        self.here, self.blocks, self.seen, self.cost = trial, blocks, seen, cost
-        self._damping = 0.1 * self._damping if self._damping > _LEAST_DAMPING else 0.0
-        self.rejections = 0
-        if is_small:
-            self._come_to_rest()
-            return
-        smaller = min(self._slack, _SLACK * residual_size(blocks, self._part))
-        if smaller < self._slack:
-            self._weigh(smaller)
-
-    def _reject(self) -> None:
-        self._damping = max(_FIRST_DAMPING, 10.0 * self._damping)
-        self.rejections += 1
-
-    def _cost(self, seen: Whitened, coordinates: FloatArray) -> float:
-        offset = coordinates - self._mean
-        return 0.5 * (seen.chi_square + float(offset @ self.precision @ offset))
-
-    def _step(self) -> tuple[FloatArray, float]:
-        """Return the damped step among what no bound stops, and the gain that it promises."""
-        seen, here = self.seen, self.here
-        descent = seen.jacobian.T @ seen.values - self.precision @ (here - self._mean)
-        curvature = seen.jacobian.T @ seen.jacobian + self.precision
-        stopped = (here <= self._bounds[0]) & (descent < 0.0)
-        stopped |= (here >= self._bounds[1]) & (descent > 0.0)
-        free = np.flatnonzero(~stopped)
-        step = np.zeros_like(here)
-        own = curvature[np.ix_(free, free)]
-        damped = own + np.diag(self._damping * np.diag(own))
-        step[free] = np.linalg.solve(damped, descent[free])
-        gain = float(descent @ step - 0.5 * step @ curvature @ step)
-        return step / max(1.0, float((np.abs(step) / self._limits).max())), gain
-
-
-def _per_patch(cost: float, seen: Whitened) -> float:
-    return cost / max(len(seen), 1)
 
 
 def _log_volumes(information: FloatArray, precision: FloatArray) -> float:
