@@ -37,11 +37,10 @@ _UNRESOLVED = 1e-7
 # Close to the last state a step need not be exact, and a few iterations with the old
 # factorisation cost a fraction of a new one.
 _STEP_TOLERANCE = 0.03
-_MAX_STEP_STEPS = 6
+_MAX_STEP_STEPS = 8
+_FORCING = 0.5
 _LINEAR_TOLERANCE = 1e-8
 _MAX_LINEAR_STEPS = 25
-# For so many right-hand sides iterations with an old factorisation are cheaper than a new one.
-_FEW_SIDES = 3
 _MAX_SHIFTS = 12
 
 
@@ -56,8 +55,8 @@ class Equilibrium:
     Attributes:
         positions: node positions [m], shape (N, 3).
         reactions: force that the clamp exerts on each node [N], shape (N, 3); zero on free nodes.
-        newton_steps: steps with a new factorisation, or iterations with an old one.
-        held_steps: steps with an old one as it is.
+        newton_steps: steps with a new factorisation.
+        held_steps: steps with an old one, as it is or with iterations.
     """
 
     positions: FloatArray
@@ -155,7 +154,7 @@ class EquilibriumSolver:
         """
         free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
         is_stale = not self._is_factor_exact(positions)
-        if not self._has_factor or (is_stale and len(right_sides) > _FEW_SIDES):
+        if not self._has_factor or (is_stale and len(right_sides) > self._solver.few_sides):
             self._make_factor(positions)
         solution = np.zeros_like(right_sides)
         if self._is_factor_exact(positions):
@@ -256,14 +255,19 @@ class EquilibriumSolver:
                 break
             if largest < tolerance:
                 return self._finish(positions, loads, newton_steps, held_steps)
-            is_held = may_hold and largest < _HELD_CONTRACTION * before
-            held_steps, newton_steps = held_steps + is_held, newton_steps + (not is_held)
+            # Iterations begin with the old factorisation as it is, and say whether that will do.
+            is_held = may_hold and not is_warm and largest < _HELD_CONTRACTION * before
             step = self._solver.solve(force) if is_held else None
-            if is_warm and step is None:
-                step = self._conjugate_gradient(positions, force, _STEP_TOLERANCE, _MAX_STEP_STEPS)
+            if is_warm:
+                goal = _step_goal(largest, before, tolerance)
+                step = self._conjugate_gradient(
+                    positions, force, goal, _MAX_STEP_STEPS, enough=_STEP_TOLERANCE
+                )
+            is_new = step is None
             if step is None:
                 self._make_factor(positions)
                 step = self._solver.solve(force)
+            held_steps, newton_steps = held_steps + (not is_new), newton_steps + is_new
             may_hold, before = True, largest
             direction = np.zeros_like(positions)
             direction[self._free] = step.reshape(-1, 3)
@@ -341,9 +345,21 @@ class EquilibriumSolver:
         return largest * found
 
     def _conjugate_gradient(
-        self, positions: FloatArray, right_side: FloatArray, tolerance: float, max_steps: int
+        self,
+        positions: FloatArray,
+        right_side: FloatArray,
+        tolerance: float,
+        max_steps: int,
+        enough: float = 0.0,
     ) -> FloatArray | None:
         """Solve at `positions` with the held factorisation as preconditioner.
+
+        Args:
+            positions: whose stiffness it is [m], shape (N, 3).
+            right_side: shape (3 M,).
+            tolerance: share of the right side that may be left.
+            max_steps: iterations at most.
+            enough: share that may be left after so many.
 
         Returns:
             The solution, shape (3 M,); None when it is not found in so many steps, or the
@@ -376,4 +392,13 @@ class EquilibriumSolver:
             preconditioned = self._solver.solve(residual)
             before, weight = weight, float(residual @ preconditioned)
             search = preconditioned + weight / before * search
-        return None
+        return solution if np.linalg.norm(residual) <= enough * goal / tolerance else None
+
+
+def _step_goal(force: float, before: float, tolerance: float) -> float:
+    """Return what share of the force a step may leave: the less the closer it is.
+
+    Eisenstat and Walker (1996), second choice; no step need go far below the tolerance.
+    """
+    goal = min(_STEP_TOLERANCE, _FORCING * (force / before) ** 2)
+    return max(goal, _FORCING * tolerance / force)

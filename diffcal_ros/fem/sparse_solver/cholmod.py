@@ -15,6 +15,7 @@ class CholmodSolver:
     """Supernodal Cholesky; the ordering is kept between matrices."""
 
     name = 'cholmod'
+    few_sides = 1
 
     def __init__(self, pattern: SparsePattern) -> None:
         columns = np.repeat(np.arange(pattern.size), np.diff(pattern.column_starts))

@@ -15,9 +15,16 @@ class NotPositiveDefiniteError(ArithmeticError):
 
 
 class SparseSolver(Protocol):
-    """Analyses a pattern once, then factors many matrices."""
+    """Analyses a pattern once, then factors many matrices.
+
+    Attributes:
+        name: by which it is chosen.
+        few_sides: right-hand sides for which iterations with an old factorisation take less time
+            than a new one.
+    """
 
     name: str
+    few_sides: int
 
     def factor(self, values: FloatArray) -> None:
         """Factor the matrix with these entries, shape (nnz,).

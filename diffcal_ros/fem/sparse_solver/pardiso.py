@@ -20,6 +20,7 @@ class PardisoSolver:
     """Supernodal Cholesky; analysis once, on the first matrix."""
 
     name = 'pardiso'
+    few_sides = 1
 
     def __init__(self, pattern: SparsePattern) -> None:
         self._matrix = csr_matrix(

@@ -16,6 +16,7 @@ class QdldlSolver:
     """LDL^T with the ordering kept between matrices."""
 
     name = 'qdldl'
+    few_sides = 3
 
     def __init__(self, pattern: SparsePattern) -> None:
         shape = (pattern.size, pattern.size)
