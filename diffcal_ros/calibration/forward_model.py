@@ -3,8 +3,9 @@
 """From parameters to positions in the camera frame, with tangents: where fem and depth meet."""
 
 from collections.abc import Callable, Iterable, Sequence
-from copy import copy
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from diffcal_ros.calibration.body_inputs import BodyInputs
 from diffcal_ros.calibration.camera_offsets import CameraOffsets
@@ -75,7 +76,9 @@ class ForwardModel:
             share_tracers: let one tracer see all frames of a recording, one after the other.
         """
         self.observations = tuple(observations)
-        self._device = device
+        self.device = device
+        self._choices: dict[str, Any] = {'solver': solver, 'device': device}
+        self._choices['share_tracers'] = share_tracers
         self.bodies = make_postures(scene, self.observations, solver, device)
         self._states = state_numbers(self.observations)
         self.tracers = self._make_tracers(device, share_tracers)
@@ -86,6 +89,11 @@ class ForwardModel:
         self._take(scene, parameters)
         for index, posture in self.bodies.items():
             posture.body.axes = self.effects.axes(index)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what it is made of: another process has bodies of its own."""
+        known = (self.scene, self.observations, self.parameters)
+        return partial(ForwardModel, **self._choices), known
 
     def _make_tracers(self, device: str, share: bool) -> list[DepthTracer]:
         owners = pose_owners(self.observations) if share else range(len(self.observations))
@@ -110,7 +118,8 @@ class ForwardModel:
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'ForwardModel':
         """Return a model of the same bodies and cameras with other parameters or effects."""
-        other = copy(self)
+        other = object.__new__(ForwardModel)
+        vars(other).update(vars(self))
         other.cameras = self.cameras.with_parameters(scene, parameters)
         other._take(scene, parameters)
         return other
@@ -141,7 +150,7 @@ class ForwardModel:
         def settle(index: int) -> None:
             self.bodies[index].settle(inputs[index], predictions[index])
 
-        side_by_side(settle, self.bodies, self._device)
+        side_by_side(settle, self.bodies, self.device)
         self._views = []
         for number in range(len(self.observations)):
             points = self.cameras.points(number, self._world(number), coordinates)
@@ -155,7 +164,7 @@ class ForwardModel:
         self._tangents = side_by_side(
             lambda index: self._body_tangents(index, self.bodies[index], coordinates),
             self.bodies,
-            self._device,
+            self.device,
         )
         self._tangent_coordinates = coordinates.copy()
         return [
@@ -255,7 +264,7 @@ class ForwardModel:
         moves = side_by_side(
             lambda index: self.bodies[index].mesh_moves(inputs[index], solver),
             self.bodies,
-            self._device,
+            self.device,
         )
         return self._seen(moves, coordinates)
 

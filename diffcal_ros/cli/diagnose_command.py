@@ -56,6 +56,13 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         help='effects that are ruled out beforehand',
     )
+    parser.add_argument(
+        '--jobs',
+        metavar='N',
+        type=int,
+        help='models that are refitted at the same time, each in a process of its own, where '
+        'there is much to refit (default: one a core)',
+    )
     parser.set_defaults(run=run)
 
 
@@ -85,6 +92,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _settings(args: argparse.Namespace, scene: Any) -> Any:
+    from diffcal_ros.calibration.side_by_side import core_count
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
     from diffcal_ros.errors import InputError
     from diffcal_ros.scene.effects import EFFECTS
@@ -94,8 +102,12 @@ def _settings(args: argparse.Namespace, scene: Any) -> Any:
         raise InputError(f'--without has {unknown[0]!r}: the library has {", ".join(EFFECTS)}')
     if not 0.0 <= args.margin <= 100.0:
         raise InputError(f'--margin is {args.margin:g} mm: give a number from 0 to 100')
+    jobs = core_count() if args.jobs is None else args.jobs
+    if jobs < 1:
+        raise InputError(f'--jobs is {jobs}: give how many models may be refitted at once')
     fit = asked_fit(args, scene)
-    return DiagnosisSettings(margin=1e-3 * args.margin, without=tuple(args.without), fit=fit)
+    without = tuple(args.without)
+    return DiagnosisSettings(margin=1e-3 * args.margin, without=without, fit=fit, jobs=jobs)
 
 
 def _suggest_solver(seconds: float) -> None:

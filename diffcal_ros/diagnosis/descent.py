@@ -20,9 +20,19 @@ _SMALL_GAIN = 0.02
 _SMALL_SHARE = 1e-4
 # Share of the present residual that is allowed for while a fit is on its way.
 _SLACK = 0.3
+# Where it shrinks by less, costs before and after can be compared.
+_MUCH_LESS = 0.9
 _FIRST_DAMPING, _LEAST_DAMPING = 1e-2, 1e-3
 # Patches join and leave: a step is not refused for less than this share.
 _ROUGHNESS = 0.01
+# So many evaluations on end that win less than a share of the cost lead nowhere. While it is
+# on its way a fit may go round in circles of the size of that roughness.
+_MOST_IDLE = 3
+_PROGRESS, _PROGRESS_AT_LAST = _ROUGHNESS, 0.002
+# A fit is lost when so many times what a step promises does not reach its rivals, after so many
+# evaluations, or when so many steps on end led nowhere.
+_HOPE, _FEWEST_LOOKS = 4.0, 3
+_REJECTED_ENOUGH = 2
 
 
 class Descent:
@@ -50,7 +60,7 @@ class Descent:
         self.here = np.clip(start, *self._bounds)
         self.blocks = evidence.blocks(self.here)
         self.evaluations, self.rejections, self.is_done = 1, 0, False
-        self._damping = 0.0
+        self._damping, self._idle, self._least = 0.0, 0, np.inf
         # A model that is far off is not held to the last tenth of a millimetre on its way.
         self._weigh(_SLACK * residual_size(self.blocks, part))
 
@@ -59,28 +69,43 @@ class Descent:
         """Tell whether too many steps on end led nowhere."""
         return self.rejections > _MAX_REJECTIONS
 
-    def run(self, max_iterations: int) -> None:
-        """Step until it comes to rest, or evaluations or patience run out."""
+    def run(self, max_iterations: int, most_cost: float = np.inf) -> None:
+        """Step until it comes to rest, or evaluations, patience or hope run out.
+
+        Args:
+            max_iterations: evaluations of the model at most.
+            most_cost: at which the fit is of use.
+        """
         while not self.is_done and self.evaluations < max_iterations and not self.is_exhausted:
             step, gain = self._step()
-            if gain < _SMALL_GAIN:
+            if self._is_lost(gain, most_cost):
+                break
+            if gain < _SMALL_GAIN or self._idle >= _MOST_IDLE:
                 self._come_to_rest()
             else:
                 self._try(np.clip(self.here + step, *self._bounds))
         if self._slack:
             self._weigh(0.0)
 
+    def _is_lost(self, gain: float, most_cost: float) -> bool:
+        """Tell whether a fit will hardly be of use. On its way it costs less than at its end."""
+        if self.rejections >= _REJECTED_ENOUGH:
+            return self.cost > most_cost
+        return self.evaluations >= _FEWEST_LOOKS and self.cost - _HOPE * gain > most_cost
+
     def _weigh(self, slack: float) -> None:
         """Look at the patches with another allowance for a model that is far off [m]."""
         self._slack = slack
         self.seen = whiten(self.blocks, self._part, slack)
         self.cost = self._cost(self.seen, self.here)
+        self._idle, self._least = 0, _per_patch(self.cost, self.seen)
 
     def _come_to_rest(self) -> None:
         if self._slack == 0.0:
             self.is_done = True
         else:
             self._weigh(0.0)
+            self.rejections = 0
 
     def _try(self, trial: FloatArray) -> None:
         self.evaluations += 1
@@ -99,16 +124,28 @@ class Descent:
         self.here, self.blocks, self.seen, self.cost = trial, blocks, seen, cost
         self._damping = 0.1 * self._damping if self._damping > _LEAST_DAMPING else 0.0
         self.rejections = 0
+        self._count_idle()
         if is_small:
             self._come_to_rest()
             return
-        smaller = min(self._slack, _SLACK * residual_size(blocks, self._part))
+        smaller = _SLACK * residual_size(blocks, self._part)
         if smaller < self._slack:
+            idle = self._idle if smaller > _MUCH_LESS * self._slack else 0
             self._weigh(smaller)
+            self._idle = idle
 
     def _reject(self) -> None:
         self._damping = max(_FIRST_DAMPING, 10.0 * self._damping)
         self.rejections += 1
+        self._idle += 1
+
+    def _count_idle(self) -> None:
+        progress = _PROGRESS if self._slack else _PROGRESS_AT_LAST
+        now = _per_patch(self.cost, self.seen)
+        if now < (1.0 - progress) * self._least:
+            self._least, self._idle = now, 0
+        else:
+            self._idle += 1
 
     def _cost(self, seen: Whitened, coordinates: FloatArray) -> float:
         offset = coordinates - self._mean

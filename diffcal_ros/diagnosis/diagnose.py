@@ -12,9 +12,10 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.border import with_border, with_setting
 from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.choice import choose
+from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
 from diffcal_ros.diagnosis.evidence import Evidence, make_evidence
-from diffcal_ros.diagnosis.hypothesis import fitted_on
+from diffcal_ros.diagnosis.hypothesis import refitted_there
 from diffcal_ros.diagnosis.naming import conclude
 from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.screening import Screen, screen
@@ -34,11 +35,13 @@ class DiagnosisSettings:
         margin: a gap above the floors that is smaller does not matter [m].
         without: identifiers that are left out of the library.
         fit: names of the nominal parameters; None: as the scene says.
+        jobs: processes that refit models at the same time, where that is worth it.
     """
 
     margin: float = 0.0005
     without: tuple[str, ...] = ()
     fit: tuple[str, ...] | None = None
+    jobs: int = 1
 
 
 @dataclass(frozen=True)
@@ -98,12 +101,13 @@ def diagnose(
     disagreement = measure_disagreement(nominal, scores, settings.margin, is_moving=is_moving)
     selection = choice = None
     if disagreement.is_worth_naming:
-        selection = select(evidence, nominal, scores, tell)
+        with Crew(evidence, nominal, tell, jobs=settings.jobs) as crew:
+            selection = select(crew, scores)
         choice = choose(selection, evidence)
     # A load that is held is as good as at rest.
     if choice is not None and not all(evidence.numerics.is_slow):
         tell('finding what mesh and step cost there')
-        choice = replace(choice, hypothesis=fitted_on(choice.hypothesis, renews_numerics=True))
+        choice = replace(choice, hypothesis=refitted_there(choice.hypothesis))
     seconds = time.perf_counter() - begun
     diagnosis = conclude(evidence, nominal, scores, disagreement, selection, choice, seconds)
     return Course(evidence, nominal, scores, disagreement, selection, diagnosis)

@@ -5,6 +5,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.forward_model import ForwardModel, View
@@ -77,6 +78,11 @@ class Evidence:
             _noise(observation, model, reference)
             for observation, reference in zip(model.observations, self._references, strict=True)
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what it is made of: another process has comparers of its own."""
+        known = (self.model, self.numerics, self.cell, self.left_out, self._noises)
+        return _put_together, known
 
     @property
     def is_measured(self) -> bool:
@@ -286,6 +292,18 @@ def _noise(
     """Return an observation's noise; a fixture has its smooth errors in common with the body."""
     noise = noise_of(observation, model.scene.sensor)
     return noise if reference is None else replace(noise, common=1.0)
+
+
+def _put_together(
+    model: ForwardModel,
+    numerics: Numerics,
+    cell: int,
+    left_out: frozenset[PatchName],
+    noises: Sequence[NoiseModel],
+) -> Evidence:
+    return Evidence(
+        model, make_comparers(model), numerics, cell, left_out, make_references(model), noises
+    )
 
 
 def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
-from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
-from diffcal_ros.diagnosis.refit import Refit, refit
+from diffcal_ros.diagnosis.refit import Refit, refit, UNFIT
 from diffcal_ros.diagnosis.starts import more_starts
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.scene.effects import amplitude_name
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -133,6 +130,21 @@ class Hypothesis:
         return found
 
 
+def with_effects(
+    nominal: Evidence, base: Refit, added: Sequence[Candidate]
+) -> tuple[Scene, Evidence]:
+    """Return the scene with effects, and the evidence of a model of it, not yet fitted.
+
+    Args:
+        nominal: evidence of the nominal model.
+        base: its fit.
+        added: effects to add.
+    """
+    scene = _with_settings(nominal.model.scene, added)
+    parameters = _with_amplitudes(scene, base.parameters, added)
+    return scene, nominal.of(nominal.model.with_parameters(scene, parameters))
+
+
 def try_effects(
     nominal: Evidence,
     base: Refit,
@@ -140,6 +152,7 @@ def try_effects(
     starts: dict[str, float],
     *,
     max_iterations: int = 12,
+    least_evidence: float = -np.inf,
 ) -> Hypothesis | None:
     """Add effects to the nominal model and refit everything.
 
@@ -149,18 +162,20 @@ def try_effects(
         added: effects to add.
         starts: where amplitudes start, SI units by name among the parameters; others at zero.
         max_iterations: evaluations of the model at most.
+        least_evidence: logarithm of the evidence below which the model is of no use.
 
     Returns:
         The refitted model, or None where it cannot be simulated.
     """
-    scene = _with_settings(nominal.model.scene, added)
-    parameters = _with_amplitudes(scene, base.parameters, added)
-    evidence = nominal.of(nominal.model.with_parameters(scene, parameters))
+    scene, evidence = with_effects(nominal, base, added)
     best: Refit | None = None
     for more in more_starts(nominal, base, added):
         # A robust fit would fall back from a step beyond its reach, and creep along a plane.
         is_robust = not evidence.is_measured and not _PATCHES_ONLY & more.keys()
-        found = _refit_from(evidence, base, {**starts, **more}, max_iterations, is_robust)
+        # Of several starts the best is kept.
+        least = least_evidence if best is None else max(least_evidence, best.log_evidence)
+        begin = {**starts, **more}
+        found = _refit_from(evidence, base, begin, max_iterations, is_robust, least)
         if found is None:
             continue
         if best is None or found.log_evidence > best.log_evidence:
@@ -168,27 +183,25 @@ def try_effects(
     return None if best is None else Hypothesis(tuple(added), scene, evidence, best)
 
 
-def fitted_on(hypothesis: Hypothesis, *, renews_numerics: bool = False) -> Hypothesis:
-    """Fit a model on from where it stands, to the end.
+def refitted_there(hypothesis: Hypothesis) -> Hypothesis:
+    """Fit a motion's model on with what mesh and step cost where it stands.
+
+    Found around the nominal fit, these are of another motion: where the drag of the air hides in
+    the damping, nothing rings that a coarse mesh would delay.
 
     Args:
         hypothesis: the model.
-        renews_numerics: find what mesh and step cost there first. Found around the nominal fit,
-            these are of another motion: where the drag of the air hides in the damping, nothing
-            rings that a coarse mesh would delay.
 
     Returns:
         The fitted model; the same one where it cannot be simulated again: a state that was
         reached by small steps is not always found from another one.
     """
-    evidence, here = hypothesis.evidence, hypothesis.fit.coordinates
+    here = hypothesis.fit.coordinates
     try:
-        if renews_numerics:
-            evidence = evidence.renewed(here)
-        fit = refit(evidence, here)
-    except (EquilibriumError, MotionError, OutOfViewError):
+        evidence = hypothesis.evidence.renewed(here)
+        return replace(hypothesis, evidence=evidence, fit=refit(evidence, here))
+    except UNFIT:
         return hypothesis
-    return replace(hypothesis, evidence=evidence, fit=fit)
 
 
 def _refit_from(
@@ -197,6 +210,7 @@ def _refit_from(
     starts: dict[str, float],
     max_iterations: int,
     is_robust: bool,
+    least_evidence: float,
 ) -> Refit | None:
     """Refit from a start; tangents may have promised more than the body can bear."""
     nominal = set(base.parameters.names)
@@ -209,8 +223,10 @@ def _refit_from(
             if is_robust:
                 # What noise to fit patches by is a guess: the robust fit stands as it is.
                 return refit(evidence, evidence.robust_fit(begin), max_iterations=1)
-            return refit(evidence, begin, max_iterations=max_iterations)
-        except (EquilibriumError, MotionError, OutOfViewError):
+            return refit(
+                evidence, begin, max_iterations=max_iterations, least_evidence=least_evidence
+            )
+        except UNFIT:
             continue
     return None
 

@@ -5,16 +5,21 @@
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters import ParameterSet
+from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.descent import Descent
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.whitened import Part
+from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
+# What a refit raises where its start cannot be simulated or seen.
+UNFIT = (EquilibriumError, MotionError, OutOfViewError)
 # What one refinement tells of an error of mesh and step is off by about this share of it.
 _SHIFT_DOUBT = 0.25
 
@@ -66,6 +71,7 @@ def refit(
     *,
     max_iterations: int = MAX_ITERATIONS,
     part: Part = Part.FIT,
+    least_evidence: float = -np.inf,
 ) -> Refit:
     """Fit by Gauss-Newton with Levenberg and Marquardt's damping.
 
@@ -74,6 +80,8 @@ def refit(
         start: coordinates, shape (k,).
         max_iterations: evaluations of the model at most.
         part: patches that are fitted.
+        least_evidence: logarithm of the evidence below which the fit is of no use: it is given
+            up where it will hardly come so far.
 
     Raises:
         EquilibriumError: when the start cannot be simulated.
@@ -81,7 +89,7 @@ def refit(
         OutOfViewError: when a camera does not see the body at the start.
     """
     descent = Descent(evidence, start, part)
-    descent.run(max_iterations)
+    descent.run(max_iterations, -least_evidence)
     seen, precision = descent.seen, descent.precision
     information = seen.jacobian.T @ seen.jacobian + precision
     return Refit(

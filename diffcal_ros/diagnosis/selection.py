@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refit the best candidates with all nominal parameters, and compare what is left."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
-from diffcal_ros.diagnosis.evidence import Evidence
-from diffcal_ros.diagnosis.hypothesis import fitted_on, Hypothesis, try_effects
+from diffcal_ros.diagnosis.crew import Crew, Look
+from diffcal_ros.diagnosis.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen, screen
 from diffcal_ros.diagnosis.shortlist import (
@@ -20,6 +20,7 @@ from diffcal_ros.diagnosis.shortlist import (
 )
 from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap, whiten
 from diffcal_ros.fem.equilibrium import EquilibriumError
+import numpy as np
 
 # Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
 # in log evidence per unit of noise scale a model may be then to be fitted to the end.
@@ -39,8 +40,6 @@ _MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
 # so much of what the first one leaves on those.
 _PAIR_GAIN, _HELD_OUT_GAIN = 8.0, 4.0
 _CLOSES_GUESSED = 0.5
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -104,50 +103,51 @@ def _closed(one: Refit, two: Refit) -> float:
     return closed_share(before.most, after.most, floor)
 
 
-def select(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> Selection:
+def select(crew: Crew, scores: Screen) -> Selection:
     """Refit candidates, and pairs where no single one is enough.
 
     Args:
-        nominal: evidence of the nominal model.
-        base: its fit.
+        crew: who refit, and what the nominal model is.
         scores: of all candidates.
-        tell: told what is being done.
     """
-    singles = _singles(nominal, base, scores, tell)
+    is_measured = crew.nominal.is_measured
+    singles = _singles(crew, scores)
     if singles and all(h.has_idle_effect for h in singles):
         # The forces that stood in for a plane kept others out, and it touches nowhere.
-        singles = _singles(nominal, base, without_contact(scores), tell)
+        singles = _singles(crew, without_contact(scores))
     pairs: list[Hypothesis] = []
-    if singles and _is_poor(singles[0], nominal.is_measured):
-        pairs = _pairs(nominal, base, singles, scores, tell)
-        singles = sorted([*singles, *_halves(nominal, base, singles, pairs, tell)], key=_order)
+    if singles and _is_poor(singles[0], is_measured):
+        pairs = _pairs(crew, singles, scores)
+        singles = sorted([*singles, *_halves(crew, singles, pairs)], key=_order)
     singles = [h for h in singles if not h.has_idle_effect]
     pairs = [h for h in pairs if not (h.has_idle_effect or h.has_doubtful_effect)]
     best = min([*singles, *pairs], key=lambda h: h.fit.chi_square_per_patch, default=None)
     scale = 1.0 if best is None else max(1.0, best.fit.chi_square_per_patch)
-    return Selection(tuple(singles), tuple(pairs), scale, nominal.is_measured)
+    return Selection(tuple(singles), tuple(pairs), scale, is_measured)
 
 
-def _singles(nominal: Evidence, base: Refit, scores: Screen, tell: Progress) -> list[Hypothesis]:
+def _singles(crew: Crew, scores: Screen) -> list[Hypothesis]:
     """Refit the effects that their scores speak for, one at a time; best first."""
-    looks = [
-        _first_look(nominal, base, [score.candidate], starts_of(score), tell)
-        for score in shortlist(scores, is_measured=nominal.is_measured)
-    ]
-    return _finished([h for h in looks if h is not None], tell, front_runners(scores))
+    listed = shortlist(scores, is_measured=crew.nominal.is_measured)
+    looks = crew.look([_first_look([score.candidate], starts_of(score)) for score in listed])
+    return _finished(crew, looks, front_runners(scores))
 
 
 def _first_look(
-    nominal: Evidence,
-    base: Refit,
-    added: Sequence[Candidate],
-    starts: dict[str, float],
-    tell: Progress,
-) -> Hypothesis | None:
-    tell(f'refitting with {" and ".join(candidate.identifier for candidate in added)}')
+    added: Sequence[Candidate], starts: dict[str, float], rivals: Sequence[Hypothesis] = ()
+) -> Look:
+    """Return a brief refit, given up where it will hardly come near its rivals."""
     touches = any(candidate.identifier == 'contact_plane' for candidate in added)
     most = _BRIEF_CONTACT if touches else _BRIEF
-    return try_effects(nominal, base, added, starts, max_iterations=most)
+    return Look(tuple(added), starts, most, _within_reach(rivals))
+
+
+def _within_reach(rivals: Sequence[Hypothesis]) -> float:
+    """Return the log evidence below which a model is out of reach of the best of others."""
+    if not rivals:
+        return -np.inf
+    scale = max(1.0, min(h.fit.chi_square_per_patch for h in rivals))
+    return max(h.fit.log_evidence for h in rivals) - _OUT_OF_REACH * scale
 
 
 def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
@@ -159,26 +159,20 @@ def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
 
 
 def _finished(
+    crew: Crew,
     brief: Sequence[Hypothesis],
-    tell: Progress,
     front: frozenset[str] = frozenset(),
     rivals: Sequence[Hypothesis] = (),
 ) -> list[Hypothesis]:
     """Fit the models that may still win, or lead by their scores, to the end; best first."""
-    if not brief:
-        return []
-    least = min(h.fit.chi_square_per_patch for h in (*brief, *rivals))
-    leader = max(h.fit.log_evidence for h in (*brief, *rivals))
-    finished = []
-    for hypothesis in brief:
-        behind = (leader - hypothesis.fit.log_evidence) / max(1.0, least)
+    least = _within_reach([*brief, *rivals])
+
+    def is_worth_it(hypothesis: Hypothesis) -> bool:
         leads = bool(front & set(hypothesis.identifiers))
-        if hypothesis.fit.is_converged or (behind > _OUT_OF_REACH and not leads):
-            finished.append(hypothesis)
-            continue
-        tell(f'refitting with {" and ".join(hypothesis.identifiers)} to the end')
-        finished.append(fitted_on(hypothesis))
-    return sorted(finished, key=_order)
+        return not hypothesis.fit.is_converged and (leads or hypothesis.fit.log_evidence >= least)
+
+    others = [h for h in brief if not is_worth_it(h)]
+    return sorted([*others, *crew.finish([h for h in brief if is_worth_it(h)])], key=_order)
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
@@ -189,16 +183,10 @@ def _amplitude_count(hypothesis: Hypothesis) -> int:
     return sum(len(candidate.components) for candidate in hypothesis.added)
 
 
-def _pairs(
-    nominal: Evidence,
-    base: Refit,
-    singles: Sequence[Hypothesis],
-    scores: Screen,
-    tell: Progress,
-) -> list[Hypothesis]:
+def _pairs(crew: Crew, singles: Sequence[Hypothesis], scores: Screen) -> list[Hypothesis]:
     """Add a second effect to the best single ones, by the scores around each."""
-    found: dict[tuple[str, ...], Hypothesis] = {}
-    most = _MOST_PAIRS if nominal.is_measured else _MOST_PAIRS_GUESSED
+    looks: dict[tuple[str, ...], Look] = {}
+    most = _MOST_PAIRS if crew.nominal.is_measured else _MOST_PAIRS_GUESSED
     listed = [score.candidate for score in scores.scores]
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
@@ -209,21 +197,13 @@ def _pairs(
             continue  # It was reached by small steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
-            if key in found or len(found) >= most:
-                continue
             starts = {**_fitted(one), **starts_of(score)}
-            pair = _first_look(nominal, base, [first, score.candidate], starts, tell)
-            if pair is not None:
-                found[key] = pair
-    return _finished(list(found.values()), tell)
+            looks.setdefault(key, _first_look([first, score.candidate], starts, singles))
+    return _finished(crew, crew.look(list(looks.values())[:most]))
 
 
 def _halves(
-    nominal: Evidence,
-    base: Refit,
-    singles: Sequence[Hypothesis],
-    pairs: Sequence[Hypothesis],
-    tell: Progress,
+    crew: Crew, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
 ) -> list[Hypothesis]:
     """Refit each effect of the best pair without the other, from where the pair ended.
 
@@ -231,11 +211,9 @@ def _halves(
     """
     if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
         return []
-    halves = [
-        _first_look(nominal, base, [candidate], _fitted(pairs[0]), tell)
-        for candidate in pairs[0].added
-    ]
-    return _finished([half for half in halves if half is not None], tell, rivals=pairs[:1])
+    best = pairs[:1]
+    looks = [_first_look([added], _fitted(best[0]), best) for added in best[0].added]
+    return _finished(crew, crew.look(looks), rivals=best)
 
 
 def _fitted(hypothesis: Hypothesis) -> dict[str, float]:

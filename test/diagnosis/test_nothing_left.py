@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 
+from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.naming import conclude
@@ -61,5 +62,5 @@ def test_a_plane_that_touches_nowhere_keeps_nobody_out(loud_plane, monkeypatch):
         'has_idle_effect',
         property(lambda self: self.identifiers == ('contact_plane',)),
     )
-    selection = select(evidence, fit, scores, lambda _: None)
+    selection = select(Crew(evidence, fit), scores)
     assert 'gravity_tilt' in {name for h in selection.singles for name in h.identifiers}
