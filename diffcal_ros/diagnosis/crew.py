@@ -13,9 +13,11 @@ from contextlib import contextmanager, suppress
 import ctypes
 from dataclasses import dataclass, replace
 import gc
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 import os
 import pickle
+import signal
+import threading
 import time
 from typing import Any, Protocol
 
@@ -221,11 +223,21 @@ def _start(nominal: Evidence, base: Refit, jobs: int) -> ProcessPoolExecutor:
 
 
 def _begin(known: bytes, threads: int) -> None:
-    """Make bodies of this process's own."""
+    """Make bodies of this process's own, and end it as soon as it is of no use."""
+    # Who interrupts the first process from a terminal interrupts all of them.
+    signal.signal(signal.SIGINT, lambda *_: os._exit(1))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     for name in ('OMP_NUM_THREADS', 'MKL_NUM_THREADS'):
         os.environ[name] = str(threads)
     with _quiet():
         _own['nominal'], _own['base'] = pickle.loads(known)
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager
