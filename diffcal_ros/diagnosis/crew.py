@@ -97,11 +97,13 @@ class Continuation:
     Attributes:
         added: effects.
         coordinates: where it stands, shape (k,).
+        least_evidence: logarithm of the evidence below which the model is of no use.
         max_iterations: evaluations of the model at most.
     """
 
     added: tuple[Candidate, ...]
     coordinates: FloatArray
+    least_evidence: float
     max_iterations: int = MAX_ITERATIONS
 
     @property
@@ -114,7 +116,12 @@ class Continuation:
         """Refit; None where the model cannot be simulated."""
         _, evidence = with_effects(nominal, base, self.added)
         with suppress(*UNFIT):
-            return refit(evidence, self.coordinates, max_iterations=self.max_iterations)
+            return refit(
+                evidence,
+                self.coordinates,
+                max_iterations=self.max_iterations,
+                least_evidence=self.least_evidence,
+            )
         return None
 
 
@@ -163,12 +170,19 @@ class Crew:
             if fit is not None
         ]
 
-    def finish(self, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    def finish(self, hypotheses: Sequence[Hypothesis], least: Sequence[float]) -> list[Hypothesis]:
         """Fit models to the end; one that cannot be simulated again stays what it is.
 
         A state that was reached by small steps is not always found from another one.
+
+        Args:
+            hypotheses: models.
+            least: logarithm of the evidence below which each is of no use.
         """
-        tasks = [Continuation(h.added, h.fit.coordinates) for h in hypotheses]
+        tasks = [
+            Continuation(h.added, h.fit.coordinates, evidence)
+            for h, evidence in zip(hypotheses, least, strict=True)
+        ]
         return [
             hypothesis if fit is None else replace(hypothesis, fit=fit)
             for hypothesis, fit in zip(hypotheses, self._fits(tasks), strict=True)

@@ -31,7 +31,7 @@ _MOST_IDLE = 3
 _PROGRESS, _PROGRESS_AT_LAST = _ROUGHNESS, 0.002
 # A fit is lost when so many times what a step promises does not reach its rivals, after so many
 # evaluations, or when so many steps on end led nowhere.
-_HOPE, _FEWEST_LOOKS = 4.0, 3
+HOPE, _FEWEST_LOOKS = 4.0, 3
 _REJECTED_ENOUGH = 2
 
 
@@ -87,11 +87,16 @@ class Descent:
         if self._slack:
             self._weigh(0.0)
 
+    def promise(self) -> float:
+        """Return the gain of a whole step, of half chi-square with that of the prior."""
+        self._damping = 0.0
+        return self._step()[1]
+
     def _is_lost(self, gain: float, most_cost: float) -> bool:
         """Tell whether a fit will hardly be of use. On its way it costs less than at its end."""
         if self.rejections >= _REJECTED_ENOUGH:
             return self.cost > most_cost
-        return self.evaluations >= _FEWEST_LOOKS and self.cost - _HOPE * gain > most_cost
+        return self.evaluations >= _FEWEST_LOOKS and self.cost - HOPE * gain > most_cost
 
     def _weigh(self, slack: float) -> None:
         """Look at the patches with another allowance for a model that is far off [m]."""

@@ -37,6 +37,7 @@ class Refit:
             against that of the prior, negative.
         covariance: of the coordinates, shape (k, k).
         shifts: from the coordinates to those of the body itself, see `Numerics`, shape (k,).
+        promise: what one more step would gain of the log evidence, if all were linear.
         patch_count: number of patches fitted.
         evaluations: of the model.
         is_converged: whether it came to rest, or ran out of evaluations.
@@ -49,6 +50,7 @@ class Refit:
     log_evidence: float
     covariance: FloatArray
     shifts: FloatArray
+    promise: float
     patch_count: int
     evaluations: int
     is_converged: bool
@@ -100,6 +102,7 @@ def refit(
         log_evidence=-descent.cost - 0.5 * _log_volumes(information, precision),
         covariance=np.linalg.pinv(information),
         shifts=evidence.numerics.shifts_of(evidence.model.parameters),
+        promise=descent.promise(),
         patch_count=len(seen),
         evaluations=descent.evaluations,
         is_converged=max_iterations == 1 or descent.is_done or descent.is_exhausted,

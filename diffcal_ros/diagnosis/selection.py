@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.crew import Crew, Look
+from diffcal_ros.diagnosis.descent import HOPE
 from diffcal_ros.diagnosis.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen, screen
@@ -165,14 +166,19 @@ def _finished(
     rivals: Sequence[Hypothesis] = (),
 ) -> list[Hypothesis]:
     """Fit the models that may still win, or lead by their scores, to the end; best first."""
-    least = _within_reach([*brief, *rivals])
+    reach = _within_reach([*brief, *rivals])
+    least = {id(h): -np.inf if front & set(h.identifiers) else reach for h in brief}
 
     def is_worth_it(hypothesis: Hypothesis) -> bool:
-        leads = bool(front & set(hypothesis.identifiers))
-        return not hypothesis.fit.is_converged and (leads or hypothesis.fit.log_evidence >= least)
+        # After a brief look a model may be far behind, and halfway down.
+        fit = hypothesis.fit
+        hoped = fit.log_evidence + HOPE * fit.promise
+        return not fit.is_converged and hoped >= least[id(hypothesis)]
 
+    worth = [h for h in brief if is_worth_it(h)]
     others = [h for h in brief if not is_worth_it(h)]
-    return sorted([*others, *crew.finish([h for h in brief if is_worth_it(h)])], key=_order)
+    finished = crew.finish(worth, [least[id(h)] for h in worth])
+    return sorted([*others, *finished], key=_order)
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:

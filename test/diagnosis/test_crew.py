@@ -50,10 +50,10 @@ def test_another_process_finds_the_same(fitted, added, monkeypatch):
     looks = [Look(one, {}, 4) for one in [*added, *added]]
     told = []
     with Crew(*fitted, told.append, jobs=2) as crew:
-        found = crew.finish(crew.look(looks))
+        found = crew.finish(crew.look(looks), [-np.inf] * len(looks))
         assert crew._pool is not None
     alone = Crew(*fitted)
-    expected = alone.finish(alone.look(looks))
+    expected = alone.finish(alone.look(looks), [-np.inf] * len(looks))
     assert [h.identifiers for h in found] == [h.identifiers for h in expected]
     for here, there in zip(expected, found, strict=True):
         # Equilibria agree to their tolerance, whatever state they began with.
@@ -110,3 +110,14 @@ def test_a_model_far_behind_its_rivals_is_given_up(fitted, added):
     near = try_effects(evidence, base, right, {}, least_evidence=best.fit.log_evidence - 40.0)
     assert near.fit.evaluations == best.fit.evaluations
     np.testing.assert_allclose(near.fit.coordinates, best.fit.coordinates, rtol=1e-4)
+
+
+def test_a_fit_halfway_down_promises_what_is_left(fitted, added):
+    evidence, base = fitted
+    right = added[0] if added[0][0].identifier == 'depth_affine' else added[1]
+    whole = try_effects(evidence, base, right, {}).fit
+    brief = try_effects(evidence, base, right, {}, max_iterations=1).fit
+    assert not whole.promise > 0.1
+    left = whole.log_evidence - brief.log_evidence
+    assert left > 50.0
+    assert 0.5 * left < brief.promise < 2.0 * left
