@@ -57,12 +57,17 @@ class Unknown:
 def is_unexplained(nominal: Refit, added: Refit, closure: float, *, is_measured: bool) -> bool:
     """Tell whether so much is left that the model cannot be it.
 
-    Where the sensor floor was measured, what is left must look like noise; a model that closes
-    most of the gap may be a little wrong in its details. Where the floor is a guess, only a gap
-    that stays open counts.
+    Where the sensor floor was measured, what is left must look like noise, on patches that no fit
+    has seen, too; a model that closes most of the gap may be a little wrong in its details. Where
+    the floor is a guess, only a gap that stays open counts.
     """
     if not is_measured:
         return not closure >= _LEAST_CLOSURE
+    left = patch_gap(added.blocks, Part.REPORT)
+    is_far_above = left.rms > FAR_ABOVE * left.whole_floor
+    if is_far_above and closure < _LEAST_CLOSURE:
+        # It follows the patches that were fitted, and does not predict the others.
+        return True
     freedom = max(added.patch_count - len(added.coordinates), 1)
     if chi2.sf(added.chi_square, freedom) >= ALPHA:
         return False
@@ -70,8 +75,7 @@ def is_unexplained(nominal: Refit, added: Refit, closure: float, *, is_measured:
     share = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
     if not share >= _LEAST_CLOSURE:
         return True
-    left = patch_gap(added.blocks, Part.REPORT)
-    return added.chi_square_per_patch > _POOR and left.rms > FAR_ABOVE * left.whole_floor
+    return added.chi_square_per_patch > _POOR and is_far_above
 
 
 def describe_unknown(evidence: Evidence, nominal: Refit, nearest: str) -> Unknown:

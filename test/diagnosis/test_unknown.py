@@ -57,6 +57,19 @@ def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
     assert found is expected
 
 
+@pytest.mark.parametrize(
+    ('closure', 'rms', 'expected'),
+    [
+        (0.6, 0.0005, True),  # Held-out patches are off.
+        (0.6, 0.0002, False),  # There was little to close.
+        (0.75, 0.0005, False),
+    ],
+)
+def test_what_was_held_out_must_be_explained_as_well(closure, rms, expected):
+    found = is_unexplained(fit(30.0), fit(0.9, rms), closure, is_measured=True)
+    assert found is expected
+
+
 @pytest.mark.parametrize(('closure', 'expected'), [(0.9, False), (0.5, True), (np.nan, True)])
 def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
     found = is_unexplained(fit(30.0), fit(20.0), closure, is_measured=False)
