@@ -29,10 +29,11 @@ _ROUGHNESS = 0.01
 # on its way a fit may go round in circles of the size of that roughness.
 _MOST_IDLE = 3
 _PROGRESS, _PROGRESS_AT_LAST = _ROUGHNESS, 0.002
-# A fit is lost when so many times what a step promises does not reach its rivals, after so many
-# evaluations, or when so many steps on end led nowhere.
-HOPE, _FEWEST_LOOKS = 4.0, 3
+# So many steps on end that led nowhere, and promise less than that roughness, are enough.
 _REJECTED_ENOUGH = 2
+# A fit is lost when so many times what a step promises does not reach its rivals, after so many
+# evaluations.
+HOPE, _FEWEST_LOOKS = 4.0, 3
 
 
 class Descent:
@@ -80,12 +81,16 @@ class Descent:
             step, gain = self._step()
             if self._is_lost(gain, most_cost):
                 break
-            if gain < _SMALL_GAIN or self._idle >= _MOST_IDLE:
+            if gain < _SMALL_GAIN or self._idle >= _MOST_IDLE or self._is_stuck(gain):
                 self._come_to_rest()
             else:
                 self._try(np.clip(self.here + step, *self._bounds))
         if self._slack:
             self._weigh(0.0)
+
+    def _is_stuck(self, gain: float) -> bool:
+        """Tell whether steps led nowhere that promised no more than the roughness."""
+        return self.rejections >= _REJECTED_ENOUGH and gain < _ROUGHNESS * self.cost
 
     def promise(self) -> float:
         """Return the gain of a whole step, of half chi-square with that of the prior."""
@@ -94,8 +99,6 @@ class Descent:
 
     def _is_lost(self, gain: float, most_cost: float) -> bool:
         """Tell whether a fit will hardly be of use. On its way it costs less than at its end."""
-        if self.rejections >= _REJECTED_ENOUGH:
-            return self.cost > most_cost
         return self.evaluations >= _FEWEST_LOOKS and self.cost - HOPE * gain > most_cost
 
     def _weigh(self, slack: float) -> None:
@@ -142,7 +145,6 @@ class Descent:
     def _reject(self) -> None:
         self._damping = max(_FIRST_DAMPING, 10.0 * self._damping)
         self.rejections += 1
-        self._idle += 1
 
     def _count_idle(self) -> None:
         progress = _PROGRESS if self._slack else _PROGRESS_AT_LAST

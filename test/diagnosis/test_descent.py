@@ -84,9 +84,19 @@ def test_a_fit_that_only_gets_worse_ends():
     landscape, descent, moved = run(
         lambda here, asked: (_ELSEWHERE + 0.3 * _SLOPES) * (1.0 if asked == 1 else 1.1)
     )
-    assert descent.is_done
+    assert descent.is_done or descent.is_exhausted
     assert moved == 0.0
     assert landscape.asked < 10
+
+
+def test_steps_that_overshoot_are_damped_until_they_serve():
+    first = Landscape(None).model.parameters.start()[0]
+    # Three times as steep as the tangents say: only the fourth, damped, step gets nearer.
+    _, descent, moved = run(
+        lambda here, _: 3.0 * _SLOPES * (first + 0.1 - here) + 0.01 * _ELSEWHERE
+    )
+    assert descent.is_done
+    assert moved == pytest.approx(0.1, abs=0.01)
 
 
 def creeps(here, asked):
