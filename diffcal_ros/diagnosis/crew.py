@@ -279,7 +279,7 @@ def _done(task: Task, nominal: Evidence, base: Refit) -> Refit | None:
 
 
 def _give_back_memory() -> None:
-    """Return what was freed to the system: glibc keeps it, some 200 MB a refit."""
+    """Return what was freed to the system, which glibc would keep."""
     gc.collect()
     trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
     if trim is not None:
