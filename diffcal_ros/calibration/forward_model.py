@@ -77,8 +77,9 @@ class ForwardModel:
         """
         self.observations = tuple(observations)
         self.device = device
-        self._choices: dict[str, Any] = {'solver': solver, 'device': device}
-        self._choices['share_tracers'] = share_tracers
+        self._make = partial(
+            ForwardModel, solver=solver, device=device, share_tracers=share_tracers
+        )
         self.bodies = make_postures(scene, self.observations, solver, device)
         self._states = state_numbers(self.observations)
         self.tracers = self._make_tracers(device, share_tracers)
@@ -92,8 +93,7 @@ class ForwardModel:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what it is made of: another process has bodies of its own."""
-        known = (self.scene, self.observations, self.parameters)
-        return partial(ForwardModel, **self._choices), known
+        return self._make, (self.scene, self.observations, self.parameters)
 
     def _make_tracers(self, device: str, share: bool) -> list[DepthTracer]:
         owners = pose_owners(self.observations) if share else range(len(self.observations))
@@ -118,6 +118,7 @@ class ForwardModel:
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'ForwardModel':
         """Return a model of the same bodies and cameras with other parameters or effects."""
+        # Not by `copy`, which would make bodies anew, as for another process.
         other = object.__new__(ForwardModel)
         vars(other).update(vars(self))
         other.cameras = self.cameras.with_parameters(scene, parameters)

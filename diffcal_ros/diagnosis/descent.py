@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# What is raised where a model cannot be simulated, or seen.
+UNFIT = (EquilibriumError, MotionError, OutOfViewError)
+
 _MAX_REJECTIONS = 4
 # A step that promises less than this (half chi-square) is a fifth of a standard error.
 _SMALL_GAIN = 0.02
@@ -78,7 +81,7 @@ class Descent:
             most_cost: at which the fit is of use.
         """
         while not self.is_done and self.evaluations < max_iterations and not self.is_exhausted:
-            step, gain = self._step()
+            step, gain = self._step(self._damping)
             if self._is_lost(gain, most_cost):
                 break
             if gain < _SMALL_GAIN or self._idle >= _MOST_IDLE or self._is_stuck(gain):
@@ -94,8 +97,7 @@ class Descent:
 
     def promise(self) -> float:
         """Return the gain of a whole step, of half chi-square with that of the prior."""
-        self._damping = 0.0
-        return self._step()[1]
+        return self._step(damping=0.0)[1]
 
     def _is_lost(self, gain: float, most_cost: float) -> bool:
         """Tell whether a fit will hardly be of use. On its way it costs less than at its end."""
@@ -119,7 +121,7 @@ class Descent:
         self.evaluations += 1
         try:
             blocks = self._evidence.blocks(trial)
-        except (EquilibriumError, MotionError, OutOfViewError):
+        except UNFIT:
             self._reject()
             return
         seen = whiten(blocks, self._part, self._slack)
@@ -158,7 +160,7 @@ class Descent:
         offset = coordinates - self._mean
         return 0.5 * (seen.chi_square + float(offset @ self.precision @ offset))
 
-    def _step(self) -> tuple[FloatArray, float]:
+    def _step(self, damping: float) -> tuple[FloatArray, float]:
         """Return the damped step among what no bound stops, and the gain that it promises."""
         seen, here = self.seen, self.here
         descent = seen.jacobian.T @ seen.values - self.precision @ (here - self._mean)
@@ -168,7 +170,7 @@ class Descent:
         free = np.flatnonzero(~stopped)
         step = np.zeros_like(here)
         own = curvature[np.ix_(free, free)]
-        damped = own + np.diag(self._damping * np.diag(own))
+        damped = own + np.diag(damping * np.diag(own))
         step[free] = np.linalg.solve(damped, descent[free])
         gain = float(descent @ step - 0.5 * step @ curvature @ step)
         return step / max(1.0, float((np.abs(step) / self._limits).max())), gain

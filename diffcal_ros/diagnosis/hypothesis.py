@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.candidates import Candidate
+from diffcal_ros.diagnosis.descent import UNFIT
 from diffcal_ros.diagnosis.evidence import Evidence
-from diffcal_ros.diagnosis.refit import Refit, refit, UNFIT
+from diffcal_ros.diagnosis.refit import Refit, refit
 from diffcal_ros.diagnosis.starts import more_starts
 from diffcal_ros.scene.effects import amplitude_name
 from diffcal_ros.scene.model import Scene

@@ -5,21 +5,16 @@
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters import ParameterSet
-from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.descent import Descent
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.whitened import Part
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
-# What a refit raises where its start cannot be simulated or seen.
-UNFIT = (EquilibriumError, MotionError, OutOfViewError)
 # What one refinement tells of an error of mesh and step is off by about this share of it.
 _SHIFT_DOUBT = 0.25
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.diagnosis.candidates import Candidate
-from diffcal_ros.diagnosis.crew import Crew, Look
+from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.descent import HOPE
 from diffcal_ros.diagnosis.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.refit import Refit
@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.shortlist import (
     starts_of,
     without_contact,
 )
+from diffcal_ros.diagnosis.tasks import Look
 from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap, whiten
 from diffcal_ros.fem.equilibrium import EquilibriumError
 import numpy as np
@@ -167,18 +168,18 @@ def _finished(
 ) -> list[Hypothesis]:
     """Fit the models that may still win, or lead by their scores, to the end; best first."""
     reach = _within_reach([*brief, *rivals])
-    least = {id(h): -np.inf if front & set(h.identifiers) else reach for h in brief}
-
-    def is_worth_it(hypothesis: Hypothesis) -> bool:
-        # After a brief look a model may be far behind, and halfway down.
+    done: list[Hypothesis] = []
+    worth: dict[int, float] = {}
+    for place, hypothesis in enumerate(brief):
         fit = hypothesis.fit
-        hoped = fit.log_evidence + HOPE * fit.promise
-        return not fit.is_converged and hoped >= least[id(hypothesis)]
-
-    worth = [h for h in brief if is_worth_it(h)]
-    others = [h for h in brief if not is_worth_it(h)]
-    finished = crew.finish(worth, [least[id(h)] for h in worth])
-    return sorted([*others, *finished], key=_order)
+        least = -np.inf if front & set(hypothesis.identifiers) else reach
+        # After a brief look a model may be far behind, and halfway down.
+        if fit.is_converged or fit.log_evidence + HOPE * fit.promise < least:
+            done.append(hypothesis)
+        else:
+            worth[place] = least
+    finished = crew.finish([brief[place] for place in worth], list(worth.values()))
+    return sorted([*done, *finished], key=_order)
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:

@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.fem.conjugate_gradient import conjugate_gradient
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.potential_terms import PotentialTerm
 from diffcal_ros.fem.rotation_step import RotationStep
@@ -245,7 +246,6 @@ class EquilibriumSolver:
     ) -> Equilibrium:
         """Step until forces balance; a factorisation is held while each step pays."""
         energy = self._potential(positions, loads)
-        may_hold = is_warm
         newton_steps = held_steps = poor_steps = 0
         before = float('inf')
         for _ in range(_MAX_STEPS):
@@ -255,20 +255,22 @@ class EquilibriumSolver:
                 break
             if largest < tolerance:
                 return self._finish(positions, loads, newton_steps, held_steps)
-            # Iterations begin with the old factorisation as it is, and say whether that will do.
-            is_held = may_hold and not is_warm and largest < _HELD_CONTRACTION * before
-            step = self._solver.solve(force) if is_held else None
+            step = None
             if is_warm:
+                # Iterations begin with the old factorisation as it is, and say if that will do.
                 goal = _step_goal(largest, before, tolerance)
-                step = self._conjugate_gradient(
+                step = self._with_old_factor(
                     positions, force, goal, _MAX_STEP_STEPS, enough=_STEP_TOLERANCE
                 )
-            is_new = step is None
+            elif newton_steps and largest < _HELD_CONTRACTION * before:
+                step = self._solver.solve(force)
             if step is None:
                 self._make_factor(positions)
                 step = self._solver.solve(force)
-            held_steps, newton_steps = held_steps + (not is_new), newton_steps + is_new
-            may_hold, before = True, largest
+                newton_steps += 1
+            else:
+                held_steps += 1
+            before = largest
             direction = np.zeros_like(positions)
             direction[self._free] = step.reshape(-1, 3)
             slope = float(force @ direction[self._free].ravel())
@@ -338,13 +340,13 @@ class EquilibriumSolver:
         if largest == 0.0:
             return np.zeros_like(right_side)
         scaled = right_side / largest
-        found = self._conjugate_gradient(positions, scaled, _LINEAR_TOLERANCE, _MAX_LINEAR_STEPS)
+        found = self._with_old_factor(positions, scaled, _LINEAR_TOLERANCE, _MAX_LINEAR_STEPS)
         if found is None:
             self._make_factor(positions)
             found = self._solver.solve(scaled)
         return largest * found
 
-    def _conjugate_gradient(
+    def _with_old_factor(
         self,
         positions: FloatArray,
         right_side: FloatArray,
@@ -352,47 +354,16 @@ class EquilibriumSolver:
         max_steps: int,
         enough: float = 0.0,
     ) -> FloatArray | None:
-        """Solve at `positions` with the held factorisation as preconditioner.
-
-        Args:
-            positions: whose stiffness it is [m], shape (N, 3).
-            right_side: shape (3 M,).
-            tolerance: share of the right side that may be left.
-            max_steps: iterations at most.
-            enough: share that may be left after so many.
-
-        Returns:
-            The solution, shape (3 M,); None when it is not found in so many steps, or the
-            stiffness is indefinite.
-        """
-        solution = self._solver.solve(right_side)
+        """Solve stiffness times x = b at `positions`, see `conjugate_gradient`."""
         direction = np.zeros_like(positions)
 
         def product(vector: FloatArray) -> FloatArray:
             direction[self._free] = vector.reshape(-1, 3)
             return self.force_tangent(positions, direction)[self._free].ravel()
 
-        residual = right_side - product(solution)
-        goal = tolerance * float(np.linalg.norm(right_side))
-        if np.linalg.norm(residual) <= goal:
-            return solution
-        preconditioned = self._solver.solve(residual)
-        search = preconditioned.copy()
-        weight = float(residual @ preconditioned)
-        for _ in range(max_steps):
-            image = product(search)
-            curvature = float(search @ image)
-            if curvature <= 0.0:
-                return None
-            length = weight / curvature
-            solution = solution + length * search
-            residual = residual - length * image
-            if np.linalg.norm(residual) <= goal:
-                return solution
-            preconditioned = self._solver.solve(residual)
-            before, weight = weight, float(residual @ preconditioned)
-            search = preconditioned + weight / before * search
-        return solution if np.linalg.norm(residual) <= enough * goal / tolerance else None
+        return conjugate_gradient(
+            product, self._solver.solve, right_side, tolerance, max_steps, enough
+        )
 
 
 def _step_goal(force: float, before: float, tolerance: float) -> float:

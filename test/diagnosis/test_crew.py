@@ -3,20 +3,25 @@
 """Refits in processes of their own are those of this one; what is lost is given up."""
 
 from dataclasses import dataclass
+from multiprocessing import spawn
 import os
 import pickle
+import sys
 
 from diffcal_ros.diagnosis import crew as crew_module
 from diffcal_ros.diagnosis.candidates import candidates
-from diffcal_ros.diagnosis.crew import Crew, Look
+from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.hypothesis import try_effects
+from diffcal_ros.diagnosis.tasks import Look
 import numpy as np
 import pytest
 from support.scenes import beam_scene
 from support.watched import watched
 
 BIAS = 0.003
+# What a pipe holds on Linux [bytes].
+_PIPE = 65536
 
 
 @pytest.fixture(scope='module')
@@ -51,7 +56,7 @@ def test_another_process_finds_the_same(fitted, added, monkeypatch):
     told = []
     with Crew(*fitted, told.append, jobs=2) as crew:
         found = crew.finish(crew.look(looks), [-np.inf] * len(looks))
-        assert crew._pool is not None
+        assert crew._processes is not None
     alone = Crew(*fitted)
     expected = alone.finish(alone.look(looks), [-np.inf] * len(looks))
     assert [h.identifiers for h in found] == [h.identifiers for h in expected]
@@ -87,14 +92,30 @@ def test_work_goes_on_where_a_process_dies(fitted, monkeypatch):
     told = []
     with Crew(*fitted, told.append, jobs=2) as crew:
         assert crew._fits([Death(os.getpid())] * 3) == [fitted[1]] * 3
-        assert crew._pool is None
+        assert crew._processes is None
+    assert any('a process died' in words for words in told)
+
+
+def test_work_goes_on_where_a_process_dies_before_it_has_begun(fitted, tmp_path, monkeypatch):
+    monkeypatch.setattr(crew_module, '_WORTH_STARTING', -1.0)
+    stillborn = tmp_path / 'python'
+    stillborn.write_text(
+        f'#!/bin/sh\ncase "$*" in *resource_tracker*) exec {sys.executable} "$@";; esac\nexit 1\n'
+    )
+    stillborn.chmod(0o755)
+    monkeypatch.setattr(spawn, '_python_exe', os.fsencode(stillborn))
+    assert len(pickle.dumps(fitted)) > 2 * _PIPE
+    told = []
+    with Crew(*fitted, told.append, jobs=2) as crew:
+        assert crew._fits([Death(os.getpid())] * 3) == [fitted[1]] * 3
+        assert crew._processes is None
     assert any('a process died' in words for words in told)
 
 
 def test_little_work_starts_no_process(fitted, added):
     with Crew(*fitted, jobs=4) as crew:
         crew.look([Look(one, {}, 2) for one in added])
-        assert crew._pool is None
+        assert crew._processes is None
 
 
 def test_a_model_far_behind_its_rivals_is_given_up(fitted, added):

@@ -71,18 +71,7 @@ def test_parameters_mesh_and_smooth_causes_are_not_taken_for_noise():
 @pytest.mark.parametrize('count', [0, 1, 3, 9])
 def test_a_view_with_few_patches_says_nothing(count):
     block, few = seen_with(2e-5, 3), seen_with(9e-5, 4)
-    patches = few.patches
-    held = replace(
-        patches,
-        values=patches.values[:count],
-        jacobian=patches.jacobian[:count],
-        covariance=patches.covariance[:count, :count],
-        centers=patches.centers[:count],
-        cells=patches.cells[:count],
-        weights=patches.weights[:count],
-        common=_ASSUMED.depth_common(count),
-    )
-    few = replace(few, patches=held, mesh=few.mesh[:count])
+    few = replace(few, patches=few.patches.chosen(np.arange(count)), mesh=few.mesh[:count])
     assert measured_roughness([block, few], 5e-5) == measured_roughness([block], 5e-5)
 
 
