@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError, SOLVER_NAMES
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
@@ -11,18 +10,6 @@ from support.beams import beam_mesh, held_end
 from support.bodies import GRAVITY, hanging_beam, uniform_material
 
 ELEMENTS = list(Element)
-
-
-def _installed() -> list[str]:
-    names = []
-    body = hanging_beam(Element.LINEAR)
-    for name in SOLVER_NAMES:
-        try:
-            make_solver(body.solver.pattern, name)
-        except ImportError:
-            continue
-        names.append(name)
-    return names
 
 
 @pytest.mark.parametrize('element', ELEMENTS)
@@ -67,35 +54,6 @@ def test_quadratic_elements_converge_with_their_order() -> None:
     # From h to h/2 to h/3 an error of order p shrinks its differences by
     # (1 - 2^-p) / (2^-p - 3^-p): 3.6 for p = 1.5, 5.4 for p = 2.
     assert first / second > 3.6
-
-
-@pytest.mark.parametrize('solver', _installed())
-def test_every_solver_finds_the_same_equilibrium(solver) -> None:
-    expected = hanging_beam(Element.LINEAR, solver='superlu')
-    material = uniform_material(expected.mesh, 8e3)
-    positions = expected.settle(material, GRAVITY).positions
-    body = hanging_beam(Element.LINEAR, solver=solver)
-    np.testing.assert_allclose(body.settle(material, GRAVITY).positions, positions, atol=1e-9)
-
-
-@pytest.mark.parametrize('solver', [name for name in _installed() if name != 'auto'])
-def test_every_solver_refuses_an_indefinite_matrix(solver, random) -> None:
-    pattern = hanging_beam(Element.LINEAR).solver.pattern
-    values = np.zeros(pattern.entry_count)
-    values[pattern.diagonal_slots] = 1.0
-    engine = make_solver(pattern, solver)
-    engine.factor(values)
-    right = random.normal(size=(pattern.size, 2))
-    np.testing.assert_allclose(engine.solve(right), right)
-    np.testing.assert_allclose(engine.solve(right[:, 0]), right[:, 0])
-    values[pattern.diagonal_slots[pattern.size // 2]] = -1.0
-    with pytest.raises(NotPositiveDefiniteError):
-        engine.factor(values)
-
-
-def test_unknown_solver_is_named_with_the_known_ones() -> None:
-    with pytest.raises(ValueError, match="'cudss' is unknown: use one of auto, pardiso"):
-        hanging_beam(solver='cudss')
 
 
 def test_warm_and_cold_starts_agree() -> None:

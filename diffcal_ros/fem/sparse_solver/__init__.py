@@ -7,6 +7,7 @@ import importlib.util
 
 from diffcal_ros.fem.sparse_pattern import SparsePattern
 from diffcal_ros.fem.sparse_solver.interface import NotPositiveDefiniteError, SparseSolver
+from diffcal_ros.fem.sparse_solver.mkl import say_where_mkl_is
 
 __all__ = [
     'SOLVER_NAMES',
@@ -40,6 +41,7 @@ def _cholmod(pattern: SparsePattern) -> SparseSolver:
 
 
 def _pardiso(pattern: SparsePattern) -> SparseSolver:
+    say_where_mkl_is()
     from diffcal_ros.fem.sparse_solver.pardiso import PardisoSolver
 
     return PardisoSolver(pattern)
