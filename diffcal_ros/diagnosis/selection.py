@@ -27,6 +27,8 @@ import numpy as np
 # Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
 # in log evidence per unit of noise scale a model may be then to be fitted to the end.
 _BRIEF, _BRIEF_CONTACT = 4, 8
+# So many times a model that ran out of evaluations, and may still win, is fitted on.
+_ROUNDS = 2
 _OUT_OF_REACH = 40.0
 # Models this close in log evidence, per unit of noise scale, explain the data as well.
 AS_WELL = 5.0
@@ -167,19 +169,22 @@ def _finished(
     rivals: Sequence[Hypothesis] = (),
 ) -> list[Hypothesis]:
     """Fit the models that may still win, or lead by their scores, to the end; best first."""
-    reach = _within_reach([*brief, *rivals])
-    done: list[Hypothesis] = []
-    worth: dict[int, float] = {}
-    for place, hypothesis in enumerate(brief):
-        fit = hypothesis.fit
-        least = -np.inf if front & set(hypothesis.identifiers) else reach
-        # After a brief look a model may be far behind, and halfway down.
-        if fit.is_converged or fit.log_evidence + HOPE * fit.promise < least:
-            done.append(hypothesis)
-        else:
-            worth[place] = least
-    finished = crew.finish([brief[place] for place in worth], list(worth.values()))
-    return sorted([*done, *finished], key=_order)
+    models = list(brief)
+    for _ in range(_ROUNDS):
+        reach = _within_reach([*models, *rivals])
+        worth: dict[int, float] = {}
+        for place, hypothesis in enumerate(models):
+            fit = hypothesis.fit
+            least = -np.inf if front & set(hypothesis.identifiers) else reach
+            # After a brief look a model may be far behind, and halfway down.
+            if not fit.is_converged and fit.log_evidence + HOPE * fit.promise >= least:
+                worth[place] = least
+        further = crew.finish([models[place] for place in worth], list(worth.values()))
+        for place, hypothesis in zip(worth, further, strict=True):
+            models[place] = hypothesis
+        # A twin that ran out of evaluations is no reason to be sure of the other one.
+        front = frozenset()
+    return sorted(models, key=_order)
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:

@@ -43,7 +43,18 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
     # Forces stand in for a plane badly where it lifts much.
     if gains.get(_CONTACT, 0.0) > _LEAST_CONTACT * least and _CONTACT not in chosen:
         chosen.append(_CONTACT)
-    return [score for name in chosen for score in _variants(best[name])]
+    variants = {name: _variants(best[name]) for name in chosen}
+    for name in chosen:
+        twins = [variants[twin] for twin in EFFECTS[name].twins if twin in variants]
+        most = max((_amplitudes(score) for twin in twins for score in twin), default=0)
+        # Against a twin with all its amplitudes one with fewer would lose by their number alone.
+        if most > max(map(_amplitudes, variants[name])):
+            variants[name] = [*variants[name], max(best[name], key=_amplitudes)]
+    return [score for listed in variants.values() for score in listed]
+
+
+def _amplitudes(score: Score) -> int:
+    return len(score.candidate.components)
 
 
 def without_contact(scores: Screen) -> Screen:
@@ -89,6 +100,6 @@ def _variants(scores: Sequence[Score]) -> list[Score]:
     within = max(_CLOSE, _CLOSE_SHARE * abs(leader))
     near = [score for score in scores if leader - score.log_evidence < within]
     # The fullest one tells how sure each amplitude is when none is left out.
-    fullest = max(near, key=lambda score: len(score.candidate.components))
+    fullest = max(near, key=_amplitudes)
     chosen = near[:2]
     return chosen if any(score is fullest for score in chosen) else [*chosen, fullest]

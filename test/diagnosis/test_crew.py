@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refits in processes of their own are those of this one; what is lost is given up."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import spawn
 import os
 import pickle
@@ -13,7 +13,8 @@ from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.hypothesis import try_effects
-from diffcal_ros.diagnosis.tasks import Look
+from diffcal_ros.diagnosis.selection import _finished
+from diffcal_ros.diagnosis.tasks import Continuation, Look
 import numpy as np
 import pytest
 from support.scenes import beam_scene
@@ -131,6 +132,33 @@ def test_a_model_far_behind_its_rivals_is_given_up(fitted, added):
     near = try_effects(evidence, base, right, {}, least_evidence=best.fit.log_evidence - 40.0)
     assert near.fit.evaluations == best.fit.evaluations
     np.testing.assert_allclose(near.fit.coordinates, best.fit.coordinates, rtol=1e-4)
+
+
+class Tired(Crew):
+    """Whose fits to the end run out of evaluations after two."""
+
+    rounds = 0
+
+    def finish(self, hypotheses, least):
+        self.rounds += bool(hypotheses)
+        tasks = [
+            Continuation(h.added, h.fit.coordinates, evidence, max_iterations=2)
+            for h, evidence in zip(hypotheses, least, strict=True)
+        ]
+        fits = self._fits(tasks)
+        return [replace(h, fit=fit) for h, fit in zip(hypotheses, fits, strict=True)]
+
+
+def test_a_model_that_ran_out_of_evaluations_and_may_still_win_is_fitted_on(fitted, added):
+    crew = Tired(*fitted)
+    right = added[0] if added[0][0].identifier == 'depth_affine' else added[1]
+    brief = crew.look([Look(right, {'depth_affine.bias': -0.05}, 2)])
+    (once,) = crew.finish(brief, [-np.inf])
+    assert not once.fit.is_converged
+    crew.rounds = 0
+    (found,) = _finished(crew, brief)
+    assert crew.rounds == 2
+    assert found.fit.log_evidence > once.fit.log_evidence
 
 
 def test_a_fit_halfway_down_promises_what_is_left(fitted, added):

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+from diffcal_ros.diagnosis.candidates import Candidate
+from diffcal_ros.diagnosis.screening import Score, Screen
+from diffcal_ros.diagnosis.shortlist import shortlist
+import numpy as np
+
+SHIFT, TURN = ('x', 'y', 'z'), ('rx', 'ry', 'rz')
+
+
+def score(identifier, components, log_evidence, gain):
+    nothing = np.zeros(len(components))
+    column = np.zeros((1, len(components)))
+    return Score(
+        candidate=Candidate(identifier, components),
+        gain=gain,
+        plain_gain=gain,
+        log_evidence=log_evidence,
+        amplitudes=nothing,
+        detectable=nothing + 1.0,
+        direction=np.zeros(1),
+        columns=column,
+        plain_columns=column,
+        plain_residual=np.zeros(1),
+    )
+
+
+def listed(*scores):
+    ordered = tuple(sorted(scores, key=lambda s: -s.log_evidence))
+    screen = Screen(ordered, 250.0, 1.0, 54, lambda patches: patches)
+    found = shortlist(screen, is_measured=True)
+    return {(s.candidate.identifier, s.candidate.components) for s in found}
+
+
+def test_twins_are_refitted_with_all_amplitudes_or_none_is():
+    # The scores of a camera that is turned, too: tangents price its turn by six, its twin's by
+    # five, and the one with more amplitudes would have won by their number.
+    found = listed(
+        score('clamp_offset', SHIFT, 35.0, 89.8),
+        score('clamp_offset', SHIFT + TURN, 30.5, 93.1),
+        score('clamp_offset', TURN, 18.4, 52.8),
+        score('camera_offset', SHIFT, 31.0, 90.0),
+        score('camera_offset', SHIFT + TURN, 24.98, 93.4),
+    )
+    assert ('clamp_offset', SHIFT + TURN) in found
+    assert ('camera_offset', SHIFT + TURN) in found
+    assert ('camera_offset', SHIFT) in found
+
+
+def test_amplitudes_that_no_twin_has_are_not_added():
+    found = listed(
+        score('clamp_offset', SHIFT, 35.0, 89.8),
+        score('clamp_offset', SHIFT + TURN, 24.5, 90.1),
+        score('camera_offset', SHIFT, 31.0, 90.0),
+        score('camera_offset', SHIFT + TURN, 20.98, 90.4),
+    )
+    assert found == {('clamp_offset', SHIFT), ('camera_offset', SHIFT)}
