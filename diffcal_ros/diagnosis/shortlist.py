@@ -44,16 +44,17 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
     if gains.get(_CONTACT, 0.0) > _LEAST_CONTACT * least and _CONTACT not in chosen:
         chosen.append(_CONTACT)
     variants = {name: _variants(best[name]) for name in chosen}
-    for name in chosen:
-        twins = [variants[twin] for twin in EFFECTS[name].twins if twin in variants]
-        most = max((_amplitudes(score) for twin in twins for score in twin), default=0)
+    most = {name: max(map(_amplitude_count, listed)) for name, listed in variants.items()}
+    for name, listed in variants.items():
         # Against a twin with all its amplitudes one with fewer would lose by their number alone.
-        if most > max(map(_amplitudes, variants[name])):
-            variants[name] = [*variants[name], max(best[name], key=_amplitudes)]
+        of_twins = max((most[twin] for twin in EFFECTS[name].twins if twin in most), default=0)
+        fullest = max(best[name], key=_amplitude_count)
+        if min(of_twins, _amplitude_count(fullest)) > most[name]:
+            listed.append(fullest)
     return [score for listed in variants.values() for score in listed]
 
 
-def _amplitudes(score: Score) -> int:
+def _amplitude_count(score: Score) -> int:
     return len(score.candidate.components)
 
 
@@ -100,6 +101,6 @@ def _variants(scores: Sequence[Score]) -> list[Score]:
     within = max(_CLOSE, _CLOSE_SHARE * abs(leader))
     near = [score for score in scores if leader - score.log_evidence < within]
     # The fullest one tells how sure each amplitude is when none is left out.
-    fullest = max(near, key=_amplitudes)
+    fullest = max(near, key=_amplitude_count)
     chosen = near[:2]
     return chosen if any(score is fullest for score in chosen) else [*chosen, fullest]

@@ -29,7 +29,9 @@ def listed(*scores):
     ordered = tuple(sorted(scores, key=lambda s: -s.log_evidence))
     screen = Screen(ordered, 250.0, 1.0, 54, lambda patches: patches)
     found = shortlist(screen, is_measured=True)
-    return {(s.candidate.identifier, s.candidate.components) for s in found}
+    models = {(s.candidate.identifier, s.candidate.components) for s in found}
+    assert len(models) == len(found)
+    return models
 
 
 def test_twins_are_refitted_with_all_amplitudes_or_none_is():
@@ -55,3 +57,11 @@ def test_amplitudes_that_no_twin_has_are_not_added():
         score('camera_offset', SHIFT + TURN, 20.98, 90.4),
     )
     assert found == {('clamp_offset', SHIFT), ('camera_offset', SHIFT)}
+
+
+def test_an_effect_with_fewer_amplitudes_than_its_twin_is_refitted_once():
+    found = listed(
+        score('camera_offset', SHIFT + TURN, 35.0, 93.1),
+        score('depth_affine', ('scale', 'bias'), 31.0, 90.0),
+    )
+    assert found == {('camera_offset', SHIFT + TURN), ('depth_affine', ('scale', 'bias'))}
