@@ -23,12 +23,16 @@ def _installed() -> list[str]:
     return names
 
 
+INSTALLED = _installed()
+NAMED = [name for name in INSTALLED if name != 'auto']
+
+
 def _resident() -> int:
     """Return how much memory this process takes [bytes]."""
     return int(Path('/proc/self/statm').read_text().split()[1]) * resource.getpagesize()
 
 
-@pytest.mark.parametrize('solver', _installed())
+@pytest.mark.parametrize('solver', INSTALLED)
 def test_every_solver_finds_the_same_equilibrium(solver) -> None:
     expected = hanging_beam(Element.LINEAR, solver='superlu')
     material = uniform_material(expected.mesh, 8e3)
@@ -37,7 +41,7 @@ def test_every_solver_finds_the_same_equilibrium(solver) -> None:
     np.testing.assert_allclose(body.settle(material, GRAVITY).positions, positions, atol=1e-9)
 
 
-@pytest.mark.parametrize('solver', [name for name in _installed() if name != 'auto'])
+@pytest.mark.parametrize('solver', NAMED)
 def test_every_solver_refuses_an_indefinite_matrix(solver, random) -> None:
     pattern = hanging_beam(Element.LINEAR).solver.pattern
     values = np.zeros(pattern.entry_count)
@@ -57,7 +61,7 @@ def test_unknown_solver_is_named_with_the_known_ones() -> None:
         hanging_beam(solver='cudss')
 
 
-@pytest.mark.parametrize('solver', [name for name in _installed() if name != 'auto'])
+@pytest.mark.parametrize('solver', NAMED)
 def test_a_solver_that_is_gone_gives_its_memory_back(solver) -> None:
     pattern = hanging_beam(Element.QUADRATIC, beam_mesh((8, 3, 3))).solver.pattern
     values = np.zeros(pattern.entry_count)
