@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Find a body that changed in one frame, fast."""
 
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Stop
 from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.depth.tracer import OutOfViewError
-from diffcal_ros.fem.equilibrium import EquilibriumError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,7 +41,7 @@ def find_body(
     try:
         minimum = minimise(objective, start, bounds, longest, on_iteration=goes_on)
         gap = objective.gap(minimum.coordinates)
-    except (EquilibriumError, OutOfViewError):
+    except NOT_SIMULATED:
         return None
     if minimum.stop is Stop.STUCK or gap.coverage < FOUND:
         return None

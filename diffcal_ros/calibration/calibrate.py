@@ -7,7 +7,7 @@ from dataclasses import replace
 import time
 
 from diffcal_ros.calibration.demon import learning_rates, minimise_with_demon
-from diffcal_ros.calibration.forward_model import ForwardModel
+from diffcal_ros.calibration.forward_model import ForwardModel, NOT_SIMULATED
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.image_objective import ImageObjective
 from diffcal_ros.calibration.judgement import judge, warn
@@ -25,10 +25,7 @@ from diffcal_ros.calibration.uncertainty import (
     MESH_SHIFT_FACTOR,
     Uncertainty,
 )
-from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.scene.fit_names import RIGID_OFFSET
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -159,7 +156,7 @@ class Calibration:
             if isinstance(self.objective, RobustObjective):
                 require_seen_regions(self.objective, start)
             minimum = self._minimise(start, tell)
-        except (EquilibriumError, MotionError, OutOfViewError) as error:
+        except NOT_SIMULATED as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
         seconds = time.perf_counter() - begun
@@ -275,7 +272,7 @@ class Calibration:
         objective = RobustObjective(self.model_of_all(), device=self.settings.device)
         try:
             compared = objective.comparisons(coordinates)[len(self.model.observations) :]
-        except (EquilibriumError, MotionError, OutOfViewError):
+        except NOT_SIMULATED:
             return None  # The fit came there by steps; from scratch there is no way.
         return measure_gap(
             [c.difference for c in compared], [c.counted for c in compared], objective.truncation

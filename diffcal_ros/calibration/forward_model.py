@@ -16,8 +16,10 @@ from diffcal_ros.calibration.posture import Posture, PostureInputs
 from diffcal_ros.calibration.postures import make_postures, state_numbers
 from diffcal_ros.calibration.side_by_side import side_by_side
 from diffcal_ros.depth.trace import Trace
-from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
+from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import apply
@@ -26,6 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+# What is raised where a model cannot be simulated, or its body not be seen.
+NOT_SIMULATED = (EquilibriumError, MotionError, OutOfViewError)
 
 
 class View:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, longest_steps
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.joint_parameters import joint_parameters, JointParameters, Shared
 from diffcal_ros.calibration.judgement import judge, warn
@@ -14,10 +15,7 @@ from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
 from diffcal_ros.calibration.uncertainty import estimate_uncertainty
-from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -161,7 +159,7 @@ class JointCalibration:
                 max_iterations=first.settings.max_iterations or 30,
                 on_iteration=tell,
             )
-        except (EquilibriumError, MotionError, OutOfViewError) as error:
+        except NOT_SIMULATED as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
         for member, places in zip(self.members.values(), self.parameters.places, strict=True):

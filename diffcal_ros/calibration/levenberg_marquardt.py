@@ -8,11 +8,9 @@ from enum import Enum
 from typing import Protocol
 
 from diffcal_ros.calibration.boxed_step import boxed_step
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.gauss_newton import gauss_newton_step
 from diffcal_ros.calibration.linearisation import Linearisation
-from diffcal_ros.depth.tracer import OutOfViewError
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -266,6 +264,6 @@ def _cost(objective: Objective, coordinates: FloatArray) -> float:
     """Return the cost, infinite where the model cannot follow."""
     try:
         cost = objective.cost(coordinates)
-    except (EquilibriumError, MotionError, OutOfViewError):
+    except NOT_SIMULATED:
         return float('inf')
     return cost if np.isfinite(cost) else float('inf')

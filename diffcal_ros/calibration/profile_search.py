@@ -10,6 +10,7 @@ correlated residuals leave to the one that the curvature says (Rotnitzky and Jew
 """
 
 from diffcal_ros.calibration.calibrate import Calibration, longest_steps
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.levenberg_marquardt import minimise, Stop
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.objective import RobustObjective
@@ -135,7 +136,7 @@ class _Search:
                 break
             try:
                 coordinates, slope = self._constrained(coordinates, place)
-            except EquilibriumError:
+            except NOT_SIMULATED:
                 break
             length = place - places[-1]
             rises.append(rises[-1] + 0.5 * length * (slopes[-1] + slope) / self._threshold)

@@ -9,6 +9,7 @@ from diffcal_ros.calibration.body_change import BodyChange, ChangeWatch
 from diffcal_ros.calibration.body_search import find_body, FOUND
 from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, longest_steps
 from diffcal_ros.calibration.forgetting_filter import ForgettingFilter
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.gauss_newton import gauss_newton_step
 from diffcal_ros.calibration.held_view import FrameEquations, FrameInformation, HeldView
@@ -19,10 +20,8 @@ from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
-from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.equilibrium import EquilibriumError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -211,7 +210,7 @@ class Tracker:
         try:
             self._weigh(self.coordinates)
             self._hold(self.coordinates, frame)
-        except (EquilibriumError, OutOfViewError) as error:
+        except NOT_SIMULATED as error:
             raise InputError(f'the fitted values cannot be simulated: {error}') from error
 
     def _weigh(self, coordinates: FloatArray) -> None:
@@ -298,7 +297,7 @@ class Tracker:
         try:
             self._weigh(self.coordinates)
             self._hold(self.coordinates, frame)
-        except (EquilibriumError, OutOfViewError):
+        except NOT_SIMULATED:
             self._objective.scales = scales
             return
         self._usual_cost = None
@@ -316,7 +315,7 @@ class Tracker:
         if (np.abs(there - here) > _HELD * self._longest).any():
             try:
                 self._hold(there, frame)
-            except (EquilibriumError, OutOfViewError):
+            except NOT_SIMULATED:
                 self.coordinates = here
                 return
             self._filter.move(there - here)

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from diffcal_ros.calibration.effect_model import EffectModel
-from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.evidence import Evidence
-from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +42,7 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
     for coordinates in candidates:
         try:
             found = _best_border(*_seen_beyond(evidence, coordinates, beyond))
-        except (EquilibriumError, OutOfViewError):
+        except NOT_SIMULATED:
             continue
         if found is not None and found[1] > best:
             at, best = found

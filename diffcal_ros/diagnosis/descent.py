@@ -3,19 +3,14 @@
 """A fit of patches on its way: Gauss-Newton with Levenberg and Marquardt's damping."""
 
 from diffcal_ros.calibration.calibrate import longest_steps
-from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten, Whitened
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-# What is raised where a model cannot be simulated, or seen.
-UNFIT = (EquilibriumError, MotionError, OutOfViewError)
 
 _MAX_REJECTIONS = 4
 # A step that promises less than this (half chi-square) is a fifth of a standard error.
@@ -121,7 +116,7 @@ class Descent:
         self.evaluations += 1
         try:
             blocks = self._evidence.blocks(trial)
-        except UNFIT:
+        except NOT_SIMULATED:
             self._reject()
             return
         seen = whiten(blocks, self._part, self._slack)

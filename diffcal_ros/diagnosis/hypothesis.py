@@ -5,9 +5,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.candidates import Candidate
-from diffcal_ros.diagnosis.descent import UNFIT
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.refit import Refit, refit
 from diffcal_ros.diagnosis.starts import more_starts
@@ -201,7 +201,7 @@ def refitted_there(hypothesis: Hypothesis) -> Hypothesis:
     try:
         evidence = hypothesis.evidence.renewed(here)
         return replace(hypothesis, evidence=evidence, fit=refit(evidence, here))
-    except UNFIT:
+    except NOT_SIMULATED:
         return hypothesis
 
 
@@ -227,7 +227,7 @@ def _refit_from(
             return refit(
                 evidence, begin, max_iterations=max_iterations, least_evidence=least_evidence
             )
-        except UNFIT:
+        except NOT_SIMULATED:
             continue
     return None
 

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.descent import HOPE
@@ -21,7 +21,6 @@ from diffcal_ros.diagnosis.shortlist import (
 )
 from diffcal_ros.diagnosis.tasks import Look
 from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap, whiten
-from diffcal_ros.fem.equilibrium import EquilibriumError
 import numpy as np
 
 # Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
@@ -205,7 +204,7 @@ def _pairs(crew: Crew, singles: Sequence[Hypothesis], scores: Screen) -> list[Hy
         others = [c for c in listed if c.identifier != first.identifier]
         try:
             again = screen(one.evidence, one.fit.coordinates, others)
-        except (EquilibriumError, OutOfViewError):
+        except NOT_SIMULATED:
             continue  # It was reached by small steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))

@@ -5,11 +5,10 @@
 from collections.abc import Callable, Sequence
 
 from diffcal_ros.calibration.effect_model import upwards
-from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.refit import Refit
-from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.rigid_transform import apply, inverse
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +59,7 @@ def _steps(nominal: Evidence, base: Refit) -> list[Starts]:
     for coordinates, before in ((base.coordinates, {}), (first, _places_of(nominal, first))):
         try:
             step = _step_at(nominal, coordinates)
-        except (EquilibriumError, OutOfViewError):
+        except NOT_SIMULATED:
             continue
         if step is not None and not any(_is_alike(step, other) for other in found):
             found.append({**before, **step})

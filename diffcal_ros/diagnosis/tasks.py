@@ -6,8 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.candidates import Candidate
-from diffcal_ros.diagnosis.descent import UNFIT
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.hypothesis import try_effects, with_effects
 from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
@@ -91,7 +91,7 @@ class Continuation:
     def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
         _, evidence = with_effects(nominal, base, self.added)
-        with suppress(*UNFIT):
+        with suppress(*NOT_SIMULATED):
             return refit(
                 evidence,
                 self.coordinates,

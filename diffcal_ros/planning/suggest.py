@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.expected_information import Candidate, Known
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters import Kind, make_parameters
 from diffcal_ros.calibration.residual_scales import Scale, Scales
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.planning.candidates import make_candidates, Refused
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.synthetic.posed_body import pose_body
@@ -92,14 +91,14 @@ def suggest(scene: Scene, *, fit: Sequence[str] | None = None, device: str = 'cp
     try:
         for view, _ in views:
             known = known.with_candidate(view, device=device)
-    except (EquilibriumError, OutOfViewError) as error:
+    except NOT_SIMULATED as error:
         raise SceneError(f'the scene itself cannot be simulated: {error}') from error
     candidates, refused = make_candidates(*views[0], scene.marker)
     found = []
     for candidate in candidates:
         try:
             found.append(_expected(candidate, known, known.with_candidate(candidate), asked))
-        except (EquilibriumError, OutOfViewError) as error:
+        except NOT_SIMULATED as error:
             refused.append(Refused(candidate.words, str(error)))
     values = parameters.values(known.coordinates)
     chosen = [parameters.parameters[place] for place in asked]

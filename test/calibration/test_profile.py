@@ -7,6 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.profile_search import check_profiles, profile
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model import Quantity
 import numpy as np
@@ -73,6 +74,22 @@ def test_slack_cable_has_an_open_end() -> None:
     found = profile(fit, 'rest_length')
     assert found.high == np.inf
     assert found.as_dict()['interval_95'][1] == np.inf
+
+
+def test_end_is_open_where_the_body_is_lost_before_the_threshold(depth, monkeypatch) -> None:
+    fit = Calibration(beam_scene(modulus=1.2 * MODULUS), [observation(depth)], _SETTINGS)
+    error = fit.run()['youngs_modulus'].std_error / MODULUS
+    linearise, best = fit.objective.linearise, fit.coordinates.copy()
+
+    def lost(coordinates: np.ndarray) -> object:
+        if (coordinates > best + error).any():
+            raise OutOfViewError('the body has left the image')
+        return linearise(coordinates)
+
+    monkeypatch.setattr(fit.objective, 'linearise', lost)
+    found = profile(fit, 'youngs_modulus')
+    assert found.high == np.inf
+    assert found.low == pytest.approx(found.laplace[0], rel=0.02)
 
 
 def test_unknown_names_and_whole_image_losses_are_refused(depth) -> None:

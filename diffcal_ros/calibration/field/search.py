@@ -14,11 +14,10 @@ from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.field.merit import measure_merit, Merit
 from diffcal_ros.calibration.field.smoothness import Smoothness
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import Kind
 from diffcal_ros.calibration.residual_scales import spread
-from diffcal_ros.depth.tracer import OutOfViewError
-from diffcal_ros.fem.equilibrium import EquilibriumError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -188,7 +187,7 @@ class FieldSearch:
         """Return cost and penalty here, infinite where the model cannot follow or loses sight."""
         try:
             merit = self._merit()
-        except (EquilibriumError, OutOfViewError):
+        except NOT_SIMULATED:
             return float('inf')
         if merit.lost(start) > _MOST_LOST:
             return float('inf')
