@@ -16,7 +16,7 @@ from diffcal_ros.report.naming import shown, title
 from diffcal_ros.report.page_style import STYLE
 from diffcal_ros.report.page_tables import plain, table
 from diffcal_ros.report.verdict_text import effect_words, verdict_lines
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.scene.effects import EFFECTS, what_settles
 
 _KINDS = {Verdict.AGREE: 'good', Verdict.DISAGREE: 'bad'}
 _HEADS = {
@@ -120,7 +120,7 @@ def _effects_table(diagnosis: Diagnosis) -> str:
                 escape(effect.sentence),
                 escape(twins),
                 '–' if cosine is None else plain(cosine),
-                escape(effect.settles),
+                escape(what_settles([name])),
             ]
         )
     header = ['effect', 'it means', 'its twins', 'likeness', 'what would settle it']

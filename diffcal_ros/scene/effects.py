@@ -49,7 +49,7 @@ class Effect:
         group: sensor, load, boundary, shape, material or dynamics.
         components: its amplitudes.
         sentence: what it means, for a person.
-        settles: what would tell it from its twins.
+        settles: recordings or measurements each of which would tell it from its twins.
         twins: effects that may look the same.
         settings: fixed numbers that go with it, with their defaults.
         setting_limits: what each of them may be.
@@ -63,7 +63,7 @@ class Effect:
     group: str
     components: tuple[Component, ...]
     sentence: str
-    settles: str
+    settles: tuple[str, ...]
     twins: tuple[str, ...]
     settings: dict[str, float] = field(default_factory=dict)
     setting_limits: tuple[float, float] = (0.0, 1.0)
@@ -86,14 +86,15 @@ def _rigid(shift: float, turn: float, largest: float) -> tuple[Component, ...]:
     return (*shifts, *turns)
 
 
+_ROLLED = 'a pose with the rig rolled by 90 degrees before the same camera'
+
 _ALL = (
     Effect(
         'camera_offset',
         'sensor',
         _rigid(0.020, 5.0 * _DEGREE, 0.2),
         'the camera is not where it is said to be',
-        'a pose with the rig rolled by 90 degrees before the same camera, or the clamp in view '
-        'and as `fixture` in the scene',
+        (_ROLLED, 'the clamp in view and as `fixture` in the scene'),
         ('clamp_offset', 'depth_affine'),
     ),
     Effect(
@@ -104,7 +105,7 @@ _ALL = (
             Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3),
         ),
         'the depth camera reads too far or too near',
-        'a rigid target at two known distances',
+        ('a rigid target at two known distances',),
         ('camera_offset',),
     ),
     Effect(
@@ -112,7 +113,7 @@ _ALL = (
         'sensor',
         (Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3),),
         'the depth camera reads one of the materials too far or too near',
-        'both materials flat on one plane',
+        ('both materials flat on one plane',),
         ('camera_offset', 'clamp_offset'),
         {'at': 0.5},  # Where one of the materials ends, in a scene of one region.
     ),
@@ -121,7 +122,7 @@ _ALL = (
         'sensor',
         (Component('late', 's', -0.2, 0.2, 0.010, 'ms', 1e3),),
         'the stamps of the depth images are late',
-        'a signal that the camera sees and the release clock stamps, such as a light',
+        ('a signal that the camera sees and the release clock stamps, such as a light',),
         ('air_drag',),
         needs_motion=True,
     ),
@@ -133,7 +134,7 @@ _ALL = (
             for a in ('a', 'b')
         ),
         'the rig is not level, or something steady pushes the body sideways',
-        'a spirit level, or a pose with the rig rolled by 90 degrees',
+        ('a spirit level', _ROLLED),
         ('camera_offset', 'clamp_offset'),
         # Of 14 development cases with this name 10 were tilts, the others a steady side wind.
         most_confidence=0.7,
@@ -143,7 +144,7 @@ _ALL = (
         'load',
         (Component('mass', 'kg', 0.0, 0.5, 0.010, 'g', 1e3),),
         'something hangs on the body',
-        'weigh the body, or record it upside down',
+        ('the weight of the body', 'a pose with the body upside down'),
         ('stiffness_contrast',),
         {'at': 1.0},
     ),
@@ -160,7 +161,7 @@ _ALL = (
             ),
         ),
         'the body lies on something',
-        'a pose in which it cannot touch',
+        ('a pose in which it cannot touch',),
         ('added_mass',),
     ),
     Effect(
@@ -168,7 +169,7 @@ _ALL = (
         'boundary',
         _rigid(0.005, 3.0 * _DEGREE, 0.2),
         'the body sits elsewhere in the clamp than the scene says',
-        'a pose with the rig rolled by 90 degrees',
+        (_ROLLED,),
         ('camera_offset', 'rest_curvature'),
     ),
     Effect(
@@ -176,7 +177,7 @@ _ALL = (
         'boundary',
         (Component('compliance', 'rad/(N m)', 0.0, 100.0, 5.0, 'rad/(N m)', 1.0),),
         'the clamp gives way under the load',
-        'a second load, or a pose that loads the clamp otherwise',
+        ('a second load', 'a pose that loads the clamp otherwise'),
         ('clamp_offset', 'stiffness_contrast'),
     ),
     Effect(
@@ -184,7 +185,7 @@ _ALL = (
         'shape',
         tuple(Component(a, '1/m', -20.0, 20.0, 2.0, '1/m', 1.0) for a in ('a', 'b')),
         'the body is bent when nothing pulls on it',
-        'a pose with the body rolled by 180 degrees',
+        ('a pose with the body rolled by 180 degrees',),
         ('clamp_offset', 'gravity_tilt'),
     ),
     Effect(
@@ -195,7 +196,7 @@ _ALL = (
             Component('along', '1', -4.0, 4.0, 1.0, 'log E', 1.0),
         ),
         'one part of the body is stiffer than another',
-        'a twist besides the bend',
+        ('a twist besides the bend',),
         ('added_mass', 'compliant_clamp'),
         {'at': 0.5},  # As above.
     ),
@@ -204,7 +205,7 @@ _ALL = (
         'material',
         (Component('ratio', '1', 0.0, 300.0, 30.0, 'C2/C1', 1.0),),
         'the material stiffens when it is strained',
-        'a second load that strains it less',
+        ('a second load that strains it less',),
         ('stiffness_contrast',),
     ),
     # One load of one body cannot tell it from another modulus.
@@ -213,7 +214,7 @@ _ALL = (
         'material',
         (Component('ratio', '1', 0.0, 100.0, 3.0, 'added stiffness / G', 1.0),),
         'the material is stiffer along one direction',
-        'a twist besides the bend, or loads along and across that direction',
+        ('a twist besides the bend', 'loads along and across that direction'),
         ('stiffness_contrast',),
         {'x': 0.0, 'y': 0.0, 'z': 0.0},  # Of the object frame; all zero: along the body.
         (-1.0, 1.0),
@@ -227,7 +228,7 @@ _ALL = (
             Component('tau', 's', 0.0, 1e5, 10.0, 's', 1.0),
         ),
         'the material yields slowly under a load that is held',
-        'hold the load for three times as long',
+        ('a load held for three times as long',),
         ('added_mass', 'clamp_offset'),
         needs_motion=True,
         needs_hold=True,
@@ -237,7 +238,7 @@ _ALL = (
         'dynamics',
         (Component('area', 'm^2', 0.0, 2.0, 0.020, 'cm^2', 1e4),),
         'the air holds the moving body back',
-        'a second release with half the swing',
+        ('a second release with half the swing',),
         ('time_offset',),
         needs_motion=True,
     ),
@@ -254,4 +255,5 @@ def amplitude_name(identifier: str, component: str) -> str:
 
 def what_settles(identifiers: Iterable[str]) -> str:
     """Say what to record or measure to tell effects from their twins."""
-    return '; or '.join(dict.fromkeys(EFFECTS[name].settles for name in identifiers))
+    ways = (way for name in identifiers for way in EFFECTS[name].settles)
+    return ', or '.join(dict.fromkeys(ways))
