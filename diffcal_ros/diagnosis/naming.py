@@ -29,6 +29,7 @@ from diffcal_ros.diagnosis.verdict_figures import (
 from diffcal_ros.diagnosis.whereabouts import where_largest
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
 from diffcal_ros.scene.effects import what_settles
+import numpy as np
 
 # An effect is named by itself from this confidence on.
 _NAMED = 0.6
@@ -82,7 +83,7 @@ def conclude(
         limits=upper_limits(scores),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
-        notes=_notes(evidence, nominal, disagreement, choice, unknown),
+        notes=_notes(evidence, nominal, disagreement, choice, closure, unknown),
         details=details_of(nominal, scores, selection, choice),
     )
 
@@ -113,6 +114,7 @@ def _notes(
     nominal: Refit,
     disagreement: Disagreement,
     choice: Choice | None,
+    closure: float,
     unknown: Unknown | None,
 ) -> tuple[str, ...]:
     notes = []
@@ -130,6 +132,7 @@ def _notes(
         notes.append('the data are too few or too noisy: record more poses, or come closer')
     if unknown is not None:
         notes.append(unknown.sentence)
+        notes += _nearest(choice, closure)
     if choice is not None and unknown is None:
         left = patch_gap(choice.hypothesis.fit.blocks, Part.REPORT)
         if left.rms > FAR_ABOVE * left.whole_floor:
@@ -141,3 +144,13 @@ def _notes(
     hidden = evidence.without_fixture(nominal.blocks)
     notes += [f'{name} does not show the fixture' for name in hidden]
     return tuple(notes)
+
+
+def _nearest(choice: Choice | None, closure: float) -> list[str]:
+    """Say what comes nearest where nothing explains the gap."""
+    if choice is None:
+        return []
+    words = f'nearest comes {" with ".join(choice.hypothesis.identifiers)}'
+    if np.isfinite(closure):
+        words += f': it closes {max(closure, 0.0):.0%} of the gap on held-out patches'
+    return [words]

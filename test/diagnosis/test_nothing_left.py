@@ -4,12 +4,13 @@
 
 from dataclasses import replace
 
+from diffcal_ros.diagnosis.choice import Choice
 from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.disagreement import measure_disagreement
-from diffcal_ros.diagnosis.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.naming import conclude
 from diffcal_ros.diagnosis.selection import select, Selection
-from diffcal_ros.diagnosis.shortlist import shortlist, without_contact
+from diffcal_ros.diagnosis.shortlist import shortlist, starts_of, without_contact
 from diffcal_ros.diagnosis.verdict import Verdict
 from diffcal_ros.report.verdict_text import verdict_lines
 import pytest
@@ -35,6 +36,22 @@ def test_below_the_margin_nothing_need_be_said(screened):
     )
     diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), None, 1.0)
     assert diagnosis.unknown_class is None
+
+
+def test_what_comes_nearest_to_an_unknown_effect_is_told(screened):
+    evidence, fit, scores = screened
+    disagreement = replace(
+        measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.DISAGREE
+    )
+    # The body is tilted, which no reading of the camera explains.
+    wrong = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine')
+    tried = try_effects(evidence, fit, [wrong.candidate], starts_of(wrong))
+    choice = Choice(tried, 1.0, tried.identifiers, None)
+    diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), choice, 1.0)
+    assert diagnosis.unknown_class is not None
+    share = f'{max(diagnosis.closure, 0.0):.0%}'
+    (told,) = [line for line in verdict_lines(diagnosis) if 'nearest comes' in line]
+    assert f'depth_affine: it closes {share} of the gap' in told
 
 
 @pytest.fixture
