@@ -35,6 +35,8 @@ import numpy as np
 _NAMED = 0.6
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
+# Of what comes about as near as the nearest.
+_MOST_NEAR = 3
 
 
 def conclude(
@@ -150,7 +152,11 @@ def _nearest(choice: Choice | None, closure: float) -> list[str]:
     """Say what comes nearest where nothing explains the gap."""
     if choice is None:
         return []
-    words = f'nearest comes {" with ".join(choice.hypothesis.identifiers)}'
+    best = choice.hypothesis.identifiers
+    words = f'nearest comes {" with ".join(best)}'
     if np.isfinite(closure):
         words += f': it closes {max(closure, 0.0):.0%} of the gap on held-out patches'
+    others = [name for name in choice.alike if name not in best]
+    if others:
+        words += f'; about as near: {", ".join(others[:_MOST_NEAR])}'
     return [words]

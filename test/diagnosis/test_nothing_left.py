@@ -46,12 +46,13 @@ def test_what_comes_nearest_to_an_unknown_effect_is_told(screened):
     # The body is tilted, which no reading of the camera explains.
     wrong = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine')
     tried = try_effects(evidence, fit, [wrong.candidate], starts_of(wrong))
-    choice = Choice(tried, 1.0, tried.identifiers, None)
+    choice = Choice(tried, 0.5, (*tried.identifiers, 'camera_offset'), None)
     diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), choice, 1.0)
     assert diagnosis.unknown_class is not None
     share = f'{max(diagnosis.closure, 0.0):.0%}'
     (told,) = [line for line in verdict_lines(diagnosis) if 'nearest comes' in line]
     assert f'depth_affine: it closes {share} of the gap' in told
+    assert told.endswith('about as near: camera_offset')
 
 
 @pytest.fixture
