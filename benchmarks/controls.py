@@ -136,15 +136,17 @@ def _image(shape: tuple[int, ...], view: Any) -> FloatArray:
 def _watched(
     observation: Any, depth: FloatArray, error: FloatArray, random: np.random.Generator
 ) -> Any:
-    """Take as many frames of a rendered image as the observation has, and their median."""
-    frames = [
-        _STEP * np.round((depth + error + _NOISE * random.standard_normal(depth.shape)) / _STEP)
-        for _ in range(observation.frame_count)
-    ]
-    seen = np.median(frames, axis=0).astype(np.float32)
-    noise = np.hypot(_NOISE, _STEP / np.sqrt(12.0))
-    noise *= float(np.sqrt(0.5 * np.pi / observation.frame_count))
-    return replace(observation, depth=seen, noise=float(noise))
+    """Take as many frames of a rendered image as the observation has, and fuse them."""
+    from diffcal_ros.calibration.observation import fuse_frames
+    from diffcal_ros.depth_frame import DepthFrame
+
+    frames = []
+    for number in range(observation.frame_count):
+        seen = depth + error + _NOISE * random.standard_normal(depth.shape)
+        steps = (_STEP * np.round(seen / _STEP)).astype(np.float32)
+        frames.append(DepthFrame(steps, number))
+    fused = fuse_frames(frames)
+    return replace(observation, depth=fused.depth, noise=fused.noise)
 
 
 def _rank(case: Path) -> dict[str, Any] | None:

@@ -19,6 +19,9 @@ FloatArray = NDArray[np.float64]
 MAX_FUSED_FRAMES = 31
 # Repeated frames from which the noise of a pixel counts as measured.
 MEASURED_FRAMES = 5
+# So many standard deviations from the median a depth is the same surface's.
+_NEAR = 4.0
+_PIXELS_AT_ONCE = 8192
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,7 @@ class FusedDepth:
     """Frames of a scene at rest made into one.
 
     Attributes:
-        depth: median over frames [m], shape (H, W), NaN where most frames saw nothing.
+        depth: mean over frames near their median [m], shape (H, W), NaN where most saw nothing.
         frame_count: frames used.
         noise: standard deviation of one pixel of `depth` over time [m]; NaN from one frame.
     """
@@ -122,9 +125,11 @@ class FusedDepth:
 
 
 def fuse_frames(frames: Iterable[DepthFrame]) -> FusedDepth:
-    """Take the median over frames of a body at rest.
+    """Take the mean over frames of a body at rest, of what lies near their median.
 
-    A pixel counts where at least half of the frames saw something: flying pixels come and go.
+    A pixel counts where at least half of the frames saw something: flying pixels come and go. The
+    median leaves them out; but of depths in steps it is a step itself, however many frames there
+    are, and the mean is not: noise carries it over the steps.
 
     Raises:
         RecordingError: without frames, or when every pixel of every frame is invalid.
@@ -143,8 +148,9 @@ def fuse_frames(frames: Iterable[DepthFrame]) -> FusedDepth:
         seen = np.isfinite(images).sum(axis=0)
         fused = np.full(images.shape[1:], np.nan, dtype=np.float32)
         enough = 2 * seen >= len(stack)
-        fused[enough] = np.nanmedian(images[:, enough], axis=0)
-        noise = _temporal_noise(images[:, seen == len(stack)])
+        single = _usual_noise(images[:, seen == len(stack)])
+        fused[enough] = _mean_near_median(images[:, enough], _NEAR * single)
+        noise = single / float(np.sqrt(len(stack)))
     if not np.isfinite(fused).any():
         raise RecordingError(
             'every depth pixel is invalid: check the distance to the body, the depth unit '
@@ -182,13 +188,20 @@ def untruncated(depth: NDArray[np.float32], sensor: DepthSensor) -> NDArray[np.f
     return depth + np.float32(0.5 * sensor.quantization)
 
 
-def _temporal_noise(samples: NDArray[np.float32]) -> float:
-    """Return the noise of a median of these frames [m], from shape (frames, pixels)."""
-    if samples.shape[1] == 0:
-        return float('nan')
-    single = _pixel_noise(samples)
-    # A median of n normal samples is as good as a mean of 2 n / pi.
-    return single * float(np.sqrt(np.pi / (2.0 * samples.shape[0])))
+def _mean_near_median(samples: NDArray[np.float32], reach: float) -> NDArray[np.float32]:
+    """Return the mean of what is no farther from the median than that [m], (frames, pixels)."""
+    found = np.empty(samples.shape[1], dtype=np.float32)
+    # What is at hand stays in the processor's cache.
+    for first in range(0, len(found), _PIXELS_AT_ONCE):
+        some = samples[:, first : first + _PIXELS_AT_ONCE]
+        middle = np.nanmedian(some, axis=0)
+        apart = some - middle
+        near = np.abs(apart) <= reach
+        # The median of an even number may have none of them near.
+        count = np.maximum(np.count_nonzero(near, axis=0), 1)
+        mean = middle + np.where(near, apart, 0.0).sum(axis=0) / count
+        found[first : first + _PIXELS_AT_ONCE] = mean
+    return found
 
 
 def noise_at_rest(frames: Sequence[DepthFrame]) -> float:
@@ -199,10 +212,14 @@ def noise_at_rest(frames: Sequence[DepthFrame]) -> float:
     if len(frames) < MEASURED_FRAMES:
         return float('nan')
     images = np.stack([frame.depth for frame in frames])
-    samples = images[:, np.isfinite(images).all(axis=0)]
-    return _pixel_noise(samples) if samples.shape[1] else float('nan')
+    return _usual_noise(images[:, np.isfinite(images).all(axis=0)])
 
 
-def _pixel_noise(samples: NDArray[np.float32]) -> float:
-    """Return the usual standard deviation over frames [m], from shape (frames, pixels)."""
+def _usual_noise(samples: NDArray[np.float32]) -> float:
+    """Return the usual standard deviation over frames [m], from shape (frames, pixels).
+
+    NaN without pixels.
+    """
+    if samples.shape[1] == 0:
+        return float('nan')
     return float(np.median(np.std(samples, axis=0, ddof=1)))

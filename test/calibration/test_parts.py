@@ -59,7 +59,7 @@ def _frames(images: list[np.ndarray]) -> list[DepthFrame]:
     return [DepthFrame(image.astype(np.float32), number) for number, image in enumerate(images)]
 
 
-def test_fused_frames_keep_the_median_and_know_their_noise(random) -> None:
+def test_fused_frames_leave_out_what_flies_and_know_their_noise(random) -> None:
     truth = 0.4 + 0.1 * random.random((40, 50))
     images = [truth + random.normal(scale=0.0005, size=truth.shape) for _ in range(15)]
     images[3][10, 10] = 3.0  # a flying pixel
@@ -69,9 +69,36 @@ def test_fused_frames_keep_the_median_and_know_their_noise(random) -> None:
     assert fused.frame_count == 15
     assert np.isnan(fused.depth[20, 20])
     assert fused.depth[10, 10] == pytest.approx(truth[10, 10], abs=0.001)
-    assert fused.noise == pytest.approx(0.0005 * np.sqrt(np.pi / 30.0), rel=0.1)
+    assert fused.noise == pytest.approx(0.0005 / np.sqrt(15.0), rel=0.1)
     left = fused.depth - truth
     assert np.nanstd(left) == pytest.approx(fused.noise, rel=0.1)
+
+
+def test_fused_frames_see_between_the_steps_of_a_sensor(random) -> None:
+    truth = np.linspace(0.4, 0.401, 4000).reshape(40, 100)
+    step, noise = 0.00025, 0.00014
+    images = [
+        step * np.round((truth + random.normal(scale=noise, size=truth.shape)) / step)
+        for _ in range(30)
+    ]
+    left = fuse_frames(_frames(images)).depth - truth
+    assert np.std(left) < 0.2 * step
+    # Nor is a part of it the same for all pixels at one height above a step.
+    assert np.abs(left.reshape(-1, 50).mean(axis=1)).max() < 0.1 * step
+
+
+def test_fused_frames_never_mix_two_surfaces(random) -> None:
+    """At an edge the pixel sees one surface or the other, of which it takes the more frequent."""
+    truth = np.full((20, 20), 0.4)
+    images = [truth + random.normal(scale=0.0005, size=truth.shape) for _ in range(15)]
+    for image in images[::3]:
+        image[5] += 0.1
+    for image in images[:8]:
+        image[6, :3] = np.nan
+    fused = fuse_frames(_frames(images))
+    assert np.abs(fused.depth - truth)[np.isfinite(fused.depth)].max() < 0.001
+    even = fuse_frames(_frames([truth, truth + 0.1]))
+    assert even.depth == pytest.approx(truth + 0.05)
 
 
 def test_frames_without_depth_are_refused() -> None:

@@ -5,9 +5,10 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observation import fuse_frames, Observation
 from diffcal_ros.calibration.parameters import make_parameters
 from diffcal_ros.calibration.robust_residual import make_comparers
+from diffcal_ros.depth_frame import DepthFrame
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -29,9 +30,9 @@ def watched(*, seed: int, tilt: float = 0.0, bias: float = 0.0) -> Observation:
     exact = true_depth(gravity=gravity) + bias
     smooth = gaussian_filter(random.normal(size=exact.shape), 40.0)
     exact = exact + 0.00012 * smooth / smooth.std()
-    depth = np.median([noisy(exact, random) for _ in range(_FRAMES)], axis=0)
-    noise = 0.00014 * np.sqrt(np.pi / (2.0 * _FRAMES))
-    return replace(observation(depth), frame_count=_FRAMES, noise=float(noise))
+    images = [noisy(exact, random).astype(np.float32) for _ in range(_FRAMES)]
+    fused = fuse_frames([DepthFrame(image, number) for number, image in enumerate(images)])
+    return replace(observation(fused.depth), frame_count=_FRAMES, noise=fused.noise)
 
 
 def with_step(observation: Observation, at: float, step: float) -> Observation:
