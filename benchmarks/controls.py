@@ -98,9 +98,16 @@ def _arms(case: Path) -> dict[str, dict[str, Any]]:
     return {
         'independent': _judged(evidence, nominal),
         'independent, mesh not allowed for': _judged(*_without_mesh(evidence, nominal)),
-        'same mesh': _judged(*fit_nominal(inputs.scene, seen(np.zeros), None)),
-        'same mesh, smooth error': _judged(*fit_nominal(inputs.scene, seen(smooth), None)),
+        'same mesh': _judged_of_this_mesh(inputs.scene, seen(np.zeros)),
+        'same mesh, smooth error': _judged_of_this_mesh(inputs.scene, seen(smooth)),
     }
+
+
+def _judged_of_this_mesh(scene: Any, observations: list[Any]) -> dict[str, Any]:
+    """Judge data of the fit's own mesh: what a finer one would change must not be taken off."""
+    from diffcal_ros.diagnosis.diagnose import fit_nominal
+
+    return _judged(*_without_mesh(*fit_nominal(scene, observations, None)))
 
 
 def _without_mesh(evidence: Any, nominal: Any) -> tuple[Any, Any]:
@@ -112,7 +119,7 @@ def _without_mesh(evidence: Any, nominal: Any) -> tuple[Any, Any]:
     nothing = replace(evidence.numerics, moves=still)
     without = Evidence(
         evidence.model, evidence.comparers, nothing, evidence.cell, evidence.left_out
-    )
+    ).with_measured_noise(nominal.coordinates)
     return without, refit(without, nominal.coordinates)
 
 
