@@ -23,6 +23,9 @@ _FORCE_TOLERANCE = 1e-7
 # A step that promises less than this share of the energy follows rounding errors: on fine meshes
 # those exceed the force tolerance.
 _LEAST_PROMISE = 1e-20
+# The forces of a stiff body round at more than the tolerance. Within this times it, a force that
+# so many steps on end did not halve is rounding.
+_ROUNDED, _IDLE_STEPS = 100.0, 3
 _MAX_STEPS = 100
 # So many steps on end, each with less than this share of what its slope promises, lead nowhere:
 # an element is about to turn inside out.
@@ -246,7 +249,7 @@ class EquilibriumSolver:
     ) -> Equilibrium:
         """Step until forces balance; a factorisation is held while each step pays."""
         energy = self._potential(positions, loads)
-        newton_steps = held_steps = poor_steps = 0
+        newton_steps = held_steps = poor_steps = idle_steps = 0
         before = float('inf')
         for _ in range(_MAX_STEPS):
             force = self._unbalanced(positions, loads)
@@ -254,6 +257,10 @@ class EquilibriumSolver:
             if not np.isfinite(largest):
                 break
             if largest < tolerance:
+                return self._finish(positions, loads, newton_steps, held_steps)
+            is_idle = 0.5 * before < largest < _ROUNDED * tolerance
+            idle_steps = idle_steps + 1 if is_idle else 0
+            if idle_steps == _IDLE_STEPS:
                 return self._finish(positions, loads, newton_steps, held_steps)
             step = None
             if is_warm:

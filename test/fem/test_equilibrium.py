@@ -27,6 +27,23 @@ def test_the_clamp_carries_the_weight(element, modulus) -> None:
     np.testing.assert_allclose(moment, 0.0, atol=1e-6 * lever)
 
 
+@pytest.mark.parametrize('modulus', [3e6, 30e6, 300e6])
+def test_a_stiff_body_settles_where_its_forces_round(modulus) -> None:
+    # Nearly incompressible and far stiffer than its load asks for: rounding alone leaves more than
+    # the tolerance, which is a share of the load.
+    mesh = beam_mesh((10, 3, 3), (0.1, 0.03, 0.02))
+    body = hanging_beam(Element.QUADRATIC, mesh)
+    state = body.settle(uniform_material(mesh, modulus, nu=0.4999), GRAVITY)
+    weight = 1080.0 * mesh.volumes.sum() * GRAVITY
+    left = np.linalg.norm(state.reactions.sum(axis=0) + weight)
+    assert left < 1e-4 * np.linalg.norm(weight)
+    moved = np.linalg.norm(state.positions - body.discretisation.rest_nodes, axis=1).max()
+    softer = body.settle(uniform_material(mesh, 0.5 * modulus, nu=0.4999), GRAVITY)
+    twice = np.linalg.norm(softer.positions - body.discretisation.rest_nodes, axis=1).max()
+    # So small a sag is in proportion to the load.
+    assert twice / moved == pytest.approx(2.0, rel=0.02)
+
+
 def test_a_slender_beam_sags_as_beam_theory_says() -> None:
     length, height, width, modulus = 0.2, 0.02, 0.015, 5e6
     mesh = beam_mesh((16, 2, 2), (length, height, width))
