@@ -18,6 +18,7 @@ ALLOWED = {
     'pose': set(),
     'calibration': {'fem', 'depth', 'scene'},
     'recording': {'scene', 'pose', 'calibration', 'depth', 'fem'},
+    'observing': {'pose', 'calibration', 'depth', 'fem', 'scene'},
     'synthetic': {'recording', 'pose', 'calibration', 'depth', 'fem', 'scene'},
     'diagnosis': {'calibration', 'fem', 'depth', 'scene', 'recording'},
     'reproduction': {

@@ -36,6 +36,8 @@ def scene_text(setup: Setup, timing: Timing | None = None) -> str:
         'gravity': [0.0, -9.81, 0.0],
         'camera': 'from_camera_info',
         'stored_depth_from_world': _placement(setup.depth_from_world),
+        # The generator films from just there.
+        'pose': {'position_std': 0.0, 'rotation_std_deg': 0.0},
         'masks': {'held': True, 'held_margin': _HELD_MARGIN},
         'sensor': {
             'noise': sensor.noise,

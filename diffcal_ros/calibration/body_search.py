@@ -2,9 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Find a body that changed in one frame, fast."""
 
+from collections.abc import Callable, Sequence
+
 from diffcal_ros.calibration.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.judgement import leaves_body_out
 from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Stop
 from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.residual_scales import Scales
+from diffcal_ros.calibration.search.basins import Basin
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,6 +51,38 @@ def find_body(
     if minimum.stop is Stop.STUCK or gap.coverage < FOUND:
         return None
     return minimum.coordinates
+
+
+def find_body_anywhere(
+    objective: RobustObjective,
+    basins: Callable[[], Sequence[Basin]],
+    bounds: tuple[FloatArray, FloatArray],
+    longest: FloatArray,
+    near: FloatArray | None,
+) -> FloatArray | None:
+    """Look over the whole range where a search from near by leaves a part of the body out.
+
+    Args:
+        objective: compares with the frame.
+        basins: finds places to start from, the best first.
+        bounds: lower and upper, shape (k,) each.
+        longest: step of each coordinate, shape (k,).
+        near: what was found from near by, shape (k,), or None.
+
+    Returns:
+        Coordinates, shape (k,), with the objective's scales as they ended there; None when the
+        body is found nowhere.
+    """
+    if near is not None and not leaves_body_out(objective.gap(near)):
+        return near
+    near_scales = objective.scales
+    for basin in basins()[:1]:
+        objective.scales = Scales()
+        far = find_body(objective, basin.coordinates, bounds, longest, is_brief=False)
+        if far is not None and (near is None or objective.misfit(far) < objective.misfit(near)):
+            return far
+    objective.scales = near_scales
+    return near
 
 
 class _Approach:

@@ -6,17 +6,26 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time
 
+from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.demon import learning_rates, minimise_with_demon
 from diffcal_ros.calibration.forward_model import ForwardModel, NOT_SIMULATED
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.image_objective import ImageObjective
 from diffcal_ros.calibration.judgement import judge, warn
-from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum
+from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
+from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.observation import Observation, pose_covariances
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.parameters import Kind, make_parameters, Parameter, ParameterSet
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.parameters import Kind, make_parameters, ParameterSet
+from diffcal_ros.calibration.result import (
+    Alternative,
+    CalibrationResult,
+    FittedParameter,
+    IterationRecord,
+)
+from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch, worth_fitting
+from diffcal_ros.calibration.search.mirrored_pose import settle_mirrored
 from diffcal_ros.calibration.seen_regions import require_seen_regions
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.slack_cables import barely_pulling, taut_start
@@ -34,18 +43,6 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Progress = Callable[[IterationRecord], bool]
 
-_LONGEST_STEPS = {
-    Kind.YOUNGS_MODULUS: 0.7,
-    Kind.DENSITY: 0.7,
-    Kind.DAMPING: 0.7,
-    Kind.RELEASE_TIME: 0.03,
-    Kind.POISSONS_RATIO: 0.05,
-    Kind.REST_LENGTH: 0.01,
-    Kind.CABLE_STIFFNESS: 1.0,
-    Kind.GRAVITY_TILT: 0.1,
-    Kind.EDGE_BIAS: 2.0,
-}
-_LONGEST_SHIFT, _LONGEST_TURN = 0.03, 0.15
 # Doublings of a Gauss-Newton step on a whole-image loss, and Adam's longest step over its.
 _IMAGE_DOUBLINGS = 8
 _ADAM_SHARE = 0.1
@@ -83,6 +80,9 @@ class Calibration:
         self.scene = scene
         self.settings = settings or CalibrationSettings()
         is_robust = self.settings.loss == 'robust'
+        pose_notes: tuple[str, ...] = ()
+        if is_robust and self.settings.search:
+            observations, pose_notes = settle_mirrored(scene, observations, self.settings)
         fit, own_offset = self._shared_and_own(is_robust)
         self.parameters = make_parameters(
             scene,
@@ -109,6 +109,7 @@ class Calibration:
             else ImageObjective(self.model, self.settings.loss)
         )
         self.coordinates = self.parameters.start()
+        self._pose_notes = pose_notes
         self._notes: tuple[str, ...] = ()
 
     def _shared_and_own(self, is_robust: bool) -> tuple[tuple[str, ...], FloatArray | None]:
@@ -139,10 +140,11 @@ class Calibration:
 
         def tell(iteration: Iteration) -> bool:
             self.coordinates = iteration.coordinates
+            gap, loss = self._standing(iteration.coordinates)
             record = IterationRecord(
-                number=iteration.number,
-                loss=self._reported_loss(iteration),
-                gap=self.objective.gap(iteration.coordinates),
+                number=len(history),
+                loss=loss,
+                gap=gap,
                 values=self.parameters.values(iteration.coordinates),
                 seconds=time.perf_counter() - begun,
             )
@@ -152,15 +154,76 @@ class Calibration:
         try:
             start, self._notes = taut_start(self.model, self.parameters, start)
             self.coordinates = start
-            gap_start = self.objective.gap(start)
+            search = self._search(start)
+            begins, gap_start = self._beginnings(start, search, tell)
             if isinstance(self.objective, RobustObjective):
-                require_seen_regions(self.objective, start)
-            minimum = self._minimise(start, tell)
+                require_seen_regions(self.objective, begins[0])
+            minimum = self._minimise(begins[0], tell)
+            minimum, alternatives = self._contest(minimum, begins[1:], search, tell)
         except NOT_SIMULATED as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
         seconds = time.perf_counter() - begun
-        return self._result(minimum, gap_start, history, seconds)
+        return self._result(minimum, gap_start, history, seconds, alternatives)
+
+    def _search(self, start: FloatArray) -> GlobalSearch | None:
+        """Return the stage that finds starts, where it serves this fit."""
+        is_robust = isinstance(self.objective, RobustObjective)
+        if not (self.settings.search and is_robust and can_search(self.model)):
+            return None
+        return GlobalSearch(self.model, start, solver=self.settings.solver)
+
+    def _beginnings(
+        self, start: FloatArray, search: GlobalSearch | None, tell: Callable[[Iteration], bool]
+    ) -> tuple[list[FloatArray], Gap]:
+        """Return where to fit from, the most promising first, and the gap at the start given."""
+        if search is None:
+            return [start], self.objective.gap(start)
+        assert isinstance(self.objective, RobustObjective)
+        try:
+            gap, misfit = self.objective.standing(start)
+        except NOT_SIMULATED:
+            gap, misfit = Gap(float('nan'), float('nan'), 0.0, 0), float('inf')
+        begins = [basin.coordinates for basin in worth_fitting(search.basins())]
+        if not begins:
+            return [start], gap
+        if misfit <= self._misfit(begins[0]):
+            others = [own for own in begins if not search.are_same(own, start)]
+            return [start, *others], gap
+        if np.isfinite(misfit):
+            tell(Iteration(0, start, misfit))
+        return begins, gap
+
+    def _misfit(self, coordinates: FloatArray) -> float:
+        """Return the misfit under scales that never change, infinite where there is none."""
+        assert isinstance(self.objective, RobustObjective)
+        try:
+            return self.objective.standing(coordinates)[1]
+        except NOT_SIMULATED:
+            return float('inf')
+
+    def _contest(
+        self,
+        minimum: Minimum,
+        others: Sequence[FloatArray],
+        search: GlobalSearch | None,
+        tell: Callable[[Iteration], bool],
+    ) -> tuple[Minimum, tuple[Alternative, ...]]:
+        """Fit from other starts as well, and return the best and what else explains the data."""
+        if search is None or not others or minimum.stop is Stop.INTERRUPTED:
+            return minimum, ()
+        assert isinstance(self.objective, RobustObjective)
+        contest = Contest(self.objective, minimum)
+        bounds, longest = self.parameters.bounds(), longest_steps(self.parameters)
+        for other in others:
+            if not contest.is_known(other, search.are_same):
+                contest.challenge(other, bounds, longest)
+        best = contest.best.minimum
+        alternatives = contest.alternatives(self.parameters, search.are_same)
+        self.objective.scales = contest.best.scales
+        if best is not minimum:
+            tell(Iteration(best.iterations, best.coordinates, best.linearisation.cost))
+        return best, alternatives
 
     def unfinished(self, history: Sequence[IterationRecord]) -> CalibrationResult:
         """Return what is known after the last step of a fit that goes on."""
@@ -211,10 +274,11 @@ class Calibration:
             on_iteration=tell,
         )
 
-    def _reported_loss(self, iteration: Iteration) -> float:
+    def _standing(self, coordinates: FloatArray) -> tuple[Gap, float]:
+        """Return the gap and a figure that falls from step to step."""
         if isinstance(self.objective, ImageObjective):
-            return self.objective.value(iteration.coordinates)
-        return iteration.cost
+            return self.objective.gap(coordinates), self.objective.value(coordinates)
+        return self.objective.standing(coordinates)
 
     def _result(
         self,
@@ -222,6 +286,7 @@ class Calibration:
         gap_start: Gap,
         history: list[IterationRecord],
         seconds: float,
+        alternatives: tuple[Alternative, ...],
     ) -> CalibrationResult:
         shift = np.zeros(len(self.parameters))
         loose: tuple[str, ...] = ()
@@ -234,7 +299,8 @@ class Calibration:
         )
         gap_end = self.objective.gap(minimum.coordinates)
         fitted = fitted_parameters(self.parameters, minimum.coordinates, uncertainty)
-        outcome = judge(minimum, gap_end, fitted, uncertainty)
+        is_ambiguous = any(own.is_as_good for own in alternatives)
+        outcome = judge(minimum, gap_end, fitted, uncertainty, is_ambiguous=is_ambiguous)
         return CalibrationResult(
             outcome=outcome,
             parameters=fitted,
@@ -244,12 +310,14 @@ class Calibration:
             history=tuple(history),
             correlation=uncertainty.correlation,
             warnings=(
+                *self._pose_notes,
                 *self._notes,
                 *warn(outcome, gap_end, fitted, uncertainty),
                 *self.model.warnings(),
             ),
             seconds=seconds,
             gap_held_out=self._held_out_gap(minimum.coordinates),
+            alternatives=alternatives,
         )
 
     def model_of_all(self) -> ForwardModel:
@@ -298,18 +366,6 @@ def calibrate(
         InputError: when something given is wrong; the message says what to do.
     """
     return Calibration(scene, observations, settings).run(on_iteration)
-
-
-def longest_steps(parameters: ParameterSet) -> FloatArray:
-    """Return how far one step may move each coordinate, shape (k,)."""
-    return np.array([_longest_step(parameter) for parameter in parameters])
-
-
-def _longest_step(parameter: Parameter) -> float:
-    if parameter.component is not None:
-        return parameter.component.longest_step * parameter.component.scale
-    usual = _LONGEST_SHIFT if parameter.axis < 3 else _LONGEST_TURN
-    return _LONGEST_STEPS.get(parameter.kind, usual)
 
 
 def fitted_parameters(

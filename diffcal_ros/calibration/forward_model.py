@@ -159,7 +159,7 @@ class ForwardModel:
         side_by_side(settle, self.bodies, self.device)
         self._views = []
         for number in range(len(self.observations)):
-            points = self.cameras.points(number, self._world(number), coordinates)
+            points = self.cameras.points(number, self.world(number), coordinates)
             self._views.append(View(points, self.tracers[number]))
         self._coordinates = coordinates.copy()
         return self._views
@@ -206,7 +206,7 @@ class ForwardModel:
         gradient = np.zeros(len(coordinates))
         for number in range(len(self.observations)):
             for place in range(len(coordinates)):
-                motion = self.cameras.motion(number, place, self._world(number), coordinates)
+                motion = self.cameras.motion(number, place, self.world(number), coordinates)
                 if motion is not None:
                     gradient[place] += float((motion * by_points[number]).sum())
         for index, pulled in self._pulled(by_points, coordinates).items():
@@ -323,7 +323,7 @@ class ForwardModel:
         index, state = self.observations[number].setup_index, self._states[number]
         tangents = self._tangents[index][:, state] @ to_camera.T
         for place in range(len(self.parameters)):
-            motion = self.cameras.motion(number, place, self._world(number), coordinates)
+            motion = self.cameras.motion(number, place, self.world(number), coordinates)
             if motion is not None:
                 tangents[place] = motion
         return tangents
@@ -351,7 +351,7 @@ class ForwardModel:
             for number, (observation, state) in enumerate(self._numbered())
         ]
 
-    def _world(self, number: int) -> FloatArray:
+    def world(self, number: int) -> FloatArray:
         """Return the nodes that an observation shows, world frame [m], shape (N, 3)."""
         return self.bodies[self.observations[number].setup_index].positions(self._states[number])
 

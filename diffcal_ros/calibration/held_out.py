@@ -47,7 +47,7 @@ def held_out_gap(
     Raises:
         InputError: when a half of the pixels cannot be fitted.
     """
-    quick = replace(settings, with_mesh_error=False)
+    quick = replace(settings, with_mesh_error=False, search=False)
     halves = [Calibration(scene, chequered(observations, parity), quick) for parity in (0, 1)]
     residuals, counted = [], []
     for fitted, other in (halves, halves[::-1]):

@@ -75,6 +75,7 @@ class HeldView:
         self._outline = outline = trace.outline
         self._read = self._comparer.read(trace, model.sensor(coordinates))
         self._counted, comparable = self._comparer.pixels(self.view)
+        self._simulated = self._comparer.simulated(trace, self._read, self._counted)
         self._places = np.flatnonzero(comparable.ravel()).astype(np.int32)
         self._read_there = self._read.ravel()[self._places]
         rows, columns = np.divmod(self._places, trace.shape[1])
@@ -121,11 +122,12 @@ class HeldView:
             scatter += jacobian.T @ (jacobian * pull[:, None])
         return FrameInformation(information, scatter)
 
-    def gap(self, depth: NDArray[np.float32]) -> Gap:
-        """Return how far a frame is from the view."""
+    def gap(self, depth: NDArray[np.float32], *, is_both_ways: bool = True) -> Gap:
+        """Return how far a frame is from the view, in both directions or, faster, in one."""
         window = depth[self._trace.rows, self._trace.columns]
         observed = window.astype(np.float64)
-        return measure_gap([observed - self._read], [self._counted], self._truncation)
+        shares = [self._comparer.shares_of(depth, self._simulated)] if is_both_ways else None
+        return measure_gap([observed - self._read], [self._counted], self._truncation, shares)
 
     def read_depth(self) -> FloatArray:
         """Return the depth that the sensor would read [m], shape (H, W), NaN beside the body."""

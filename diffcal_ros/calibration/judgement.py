@@ -11,9 +11,9 @@ from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.uncertainty import Uncertainty
 import numpy as np
 
-# A fit that leaves more than this, or covers less, calls for an explanation.
+# A fit that leaves more than this, or covers less in either direction, calls for an explanation.
 _LARGE_GAP = 0.003
-_LOW_COVERAGE = 0.80
+_LOW_COVERAGE = 0.90
 # Of a body that is found, more is seen where it is rendered.
 _FOUND = 0.10
 _STRONG_CORRELATION = 0.95
@@ -24,13 +24,28 @@ _MOVING_RATIOS = (
 )
 
 
+def leaves_body_out(gap: Gap) -> bool:
+    """Tell whether a part of the simulated or of the measured body has no counterpart."""
+    return gap.coverage_in_sight < _LOW_COVERAGE or gap.explained < _LOW_COVERAGE
+
+
 def judge(
     minimum: Minimum,
     gap: Gap,
     fitted: Sequence[FittedParameter],
     uncertainty: Uncertainty,
+    *,
+    is_ambiguous: bool = False,
 ) -> Outcome:
-    """Say how a fit ended."""
+    """Say how a fit ended.
+
+    Args:
+        minimum: where the optimiser stopped.
+        gap: there, in both directions.
+        fitted: values and errors.
+        uncertainty: of them.
+        is_ambiguous: another minimum explains the data about as well.
+    """
     if minimum.stop is Stop.INTERRUPTED:
         return Outcome.INTERRUPTED
     if minimum.stop is Stop.STUCK or not np.isfinite(gap.median) or gap.coverage < _FOUND:
@@ -42,9 +57,9 @@ def judge(
         return Outcome.NOT_CONVERGED
     if any(p.at_bound and not p.is_nuisance for p in fitted):
         return Outcome.AT_BOUND
-    if gap.median > _LARGE_GAP or gap.coverage < _LOW_COVERAGE:
+    if gap.median > _LARGE_GAP or leaves_body_out(gap):
         return Outcome.MODEL_DISAGREES
-    return Outcome.CONVERGED
+    return Outcome.AMBIGUOUS if is_ambiguous else Outcome.CONVERGED
 
 
 def warn(
@@ -71,9 +86,14 @@ def warn(
     )
     if np.isfinite(gap.median) and gap.median > _LARGE_GAP:
         warnings.append(f'a median gap of {1e3 * gap.median:.1f} mm is left on the body')
-    if gap.coverage < _LOW_COVERAGE:
+    if gap.coverage_in_sight < _LOW_COVERAGE:
         warnings.append(
-            f'only {gap.coverage:.0%} of the rendered body was found in the depth image'
+            f'only {gap.coverage_in_sight:.0%} of the rendered body was found in the depth image'
+        )
+    if gap.explained < _LOW_COVERAGE:
+        warnings.append(
+            f'{1.0 - gap.explained:.0%} of the measured body lies beside the rendered one: it may '
+            'have slid along itself, or the mesh lacks a part of it'
         )
     warnings.extend(_strong_pairs(fitted, uncertainty))
     return warnings

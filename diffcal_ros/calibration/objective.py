@@ -14,8 +14,9 @@ from diffcal_ros.calibration.effect_model import SensorModel
 from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.gap import Gap, measure_gap
 from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.calibration.measured_body import MeasuredShares
 from diffcal_ros.calibration.parameters import Kind
-from diffcal_ros.calibration.residual_scales import Scale, Scales, spread, WIDE_REACH
+from diffcal_ros.calibration.residual_scales import FINAL_WIDTH, Scale, Scales, spread, WIDE_REACH
 from diffcal_ros.calibration.robust_residual import (
     Comparison,
     make_comparers,
@@ -33,6 +34,8 @@ _FINEST_NOISE = 0.0002
 # Of a residual's weight, this share at least stays in the curvature.
 _LEAST_CURVATURE = 0.5
 _EDGE_REACH = 30
+# Scales under which every state of every fit is measured alike.
+_YARDSTICK = Scales(Scale(FINAL_WIDTH, FINAL_WIDTH), Scale(FINAL_WIDTH, FINAL_WIDTH))
 
 
 @dataclass(frozen=True)
@@ -91,11 +94,63 @@ class RobustObjective:
         return self._cost(self.comparisons(coordinates), coordinates)
 
     def gap(self, coordinates: FloatArray) -> Gap:
-        """Measure the gap at some coordinates."""
-        compared = self.comparisons(coordinates)
+        """Measure the gap at some coordinates, in both directions."""
+        return self._gap(*self._compared_both_ways(coordinates))
+
+    def _gap(self, compared: list[Comparison], shares: list[MeasuredShares]) -> Gap:
         return measure_gap(
-            [c.difference for c in compared], [c.counted for c in compared], self.truncation
+            [c.difference for c in compared],
+            [c.counted for c in compared],
+            self.truncation,
+            shares,
         )
+
+    def _compared_both_ways(
+        self, coordinates: FloatArray
+    ) -> tuple[list[Comparison], list[MeasuredShares]]:
+        """Compare every view, and look beside it for what of the measured body it leaves."""
+        views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
+        compared, shares = [], []
+        for number, view in enumerate(views):
+            compared.append(self._compare(number, view, sensor))
+            shares.append(self.comparers[number].measured_shares(view, sensor))
+        return compared, shares
+
+    def standing(self, coordinates: FloatArray) -> tuple[Gap, float]:
+        """Return the gap, and the misfit to the data under scales that never change.
+
+        The objective's own cost is in units of a noise that is estimated as the fit goes on, and
+        weighs priors against it, so it jumps from step to step; this one tells a person whether
+        the data are met better.
+        """
+        scales, self.scales = self.scales, _YARDSTICK
+        try:
+            compared, shares = self._compared_both_ways(coordinates)
+            misfit = self._data_misfit(compared, shares, coordinates)
+        finally:
+            self.scales = scales
+        return self._gap(compared, shares), misfit
+
+    def misfit(self, coordinates: FloatArray) -> float:
+        """Return the cost, and that of the measured body which the model leaves unexplained.
+
+        The figure by which fits from other starts are compared, under the same scales: half
+        chi-square, priors included. A measured pixel that nothing covers costs as much as a
+        rendered one that was not measured.
+        """
+        both = self._compared_both_ways(coordinates)
+        return self._data_misfit(*both, coordinates) + self._prior_cost(coordinates)
+
+    def _data_misfit(
+        self, compared: list[Comparison], shares: list[MeasuredShares], coordinates: FloatArray
+    ) -> float:
+        depth = self.scales.depth
+        square = depth.width**2
+        worst = 0.5 * square * np.log1p(self.scales.reach.depth**2 / square)
+        beside = sum(share.unexplained for share in shares)
+        left = beside * worst / (depth.noise**2 * depth.patch(2))
+        cost = self._cost(compared, coordinates) - self._prior_cost(coordinates)
+        return float(cost + left)
 
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost around some coordinates."""
@@ -292,8 +347,11 @@ class RobustObjective:
             scales, reach = self.scales, self.scales.reach
             total += robust_cost(unbiased.depth, scales.depth, reach.depth, 2)
             total += robust_cost(unbiased.edge, scales.edge, reach.edge_depth, 1)
+        return total + self._prior_cost(coordinates)
+
+    def _prior_cost(self, coordinates: FloatArray) -> float:
         offset = coordinates - self._prior_mean
-        return total + 0.5 * float(offset @ self._prior_precision @ offset)
+        return 0.5 * float(offset @ self._prior_precision @ offset)
 
 
 def robust_cost(residuals: Residuals, scale: Scale, limit: float, dimension: int) -> float:

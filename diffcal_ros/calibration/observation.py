@@ -58,6 +58,8 @@ class Observation:
             motion from those before the release; NaN where there are too few.
         instant: of a body that moves; None for one at rest.
         left_out: pixels that are not looked at, shape (H, W); None: all are.
+        mirrored: another camera pose that a flat marker allows about as well, shape (4, 4), or
+            None.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Observation:
     noise: float = float('nan')
     instant: Instant | None = None
     left_out: NDArray[np.bool_] | None = None
+    mirrored: FloatArray | None = None
 
     @property
     def is_held_out(self) -> bool:
@@ -178,6 +181,7 @@ def make_observation(
         pose_pivot=pose.pivot,
         frame_count=fused.frame_count,
         noise=fused.noise,
+        mirrored=pose.mirrored,
     )
 
 

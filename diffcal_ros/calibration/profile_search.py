@@ -9,10 +9,11 @@ interval of confidence p is where it stays under chi2_1(p) / 2 times the ratio o
 correlated residuals leave to the one that the curvature says (Rotnitzky and Jewell 1990).
 """
 
-from diffcal_ros.calibration.calibrate import Calibration, longest_steps
+from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.levenberg_marquardt import minimise, Stop
 from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.profile import Profile
 from diffcal_ros.calibration.uncertainty import estimate_uncertainty

@@ -51,7 +51,8 @@ class IterationRecord:
 
     Attributes:
         number: 0 for the start.
-        loss: value of the loss.
+        loss: value of a whole-image loss; of the robust one the misfit under scales that never
+            change, see `RobustObjective.standing`.
         gap: there.
         values: parameters in SI units by name.
         seconds: since the start of the fit.
@@ -62,6 +63,37 @@ class IterationRecord:
     gap: Gap
     values: dict[str, float]
     seconds: float
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another place at which the model fits.
+
+    Attributes:
+        values: parameters in SI units by name, nuisances too.
+        std_errors: statistical, of the same, by name.
+        gap: there, in both directions.
+        misfit: half chi-square above that of the result, under the result's scales.
+        is_as_good: it explains the data about as well as the result.
+    """
+
+    values: dict[str, float]
+    std_errors: dict[str, float]
+    gap: Gap
+    misfit: float
+    is_as_good: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what `result.json` holds of it."""
+        return {
+            'parameters': {
+                name: {'value': value, 'std_error': self.std_errors[name]}
+                for name, value in self.values.items()
+            },
+            'gap': self.gap.as_dict(),
+            'misfit_above_best': self.misfit,
+            'explains_about_as_well': self.is_as_good,
+        }
 
 
 @dataclass(frozen=True)
@@ -80,6 +112,7 @@ class CalibrationResult:
         warnings: sentences for a person.
         seconds: of the fit, kernels compiled before.
         profiles: likelihood profiles that were asked for.
+        alternatives: other places at which the model fits, the best first.
         details: versions, hashes of inputs, settings.
     """
 
@@ -94,6 +127,7 @@ class CalibrationResult:
     seconds: float = 0.0
     gap_held_out: Gap | None = None
     profiles: tuple[Profile, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
     details: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -158,6 +192,7 @@ class CalibrationResult:
                 'matrix': self.correlation.tolist(),
             },
             'profiles': {own.name: own.as_dict() for own in self.profiles},
+            'alternatives': [own.as_dict() for own in self.alternatives],
             'warnings': list(self.warnings),
             **self.details,
         }

@@ -13,6 +13,11 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.edge_search import ObservedImage
 from diffcal_ros.calibration.effect_model import EXACT_SENSOR, SensorModel
 from diffcal_ros.calibration.forward_model import ForwardModel, View
+from diffcal_ros.calibration.measured_body import (
+    measured_shares,
+    MeasuredShares,
+    SimulatedView,
+)
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.pixel_masks import facing_cosines, make_view_mask, ViewMask
 from diffcal_ros.depth.trace import Outline, Trace
@@ -163,6 +168,29 @@ class ViewComparer:
         if band > 0:
             comparable &= ~trace.outline_band(band)
         return counted, comparable
+
+    def simulated(self, trace: Trace, read: FloatArray, counted: BoolArray) -> SimulatedView:
+        """Put what is read and counted in a window in its place in the image."""
+        image = np.zeros(self._observation.depth.shape, dtype=bool)
+        image[trace.rows, trace.columns] = counted
+        return SimulatedView(trace.in_image(read), image, self.mask.image)
+
+    def measured_shares(self, view: View, sensor: SensorModel = EXACT_SENSOR) -> MeasuredShares:
+        """Find what of the measured body the view leaves unexplained, and what hides it."""
+        counted, _ = self.pixels(view)
+        simulated = self.simulated(view.trace, self.read(view.trace, sensor), counted)
+        return self.shares_of(self._observation.depth, simulated)
+
+    def shares_of(self, depth: NDArray[np.float32], simulated: SimulatedView) -> MeasuredShares:
+        """Find the same for an image of this camera [m], shape (H, W)."""
+        return measured_shares(
+            depth,
+            simulated,
+            self._observation.camera,
+            truncation=self._masks.truncation,
+            band=self._masks.silhouette_band,
+            steepest=self._masks.grazing_angle,
+        )
 
     def is_second(self, trace: Trace) -> BoolArray:
         """Tell which pixels of the window show another material than the first."""

@@ -25,6 +25,9 @@ class CalibrationSettings:
         with_mesh_error: estimate what halving the mesh size, and a motion's time step, would
             change.
         profile: names of parameters whose likelihood is profiled after the fit.
+        search: look over the whole range of modulus and placement for where to start, and for
+            other places that explain the data about as well; of bodies at rest and the robust
+            loss.
     """
 
     fit: tuple[str, ...] | None = None
@@ -35,6 +38,7 @@ class CalibrationSettings:
     device: str = 'cpu'
     with_mesh_error: bool = True
     profile: tuple[str, ...] = ()
+    search: bool = True
 
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:

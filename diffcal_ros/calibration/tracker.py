@@ -3,11 +3,11 @@
 """Follow the parameters of a body from frame to frame, after a fit has found them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.body_change import BodyChange, ChangeWatch
-from diffcal_ros.calibration.body_search import find_body, FOUND
-from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, longest_steps
+from diffcal_ros.calibration.body_search import find_body, find_body_anywhere, FOUND
+from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters
 from diffcal_ros.calibration.forgetting_filter import ForgettingFilter
 from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.gap import Gap
@@ -15,10 +15,13 @@ from diffcal_ros.calibration.gauss_newton import gauss_newton_step
 from diffcal_ros.calibration.held_view import FrameEquations, FrameInformation, HeldView
 from diffcal_ros.calibration.innovation import Innovation
 from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.result import FittedParameter
+from diffcal_ros.calibration.search.basins import Basin
+from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch
 from diffcal_ros.calibration.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
@@ -41,6 +44,7 @@ _COST_SHARE = 0.05
 # How often a search is tried while the body is not found [ns].
 _RETRY = 1_000_000_000
 _MOST_REFINEMENTS = 4
+_LOOKING = 1_000_000_000  # Between two looks at what lies beside the body [ns].
 _INFORMING = 15  # Frames between two looks at how sure a frame is.
 _LONGEST = 0.7  # Step of the logarithm of a modulus.
 _FRESH = 4.0  # Frames that an estimate must be worth before a change is told.
@@ -162,8 +166,9 @@ class Tracker:
         self._strange_count = 0
         self._usual_cost: float | None = None
         self._since_informed = 0
-        self._next_search_ns = self._thorough_until_ns = 0
+        self._next_search_ns = self._thorough_until_ns = self._next_look_ns = 0
         self._is_rough = True
+        self._stage: GlobalSearch | None = None
         self.search_count = 0
 
     @property
@@ -181,7 +186,7 @@ class Tracker:
         """Forget all frames, not what they said: another stretch of the stream begins."""
         self._filter.clear()
         self._strange_count = 0
-        self._next_search_ns = self._thorough_until_ns = 0
+        self._next_search_ns = self._thorough_until_ns = self._next_look_ns = 0
 
     def follow(self, frame: DepthFrame) -> Tracked:
         """Take a frame; its stamp must not lie before the last one's.
@@ -234,7 +239,14 @@ class Tracker:
 
     def _inform(self, frame: DepthFrame) -> None:
         self._information = self.held.inform(frame.depth)
-        self._gap = self.held.gap(frame.depth)
+        # What lies beside the body takes longer to look for than all else, and changes slowly.
+        is_due = frame.stamp_ns >= self._next_look_ns
+        gap = self.held.gap(frame.depth, is_both_ways=is_due)
+        if is_due:
+            self._next_look_ns = frame.stamp_ns + _LOOKING
+        else:
+            gap = replace(gap, explained=self._gap.explained, hidden=self._gap.hidden)
+        self._gap = gap
         self._since_informed = 0
 
     def _is_strange(self, frame: FrameEquations) -> bool:
@@ -273,6 +285,13 @@ class Tracker:
         found = find_body(
             self._objective, self.coordinates, self._bounds, self._longest, is_brief=is_brief
         )
+        found = find_body_anywhere(
+            self._objective,
+            lambda: self._basins(frame),
+            self._bounds,
+            self._longest,
+            found,
+        )
         if found is None:
             self._objective.scales = scales
             return False
@@ -286,6 +305,16 @@ class Tracker:
         self._watch.is_sudden = True
         self._hold(found, frame)
         return True
+
+    def _basins(self, frame: DepthFrame) -> list[Basin]:
+        """Return where on the whole range the body of a frame may be, the best first."""
+        model = self._objective.model
+        if not can_search(model):
+            return []
+        if self._stage is None:
+            self._stage = GlobalSearch(model, self.coordinates)
+        self._stage.look_at([frame.depth])
+        return self._stage.basins()
 
     def _weigh_anew(self, frame: DepthFrame) -> None:
         """Weigh residuals once more where frames have carried on a fit or a search.

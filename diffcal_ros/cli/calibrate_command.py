@@ -97,6 +97,12 @@ def _add_fit_options(group: Any) -> None:
         'the model bends within the error; each takes about as long as the fit',
     )
     group.add_argument(
+        '--no-search',
+        action='store_true',
+        help='fit from the start values only; without it the whole range of modulus and placement '
+        'is searched for where to start, and other answers that explain the data are reported',
+    )
+    group.add_argument(
         '--no-mesh-error',
         action='store_true',
         help='leave out what a finer mesh and shorter time steps would change',
@@ -144,6 +150,7 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
         device=args.device,
         with_mesh_error=not args.no_mesh_error,
         profile=tuple(args.profile),
+        search=not args.no_search,
     )
     _check_device(args.device)
     return settings
@@ -249,7 +256,7 @@ def _tell(
         write_field(out / FIELD_FILE, calibration, field)
         rows.append(('field', str(out / FIELD_FILE)))
     print(format_rows(rows))
-    return 0 if result.outcome.is_fitted else _EXIT_NOT_FITTED
+    return result.outcome.exit_code
 
 
 def _what_is_left(out: Path, progress: 'Progress') -> str:

@@ -21,7 +21,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='diffcal',
         description="Find a soft body's simulator parameters from depth images.",
-        epilog='Exit codes: 0 done, 2 bad input, 3 diverged or not identifiable.',
+        epilog='Exit codes: 0 done, 2 bad input; of a calibration 0 converged, 3 no usable fit, '
+        '4 the model disagrees with the data, 5 several answers explain them about as well.',
     )
     parser.add_argument('--version', action='version', version=f'diffcal {__version__}')
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)

@@ -29,9 +29,10 @@ def add_input_options(group: Any) -> None:
     """Add how recordings are read."""
     group.add_argument(
         '--pose',
-        choices=('estimated', 'stored'),
-        default='estimated',
-        help="the camera's pose: estimated from the marker (default), or as the scene stores it",
+        choices=('estimated', 'stored', 'tf', 'topic'),
+        help="the camera's pose: estimated from the marker, as the scene stores it, from /tf and "
+        '/tf_static, or from a PoseStamped or PoseWithCovarianceStamped topic (default: what '
+        '`pose: {source: ..}` of the scene says, or else estimated)',
     )
     group.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
     group.add_argument(

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fit of patches on its way: Gauss-Newton with Levenberg and Marquardt's damping."""
 
-from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.whitened import Part, residual_size, whiten, Whitened

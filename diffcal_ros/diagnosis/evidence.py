@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from diffcal_ros.calibration.calibrate import longest_steps
 from diffcal_ros.calibration.forward_model import ForwardModel, View
 from diffcal_ros.calibration.levenberg_marquardt import minimise
+from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.observation import Observation, pose_owners
 from diffcal_ros.calibration.residual_scales import Scales

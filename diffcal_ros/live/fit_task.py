@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import math
 import threading
 
-from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.calibrate import Calibration, with_details
 from diffcal_ros.calibration.forward_model import View
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.observation import Observation
@@ -46,10 +46,22 @@ class FitRequest:
         Raises:
             InputError: when something given is wrong.
         """
-        observations = [
-            seen for snapshot in self.snapshots for seen in snapshot.observe(self.scene)
-        ]
-        return Calibration(self.scene, observations, self.settings)
+        return self.prepare()[0]
+
+    def prepare(self) -> tuple[Calibration, tuple[str, ...]]:
+        """Prepare the fit, and return what a person should know of its inputs beside it.
+
+        Raises:
+            InputError: when something given is wrong.
+        """
+        takes = [snapshot.take(self.scene) for snapshot in self.snapshots]
+        observations = [seen for take in takes for seen in take.observations]
+        notes = tuple(
+            f'{snapshot.name}: {note}'
+            for snapshot, take in zip(self.snapshots, takes, strict=True)
+            for note in take.notes
+        )
+        return Calibration(self.scene, observations, self.settings), notes
 
 
 @dataclass(frozen=True)
@@ -91,7 +103,7 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
     Raises:
         InputError: when something given is wrong.
     """
-    calibration = request.calibration()
+    calibration, notes = request.prepare()
     observations = calibration.model.observations
     calibration.coordinates = _start(calibration, request.start)
     last = request.snapshots[-1]
@@ -102,7 +114,7 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
         post(FitStep(record, _parameters(calibration, record), picture))
         return not stop.is_set()
 
-    result = calibration.run(tell)
+    result = with_details(calibration.run(tell), notes=list(notes))
     post(FitEnd(request, result, calibration, _picture(calibration, observations, last)))
 
 

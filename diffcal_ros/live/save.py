@@ -36,10 +36,11 @@ def save_numbers(end: FitEnd, folder: Path) -> tuple[Path, ...]:
     Raises:
         InputError: when the folder cannot be written to or the disk is full.
     """
+    notes = end.result.details.get('notes', [])
     details = {
         **describe_fit(end.request.scene, end.request.settings),
         'recordings': [_described(snapshot) for snapshot in end.request.snapshots],
-        'notes': [],
+        'notes': notes,
     }
     written = [folder / RESULT]
     save_result(with_details(end.result, **details), folder / RESULT)

@@ -7,6 +7,7 @@ from enum import Enum
 import threading
 from typing import Any
 
+from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background, TaskFailed
@@ -306,14 +307,20 @@ class Session:
     def _inputs_for(self, settings: SessionSettings) -> LiveInputs:
         fresh = LiveInputs(self.scene, settings.pose_source, settings.observation)
         fresh.camera = self.inputs.camera
-        fresh.pose, fresh.transform = self.inputs.pose, self.inputs.transform
+        fresh.take_over(self.inputs)
         return fresh
 
     def _start(self, scene: Scene, snapshots: tuple[Snapshot, ...]) -> None:
         scene = with_quantization(scene, self.settings.depth_quantization)
-        request = FitRequest(scene, snapshots, self.settings.fit, dict(self._values))
+        request = FitRequest(scene, snapshots, self._fit_settings(), dict(self._values))
         self.window.used()
         self._fit = self._background.submit(lambda post, stop: fit(request, post, stop))
+
+    def _fit_settings(self) -> CalibrationSettings:
+        """Return how to fit: what goes on from a good fit needs no other start."""
+        settings, end = self.settings.fit, self.last_end
+        goes_on = self._values and end is not None and end.result.outcome.is_usable
+        return replace(settings, search=False) if goes_on else settings
 
     def _track(self, end: FitEnd) -> None:
         """Follow the body from here on; what is not fitted is fitted again."""

@@ -16,6 +16,8 @@ def session_health(session: Session) -> Health:
         'captured observations': str(len(session.captured)),
         'device': session.settings.fit.device,
         'parameters at bounds': _at_bounds(session),
+        'camera pose': session.inputs.source,
+        'notes': _notes(session),
     }
     if session.last_step is not None:
         record = session.last_step.record
@@ -24,6 +26,7 @@ def session_health(session: Session) -> Health:
         values['gap median [mm]'] = f'{1e3 * record.gap.median:.4f}'
         values['gap RMS [mm]'] = f'{1e3 * record.gap.rms:.4f}'
         values['coverage [share]'] = f'{record.gap.coverage:.4f}'
+        values['explained [share]'] = f'{record.gap.explained:.4f}'
     if session.swings is not None:
         values.update(session.swings.figures())
     if session.tracking is not None:
@@ -81,7 +84,14 @@ def _tracked(tracking: Tracking) -> dict[str, str]:
         'gap median [mm]': f'{1e3 * gap.median:.4f}',
         'gap RMS [mm]': f'{1e3 * gap.rms:.4f}',
         'coverage [share]': f'{gap.coverage:.4f}',
+        'explained [share]': f'{gap.explained:.4f}',
     }
+
+
+def _notes(session: Session) -> str:
+    end = session.last_end
+    notes = [] if end is None else end.result.details.get('notes', [])
+    return '; '.join(str(note) for note in notes) or 'none'
 
 
 def _at_bounds(session: Session) -> str:

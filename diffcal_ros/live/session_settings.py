@@ -34,7 +34,7 @@ class SessionSettings:
     """
 
     fit: CalibrationSettings = field(default_factory=CalibrationSettings)
-    pose_source: str = 'estimated'
+    pose_source: str = 'scene'
     observation: str = ''
     window_frames: int = 31
     window_seconds: float = 2.0

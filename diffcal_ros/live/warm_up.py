@@ -44,7 +44,7 @@ def warm_up(
         InputError: when the start values cannot be simulated.
     """
     begun = time.perf_counter()
-    brief = replace(settings, max_iterations=1)
+    brief = replace(settings, max_iterations=1, search=False)
     unseen = Calibration(scene, _made_up_views(scene), brief)
     if stop.is_set():
         return

@@ -52,7 +52,7 @@ def open_inputs(
     scene: Scene,
     bags: Sequence[Path],
     *,
-    pose_source: str = 'estimated',
+    pose_source: str | None = None,
     depth_topic: str | None = None,
     allow_truncated: bool = False,
 ) -> OfflineInputs:
@@ -62,7 +62,8 @@ def open_inputs(
         scene: loaded.
         bags: one an observation of the scene, in its order, or in any where the scene names them;
             or any number for a scene with one. Empty: the bags that the scene names.
-        pose_source: `estimated` or `stored`.
+        pose_source: `estimated` from the marker, `stored`, `tf` or `topic`; None: as the scene
+            says, or else `estimated`.
         depth_topic: where a recording has several.
         allow_truncated: read what is left of a cut-off file.
 

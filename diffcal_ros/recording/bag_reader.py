@@ -12,20 +12,16 @@ from diffcal_ros.recording.bag_files import mcap_files
 from diffcal_ros.recording.camera_infos import camera_of, require_size, require_undistorted
 from diffcal_ros.recording.image_topics import choose_color, choose_depth, ImageTopic
 from diffcal_ros.recording.mcap_messages import McapMessages
+from diffcal_ros.recording.recorded_frames import own_topics, read_still_frames
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.ros_messages import deserialize, matrix_of
-from diffcal_ros.recording.static_transforms import chain, FrameTransform
-from diffcal_ros.recording.topics import (
-    camera_info_of,
-    CAMERA_INFO_TYPE,
-    TF_STATIC,
-    TF_TYPE,
-    TRANSFORM_TYPE,
-)
+from diffcal_ros.recording.topics import camera_info_of, CAMERA_INFO_TYPE
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+_OWN_TOPIC = 'depth_from_color'
 
 
 def open_recording(
@@ -138,44 +134,15 @@ def _depth_from_color(
     messages: McapMessages, depth: ImageTopic, color: ImageTopic
 ) -> FloatArray | None:
     """Return where the colour camera is, or None when the recording does not say."""
-    edges = _static_edges(messages)
-    found = chain(edges, depth.frame_id, color.frame_id)
-    if found is not None or (depth.frame_id and color.frame_id):
-        return found
+    if depth.frame_id and color.frame_id:
+        return read_still_frames(messages).find(depth.frame_id, color.frame_id)
     # Images without frame names: the topic's own name says which transform it is.
-    named = [edge for name, edge in _stamped(messages) if name.endswith('depth_from_color')]
-    return named[0].parent_from_child if named else None
-
-
-def _static_edges(messages: McapMessages) -> list[FrameTransform]:
-    edges = [edge for _, edge in _stamped(messages)]
-    for topic, type_name in messages.types.items():
-        if type_name == TF_TYPE and topic.endswith(TF_STATIC):
-            for raw in messages.read(topic):
-                edges += [_edge(item) for item in _transforms(raw.data)]
-    return edges
-
-
-def _stamped(messages: McapMessages) -> list[tuple[str, FrameTransform]]:
-    """List the transforms that stand on topics of their own, once each."""
-    return [
-        (topic, _edge(deserialize(raw.data, TRANSFORM_TYPE)))
-        for topic, type_name in messages.types.items()
-        if type_name == TRANSFORM_TYPE
-        for raw in messages.read(topic, messages.entries(topic)[:1])
-    ]
-
-
-def _transforms(data: bytes) -> list[Any]:
-    return list(deserialize(data, TF_TYPE).transforms)
-
-
-def _edge(stamped: Any) -> FrameTransform:
-    parent, child = str(stamped.header.frame_id), str(stamped.child_frame_id)
-    try:
-        return FrameTransform(parent, child, matrix_of(stamped))
-    except ValueError as error:
-        raise RecordingError(
-            f'the recorded transform from {child} to {parent} is unusable, {error}: record it '
-            'again'
-        ) from error
+    for name, stamped in own_topics(messages).items():
+        if name.endswith(_OWN_TOPIC):
+            try:
+                return matrix_of(stamped)
+            except ValueError as error:
+                raise RecordingError(
+                    f'the transform on {name} is unusable, {error}: record it again'
+                ) from error
+    return None

@@ -6,6 +6,7 @@ DEPTH_IMAGE = '/depth/image_rect_raw'
 DEPTH_CAMERA_INFO = '/depth/camera_info'
 COLOR_IMAGE = '/color/image_raw'
 COLOR_CAMERA_INFO = '/color/camera_info'
+TF = '/tf'
 TF_STATIC = '/tf_static'
 DEPTH_FROM_COLOR = '/depth_from_color'
 
@@ -17,6 +18,8 @@ COMPRESSED_IMAGE_TYPE = 'sensor_msgs/msg/CompressedImage'
 CAMERA_INFO_TYPE = 'sensor_msgs/msg/CameraInfo'
 TRANSFORM_TYPE = 'geometry_msgs/msg/TransformStamped'
 TF_TYPE = 'tf2_msgs/msg/TFMessage'
+POSE_TYPE = 'geometry_msgs/msg/PoseStamped'
+POSE_COVARIANCE_TYPE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
 
 
 def camera_info_of(image_topic: str) -> str:

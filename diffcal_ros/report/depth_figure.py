@@ -59,11 +59,29 @@ def depth_figure(view: ObservedView, limits: tuple[float, float]) -> Any:
     for panel, (word, picture) in zip(axes[1, 1:], pairs, strict=True):
         image = show_image(panel, view, _residual(picture), palette.residual_map(), span)
         shade_mask(panel, view, picture.counted & np.isnan(picture.residual))
+        shade_mask(panel, view, picture.beside, palette.UNEXPLAINED)
         hatch_mask(panel, view, picture.masked | (view.left_out & (picture.faces >= 0)))
         panel.set_title(f'measured − simulated, {word} values', fontsize=12)
     bar = _bar(figure, image, axes[1], 'residual [mm]', 'orange: the real body is farther away')
     bar.set_ticks(np.linspace(*span, 5))
     scale_bar(axes[0, 0], view)
+    return figure
+
+
+def alternative_figure(view: ObservedView) -> Any:
+    """Draw the outline and the residual of one other answer, in the scale of the residuals."""
+    rows, columns = view.rows, view.columns
+    aspect = (rows.stop - rows.start) / (columns.stop - columns.start)
+    figure = new_figure(1.4 * _PANEL_WIDTH, float(np.clip(_PANEL_WIDTH * aspect, *_HEIGHTS)) + 0.5)
+    panel = figure.subplots(1, 1)
+    picture = view.fitted
+    span = (-RESIDUAL_LIMIT, RESIDUAL_LIMIT)
+    image = show_image(panel, view, _residual(picture), palette.residual_map(), span)
+    shade_mask(panel, view, picture.counted & np.isnan(picture.residual))
+    shade_mask(panel, view, picture.beside, palette.UNEXPLAINED)
+    hatch_mask(panel, view, picture.masked)
+    scale_bar(panel, view)
+    _bar(figure, image, [panel], 'residual [mm]', 'orange: the real body is farther away')
     return figure
 
 

@@ -44,9 +44,12 @@ def show_image(
     )
 
 
-def shade_mask(panel: Any, view: ObservedView, mask: BoolArray) -> None:
+def shade_mask(
+    panel: Any, view: ObservedView, mask: BoolArray, colour: str = palette.MISSING
+) -> None:
     """Shade the pixels of a mask, shape (H, W)."""
-    show_image(panel, view, np.where(mask, 0.0, np.nan), palette.missing_map(), (0.0, 1.0))
+    colours = palette.one_colour_map(colour)
+    show_image(panel, view, np.where(mask, 0.0, np.nan), colours, (0.0, 1.0))
 
 
 def hatch_mask(panel: Any, view: ObservedView, mask: BoolArray) -> None:

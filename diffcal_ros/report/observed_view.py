@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What one observation measured beside what the simulator shows, at start and fitted values."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import Calibration
@@ -39,6 +39,7 @@ class Picture:
         edge_points: the measured outline where it was found, shape (Q, 2).
         edge_residuals: how far it lies outside the simulated one [m], shape (Q,).
         edge_vertices: a surface vertex beside each, shape (Q,).
+        beside: measured body that no simulated pixel covers, shape (H, W).
         cables: column and row [px] of each cable's via points, shape (n, 2) each.
     """
 
@@ -51,6 +52,7 @@ class Picture:
     edge_points: FloatArray
     edge_residuals: FloatArray
     edge_vertices: IntArray
+    beside: BoolArray
     cables: tuple[FloatArray, ...] = ()
 
 
@@ -79,9 +81,14 @@ class ObservedView:
 
 def observed_views(calibration: Calibration, result: CalibrationResult) -> list[ObservedView]:
     """Simulate observations at the start and at the fitted values; of a motion, a few frames."""
-    shown = shown_numbers(calibration.model.observations)
     fitted = {p.name: p.value for p in result.parameters}
-    start = result.history[0].values if result.history else fitted
+    return _views(calibration, result.history[0].values if result.history else fitted, fitted)
+
+
+def _views(
+    calibration: Calibration, start: Mapping[str, float], fitted: Mapping[str, float]
+) -> list[ObservedView]:
+    shown = shown_numbers(calibration.model.observations)
     comparers = _Comparers(calibration)
     starts, ends = (
         comparers.pictures(
@@ -104,6 +111,17 @@ def observed_views(calibration: Calibration, result: CalibrationResult) -> list[
             )
         )
     return views
+
+
+def views_at(calibration: Calibration, values: Mapping[str, float]) -> list[ObservedView]:
+    """Simulate observations at other values, which stand as start and end.
+
+    Args:
+        calibration: gives model and observations.
+        values: of all parameters in SI units by name.
+    """
+    at = dict(values)
+    return _views(calibration, at, at)
 
 
 def shown_numbers(observations: Sequence[Observation]) -> list[int]:
@@ -149,6 +167,9 @@ class _Comparers:
         depth[window] = self._comparers[number].read(trace, sensor)
         residual[window] = comparison.difference
         faces[window], counted[window] = trace.faces, comparison.counted
+        shares = self._comparers[number].measured_shares(view, sensor)
+        beside = shares.beside.repeat(shares.stride, 0).repeat(shares.stride, 1)
+        beside = beside[: shape[0], : shape[1]]
         outline = trace.outline
         edge = comparison.edge
         found = np.searchsorted(outline.pieces, edge.places)
@@ -166,6 +187,7 @@ class _Comparers:
             edge_points=points,
             edge_residuals=edge.values,
             edge_vertices=edges[outline.edges[found], 0],
+            beside=beside,
             cables=tuple(camera.project(c.via_positions(view.points)) for c in body.cables),
         )
 

@@ -16,6 +16,7 @@ from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.along_body import along_body
 from diffcal_ros.report.along_body_figure import along_body_figure
+from diffcal_ros.report.alternatives import alternatives_section
 from diffcal_ros.report.convergence_figure import convergence_figure
 from diffcal_ros.report.depth_figure import depth_figure, depth_range, RESIDUAL_LIMIT
 from diffcal_ros.report.field_section import field_section
@@ -41,7 +42,12 @@ _PROFILE_CAPTION = (
     'Dashed: the parabola of the curvature.'
 )
 _GOOD = (Outcome.CONVERGED,)
-_CARE = (Outcome.AT_BOUND, Outcome.MODEL_DISAGREES, Outcome.INTERRUPTED)
+_CARE = (
+    Outcome.AT_BOUND,
+    Outcome.MODEL_DISAGREES,
+    Outcome.AMBIGUOUS,
+    Outcome.INTERRUPTED,
+)
 
 
 def write_report(
@@ -66,6 +72,7 @@ def write_report(
     sections = [
         _headline(name, result),
         _warnings(result),
+        alternatives_section(calibration, result),
         _pictures(calibration, views),
         field_section(calibration, field) if field is not None else '',
         _over_time(calibration, result),
@@ -136,8 +143,14 @@ def _gap_card(result: CalibrationResult) -> str:
 def _gap_words(when: str, gap: Gap) -> str:
     return (
         f'{when}: {_millimetres(gap.median)} mm, RMS {_millimetres(gap.rms)} mm, '
-        f'coverage {gap.coverage:.1%}'
+        f'coverage {gap.coverage:.1%}{_explained_words(gap)}'
     )
+
+
+def _explained_words(gap: Gap) -> str:
+    if not np.isfinite(gap.explained):
+        return ''
+    return f', {gap.explained:.1%} of the measured body explained'
 
 
 def _millimetres(length: float) -> str:
@@ -166,7 +179,8 @@ def _pictures(calibration: Calibration, views: list[ObservedView]) -> str:
             f'{_source(view)} Top: depth, one scale. '
             'Bottom: outlines, and residuals, also in one scale; dark ends of the scale mark '
             f'residuals beyond {RESIDUAL_LIMIT:g} mm, pink marks simulated pixels without a '
-            'measured depth, hatching what the fit leaves out.'
+            'measured depth, red the measured body that no simulated pixel covers, hatching what '
+            'the fit leaves out.'
         )
         if view.fitted.cables:
             caption += ' Lines with dots: cables and their via points.'
@@ -224,8 +238,8 @@ def _convergence(result: CalibrationResult) -> str:
     caption = 'Bars: standard errors at the end.'
     if result.loss == 'robust':
         caption += (
-            ' The robust loss is in units of its own noise, which is found during the fit: its '
-            'points have no common unit, and it may rise while the gap shrinks.'
+            ' The robust loss is shown under scales that never change; the fit itself weighs by '
+            'the noise that it finds on the way.'
         )
     figure = convergence_figure(result)
     return '<h2>Convergence</h2>\n' + figure_html(figure, 'Loss, gap and parameters', caption)

@@ -11,6 +11,7 @@ MEASURED = '#111827'
 MEASURED_EDGE = '#facc15'
 CABLE = '#c026d3'
 MISSING = '#f5d0fe'
+UNEXPLAINED = '#dc2626'
 # From "too near" over grey to "too far"; beyond the scale each end turns dark.
 _NEAR, _MIDDLE, _FAR = '#2b6cb0', '#e5e7eb', '#dd7a1c'
 _NEARER, _FARTHER = '#0b2545', '#6b2d06'
@@ -30,11 +31,11 @@ def residual_map() -> Any:
 
 
 @cache
-def missing_map() -> Any:
+def one_colour_map(colour: str) -> Any:
     """Return a map of one colour, transparent where there is no value."""
     from matplotlib.colors import ListedColormap
 
-    return ListedColormap([MISSING]).with_extremes(bad=(0.0, 0.0, 0.0, 0.0))
+    return ListedColormap([colour]).with_extremes(bad=(0.0, 0.0, 0.0, 0.0))
 
 
 @cache

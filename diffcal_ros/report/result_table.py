@@ -5,8 +5,9 @@
 import math
 import textwrap
 
+from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
-from diffcal_ros.report.naming import shown, title
+from diffcal_ros.report.naming import is_material, shown, title
 
 _WIDTH = 96
 
@@ -19,7 +20,7 @@ def result_text(scene_name: str, result: CalibrationResult) -> str:
     first, second = (max(len(row[column]) for row in rows) for column in range(2))
     lines = [f'{scene_name}: {result.outcome.value.replace("_", " ")}', '']
     lines += [f'{a:<{first}}  {b:<{second}}  {c}' for a, b, c in rows]
-    lines += ['', *_figures(result), *profile_lines(result), '']
+    lines += ['', *_figures(result), *alternative_lines(result), *profile_lines(result), '']
     lines += textwrap.wrap(result.outcome.remedy, _WIDTH)
     for warning in result.warnings:
         lines += textwrap.wrap(f'warning: {warning}', _WIDTH, subsequent_indent='  ')
@@ -64,9 +65,34 @@ def _figures(result: CalibrationResult) -> list[str]:
         f'RMS {_millimetres(start.rms)} -> {_millimetres(end.rms)} mm',
         f'coverage    {start.coverage:.1%} -> {end.coverage:.1%} of the body in view '
         f'({end.pixels} pixels)',
+        *_explained(end),
         *kept,
         f'iterations  {result.iterations} in {result.seconds:.2f} s',
     ]
+
+
+def _explained(gap: Gap) -> list[str]:
+    if not math.isfinite(gap.explained):
+        return []
+    hidden = f'; {gap.hidden:.0%} of the simulated one is hidden' if gap.hidden > 0.02 else ''
+    return [f'explained   {gap.explained:.1%} of the measured body{hidden}']
+
+
+def alternative_lines(result: CalibrationResult) -> list[str]:
+    """Write what else explains the data: values that are asked for, and what they leave."""
+    asked = [p for p in result.parameters if not p.is_nuisance and is_material(p.name)]
+    lines = []
+    for own in result.alternatives:
+        values = ', '.join(
+            f'{title(p.name)} {shown(own.values[p.name], own.std_errors[p.name], p.unit).text()}'
+            for p in asked
+        )
+        word = 'about as well' if own.is_as_good else 'worse'
+        lines.append(
+            f'another     {word}: {values}; median {_millimetres(own.gap.median)} mm, coverage '
+            f'{own.gap.coverage:.1%}, explained {own.gap.explained:.1%}'
+        )
+    return lines
 
 
 def _millimetres(length: float) -> str:

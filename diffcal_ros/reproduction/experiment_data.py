@@ -24,7 +24,7 @@ from diffcal_ros.synthetic.recorder import record, RecorderSettings
 import yaml
 
 # Keys of a recording's scene that say how it was filmed.
-_FILMED = ('bag', 'sensor', 'stored_depth_from_world')
+_FILMED = ('bag', 'sensor', 'stored_depth_from_world', 'pose')
 _TIMING = ('frames', 'rate')
 _RECORDER = ('color_frames', 'seed', 'is_refined', 'camera_position')
 

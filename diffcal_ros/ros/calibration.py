@@ -42,6 +42,7 @@ class CalibrationNode(LifecycleNode):
         self._problem: str | None = None
         self._report = 'none'
         self._diagnosis = 'none'
+        self._told: set[str] = set()
         self._settings = Parameters(self, SETTINGS, check=self._check, act=self._changed)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._found = self.create_guard_condition(self._drain)
@@ -185,8 +186,16 @@ class CalibrationNode(LifecycleNode):
             self._outputs.tell_step(self._session.scene, event)
         elif isinstance(event, FitEnd):
             self._outputs.tell_end(self._session.scene, event)
+            self._tell_notes(event)
             self._tell_swing(event)
             self._reporter.report()
+
+    def _tell_notes(self, end: FitEnd) -> None:
+        """Log what a person should know of a fit's inputs, once."""
+        for note in end.result.details.get('notes', ()):
+            if note not in self._told:
+                self._told.add(note)
+                self.get_logger().info(f'note: {note}')
 
     def _tell_swing(self, end: FitEnd) -> None:
         """Tell a change of the body that the last swing showed."""

@@ -6,9 +6,16 @@ from collections.abc import Callable
 from typing import Any
 
 from diffcal_ros.live.health import Health, Level
-from diffcal_ros.live.inputs import CameraTransform, RigPoseMessage
+from diffcal_ros.live.inputs import (
+    CameraTransform,
+    DEPTH_TOPIC,
+    POSE_TOPIC,
+    SEEN_TOPIC,
+    TRANSFORM_TOPIC,
+)
 from diffcal_ros.live.session import Session
 from diffcal_ros.live.stream_meter import StreamMeter
+from diffcal_ros.observing.pose_sources import ESTIMATED
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription, noting
 from diffcal_ros.ros.conversion import (
     depth_camera,
@@ -18,15 +25,21 @@ from diffcal_ros.ros.conversion import (
     transform_matrix,
 )
 from diffcal_ros.ros.frame_tree import FrameTree
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from diffcal_ros.stamped_pose import known_covariance, StampedPose
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 import numpy as np
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Int32MultiArray
 
-DEPTH, CAMERA_INFO = 'depth/image_rect_raw', 'depth/camera_info'
-POSE, TRANSFORM = 'marker_pose/pose', 'depth_from_color'
+DEPTH, CAMERA_INFO, TRANSFORM = DEPTH_TOPIC, 'depth/camera_info', TRANSFORM_TOPIC
+_PLAIN_POSE = 'geometry_msgs/msg/PoseStamped'
+_NO_TF2 = (
+    'a pose from TF needs the package tf2_ros, which is not installed: install '
+    "ros-jazzy-tf2-ros, or use another source of the pose, such as 'topic'"
+)
 _QUIET = 5.0  # Without frames for so long something is wrong [s].
 
 
@@ -45,24 +58,30 @@ class CalibrationInputs:
         self._listeners = [
             self._subscribe_to_depth(),
             self._subscribe(CameraInfo, CAMERA_INFO, self._on_camera_info),
-            self._subscribe(PoseWithCovarianceStamped, POSE, self._on_pose),
             self._subscribe(TransformStamped, TRANSFORM, self._on_transform, is_latched=True),
+            self._subscribe(Int32MultiArray, SEEN_TOPIC, self._on_seen),
         ]
+        self._poses: AdaptiveSubscription | None = None
+        self._listened_to: tuple[str, Any] = ('', None)
+        self._look_at_poses()
 
     def feed(self, session: Session) -> None:
         """Hand everything to another session from now on."""
         session.bad_inputs = self._session.bad_inputs
-        session.inputs.pose = self._session.inputs.pose
-        session.inputs.transform = self._session.inputs.transform
+        session.inputs.take_over(self._session.inputs)
         self._session = session
+        self._look_at_poses()
 
     def destroy(self) -> None:
         """End the subscriptions."""
         for subscription in self._listeners:
             subscription.destroy()
+        if self._poses is not None:
+            self._poses.destroy()
 
     def health(self) -> Health:
         """Return how the input stands; looks for the transform in TF where it is missing."""
+        self._look_at_poses()
         self._look_into_tree()
         now = self._steady.now().nanoseconds
         values = self._meter.figures(now, self._node.get_clock().now().nanoseconds)
@@ -111,16 +130,49 @@ class CalibrationInputs:
         image_topic = self._listeners[0].topic
         self._session.inputs.set_camera(depth_camera(info, CAMERA_INFO, image_topic))
 
-    def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
-        covariance = np.array(message.pose.covariance, dtype=np.float64).reshape(6, 6)
-        if not np.isfinite(covariance).all():
-            raise ValueError('the covariance holds NaN or Inf: publish zeros where it is unknown')
-        # By ROS's convention zeros mean that it is not known.
-        self._session.inputs.pose = RigPoseMessage(
-            camera_from_rig=pose_matrix(message.pose.pose),
-            covariance=covariance if np.diag(covariance).min() > 0.0 else None,
-            frame_id=message.header.frame_id,
+    def _look_at_poses(self) -> None:
+        """Listen to the topic that is asked for, with the type that its publishers have."""
+        inputs = self._session.inputs
+        inputs.lookup = self._tree.find if self._tree.is_there else None
+        if inputs.source == 'tf' and inputs.lookup is None:
+            self._session.bad_inputs['tf'] = _NO_TF2
+        else:
+            self._session.bad_inputs.pop('tf', None)
+        wanted = (inputs.pose_topic, self._pose_kind(inputs.pose_topic))
+        if wanted == self._listened_to:
+            return
+        self._session.bad_inputs.pop(self._listened_to[0], None)
+        if self._poses is not None:
+            self._poses.destroy()
+        self._listened_to, (name, kind) = wanted, wanted
+        # What is published once, as a calibration is, counts as well.
+        is_latched = name != POSE_TOPIC
+        self._poses = (
+            None
+            if kind is None
+            else self._subscribe(kind, name, self._on_pose, is_latched=is_latched)
         )
+
+    def _pose_kind(self, name: str) -> Any:
+        """Return the type of a topic's poses; None while nobody publishes what may be either."""
+        topic = self._node.resolve_topic_name(name)
+        offered = {o.topic_type for o in self._node.get_publishers_info_by_topic(topic)}
+        if offered == {_PLAIN_POSE}:
+            return PoseStamped
+        return PoseWithCovarianceStamped if offered or name == POSE_TOPIC else None
+
+    def _on_pose(self, message: PoseStamped | PoseWithCovarianceStamped) -> None:
+        is_plain = isinstance(message, PoseStamped)
+        covariance = None if is_plain else known_covariance(np.array(message.pose.covariance))
+        self._session.inputs.pose = StampedPose(
+            frame_from_body=pose_matrix(message.pose if is_plain else message.pose.pose),
+            covariance=covariance,
+            frame_id=message.header.frame_id,
+            stamp_ns=stamp_ns(message.header.stamp),
+        )
+
+    def _on_seen(self, message: Int32MultiArray) -> None:
+        self._session.inputs.seen_ids = tuple(message.data)
 
     def _on_transform(self, message: TransformStamped) -> None:
         self._session.inputs.transform = CameraTransform(
@@ -132,6 +184,10 @@ class CalibrationInputs:
     def _look_into_tree(self) -> None:
         inputs, newest = self._session.inputs, self._session.window.newest
         if inputs.transform is not None or inputs.pose is None or newest is None:
+            return
+        # Of another pose than a marker's TF is asked frame by frame.
+        is_asked = inputs.source == ESTIMATED and newest.frame_id and inputs.pose.frame_id
+        if not is_asked:
             return
         found = self._tree.find(newest.frame_id, inputs.pose.frame_id)
         if found is not None:

@@ -6,7 +6,7 @@ from diffcal_ros.calibration.observation import MAX_FUSED_FRAMES
 from diffcal_ros.calibration.settings import CalibrationSettings, LOSSES, OPTIMIZERS
 from diffcal_ros.calibration.tracker import TrackerSettings
 from diffcal_ros.device_array import require_device
-from diffcal_ros.live.inputs import POSE_SOURCES
+from diffcal_ros.live.inputs import POSE_SOURCES, SCENE
 from diffcal_ros.live.session_settings import DEPTH_QUANTIZATIONS, REFITS, SessionSettings
 from diffcal_ros.live.tracking import TrackingSettings
 from diffcal_ros.ros.parameters import Setting, Values
@@ -25,9 +25,12 @@ SETTINGS = (
     Setting('device', 'cpu', 'Warp device, such as cpu or cuda:0'),
     Setting(
         'pose_source',
-        'estimated',
-        "the camera's pose: the marker's on marker_pose/pose, checked against the depth on it "
-        "(estimated); the world's own pose on that topic (topic); the scene's (stored)",
+        SCENE,
+        "the camera's pose: what the scene says under pose, or else estimated (scene); the "
+        "marker's on marker_pose/pose, checked against the depth on it (estimated); another on "
+        "that topic, or the one that the scene names: the camera's own where its frame_id is the "
+        "scene's world_frame, else the world's (topic); from TF, from world_frame to the depth "
+        "images (tf); the scene's (stored)",
         choices=POSE_SOURCES,
     ),
     Setting(

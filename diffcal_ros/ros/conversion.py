@@ -3,6 +3,7 @@
 """Messages to plain values and back."""
 
 import array
+from collections.abc import Sequence
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -21,6 +22,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Transform, Vector3
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Int32MultiArray, MultiArrayDimension, MultiArrayLayout
 
 FloatArray = NDArray[np.float64]
 
@@ -155,6 +157,13 @@ def transform_message(matrix: FloatArray) -> Transform:
     """Make a transform."""
     x, y, z = (float(value) for value in matrix[:3, 3])
     return Transform(translation=Vector3(x=x, y=y, z=z), rotation=_quaternion(matrix))
+
+
+def seen_message(seen_ids: Sequence[int]) -> Int32MultiArray:
+    """Make the list of a marker's or board's parts that were seen."""
+    count = len(seen_ids)
+    axis = MultiArrayDimension(label='seen parts', size=count, stride=count)
+    return Int32MultiArray(layout=MultiArrayLayout(dim=[axis]), data=list(seen_ids))
 
 
 def _matrix(name: str, shift: Any, turn: Any) -> FloatArray:

@@ -145,7 +145,7 @@ def _fit_health(record: IterationRecord, result: CalibrationResult | None, stage
         return Health(Level.OK, stage, values)
     values['remedy'] = result.outcome.remedy
     values['warnings'] = '; '.join(result.warnings)
-    return Health(Level.OK if result.outcome.is_fitted else Level.WARN, stage, values)
+    return Health(Level.OK if result.outcome.is_usable else Level.WARN, stage, values)
 
 
 def _gap_values(gap: Gap) -> dict[str, str]:
@@ -153,6 +153,8 @@ def _gap_values(gap: Gap) -> dict[str, str]:
         'gap_median_mm': f'{1e3 * gap.median:.6g}',
         'gap_rms_mm': f'{1e3 * gap.rms:.6g}',
         'coverage': f'{gap.coverage:.6g}',
+        'explained': f'{gap.explained:.6g}',
+        'hidden': f'{gap.hidden:.6g}',
         'pixels': str(gap.pixels),
     }
 

@@ -5,6 +5,8 @@
 The pose on `marker_pose/pose` is that of the marker or board (origin in its middle, x right, y
 up, z out of the print) in the frame that `header.frame_id` names: the colour camera's optical
 frame. Its covariance is of a shift of that origin and a turn about it, along that frame's axes.
+`marker_pose/seen` lists the numbers of the marker, or of the board's inner corners, that it rests
+on: whoever looks at depth there need not look at what covers the others.
 """
 
 from collections.abc import Callable
@@ -31,6 +33,7 @@ from diffcal_ros.ros.conversion import (
     depth_frame,
     image_message,
     pose_message,
+    seen_message,
     stamp_ns,
     transform_matrix,
 )
@@ -48,6 +51,7 @@ from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Int32MultiArray
 
 FloatArray = NDArray[np.float64]
 
@@ -101,6 +105,9 @@ class MarkerPoseNode(Node):
             'marker_pose/pose',
             VALUES,
             qos_overriding_options=overriding,
+        )
+        self._seen = self.create_publisher(
+            Int32MultiArray, 'marker_pose/seen', VALUES, qos_overriding_options=overriding
         )
         self._debug = self.create_publisher(
             Image, 'marker_pose/debug_image', IMAGES, qos_overriding_options=overriding
@@ -204,6 +211,8 @@ class MarkerPoseNode(Node):
         message = PoseWithCovarianceStamped(header=image.header)
         message.pose.pose = pose_message(pose.camera_from_marker)
         message.pose.covariance = pose.covariance.ravel()
+        # First, so that it is there when the pose is used.
+        self._seen.publish(seen_message(pose.seen_ids))
         self._pose.publish(message)
         if self._frames is not None:
             child = self._settings['marker_frame']

@@ -21,6 +21,12 @@ from numpy.typing import NDArray
 
 # Name of the integrator that leaves inertia out.
 QUASI_STATIC = 'quasi_static'
+# Where the camera's pose may come from: the marker in the colour images, the scene itself, TF, or
+# a topic.
+POSE_SOURCES = ('marker', 'stored', 'tf', 'topic')
+# How well a pose is known where nobody says: as by a careful hand-eye calibration [m], [rad].
+USUAL_POSITION_STD = 0.001
+USUAL_ROTATION_STD = float(np.deg2rad(0.3))
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
@@ -224,6 +230,47 @@ class RigidOffset:
 
 
 @dataclass(frozen=True)
+class PoseSetup:
+    """Where the camera's pose comes from, and how well it is known where nothing measures that.
+
+    Attributes:
+        source: one of `POSE_SOURCES`, or empty where the scene does not say.
+        world_frame: TF's name of the scene's world frame; empty where it has none.
+        topic: with poses; empty for the only one of a recording, and live for `marker_pose/pose`.
+        position_std: standard deviation of the camera's position along each axis [m]; None where
+            the scene does not say. With `rotation_std` zero: the pose is exact.
+        rotation_std: of the camera's direction about each of its axes [rad]; None likewise.
+    """
+
+    source: str = ''
+    world_frame: str = ''
+    topic: str = ''
+    position_std: float | None = None
+    rotation_std: float | None = None
+
+    def __post_init__(self) -> None:
+        position, rotation = self.spread
+        if min(position, rotation) < 0.0 or (position == 0.0) != (rotation == 0.0):
+            raise ValueError(
+                f'position_std is {position:g} m and rotation_std {rotation:g} rad: give two '
+                'positive numbers, or 0 for both where the pose is exact'
+            )
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Standard deviations in force, of position [m] and direction [rad]."""
+        return (
+            USUAL_POSITION_STD if self.position_std is None else self.position_std,
+            USUAL_ROTATION_STD if self.rotation_std is None else self.rotation_std,
+        )
+
+    @property
+    def is_spread_stated(self) -> bool:
+        """Tell whether the scene says how well the pose is known."""
+        return self.position_std is not None and self.rotation_std is not None
+
+
+@dataclass(frozen=True)
 class ObservationSetup:
     """One way the body is posed; a calibration takes several that share parameters.
 
@@ -236,6 +283,7 @@ class ObservationSetup:
         stored_depth_from_world: a camera pose given beforehand, shape (4, 4), or None.
         motion: how the body moves; None: it is at rest in every frame.
         pulls: by how much cables are shortened here, by name [m].
+        pose: where the camera's pose comes from, and how well it is known.
     """
 
     name: str
@@ -246,6 +294,7 @@ class ObservationSetup:
     stored_depth_from_world: FloatArray | None = None
     motion: MotionSetup | None = None
     pulls: dict[str, float] = field(default_factory=dict)
+    pose: PoseSetup = field(default_factory=PoseSetup)
 
     @property
     def staying(self) -> tuple[HeldPart, ...]:

@@ -8,9 +8,16 @@ from pathlib import Path
 
 from diffcal_ros.scene.cables import read_pulls
 from diffcal_ros.scene.held_parts import check_hold, check_shared_vertices, read_turn
-from diffcal_ros.scene.model import Cable, HeldPart, MotionSetup, ObservationSetup
+from diffcal_ros.scene.model import (
+    Cable,
+    HeldPart,
+    MotionSetup,
+    ObservationSetup,
+    PoseSetup,
+)
 from diffcal_ros.scene.motion import read_motion
 from diffcal_ros.scene.placement import read_placement
+from diffcal_ros.scene.pose_section import read_pose
 from diffcal_ros.scene.problems import listed, suggestion
 from diffcal_ros.scene.section import Interval, Section
 from diffcal_ros.tet_mesh import TetMesh
@@ -39,9 +46,10 @@ def read_observations(
         folder: where relative bag paths start.
         mesh: to tell whether the parts that an observation names hold it.
     """
+    pose = read_pose(scene, PoseSetup())
     if not scene.has('observations'):
         only = _read_one(scene, scene, tuple(held), folder, mesh, name='observation')
-        return () if only is None else (only,)
+        return () if only is None else (replace(only, pose=pose),)
     items = scene.raw('observations')
     if not isinstance(items, list) or not items:
         scene.wrong('observations', 'give a list, `- name: ..` each')
@@ -59,9 +67,10 @@ def read_observations(
         own = _read_held(section, held, mesh)
         setup = _read_one(section, scene, own, folder, mesh, name=name)
         pulls = read_pulls(section, cables)
+        own_pose = read_pose(section, pose)
         section.refuse_unknown()
         if setup is not None:
-            setups.append(replace(setup, pulls=pulls))
+            setups.append(replace(setup, pulls=pulls, pose=own_pose))
     return tuple(setups)
 
 

@@ -11,7 +11,7 @@ from diffcal_ros.atomic_file import replacing
 from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import FloatArray
 from diffcal_ros.scene.fit_names import RELEASE_TIME, REST_LENGTH
-from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.modulus_field import FIELD_FILE, KEY, write_modulus_field
 from diffcal_ros.synthetic.lidar import LidarModel
 import yaml
@@ -21,7 +21,9 @@ _HEADER = """\
 # The true values are in truth.json; the start values here are off by a factor {factor:g}.
 """
 _OFF = ('youngs_modulus', 'density', 'damping')
-_POSE = 'stored_depth_from_world'
+_POSE, _POSE_SECTION = 'stored_depth_from_world', 'pose'
+# What the recorder stores is what it filmed from.
+_EXACT = {'position_std': 0.0, 'rotation_std_deg': 0.0}
 _DIGITS = 9  # Nanometres.
 _RELEASE_SHIFT = 0.02  # By which a release that is fitted starts too late [s].
 
@@ -62,12 +64,13 @@ def scene_text(
         _move_releases(document, scene)
     owners = document.get('observations') or [document]
     for owner in (document, *owners):
-        for key in ('bag', _POSE):
+        for key in ('bag', _POSE, _POSE_SECTION):
             owner.pop(key, None)
     for owner, setup in zip(owners, scene.observations, strict=True):
         owner['bag'] = bags[setup.name]
         if setup.name in poses:
             owner[_POSE] = _placement(poses[setup.name])
+            owner[_POSE_SECTION] = {**_source(setup), **_EXACT}
     source = scene.path.name if scene.path else scene.name
     body = yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=99)
     return _HEADER.format(source=source, factor=start_factor) + body
@@ -152,6 +155,11 @@ def _move_releases(document: dict[str, Any], scene: Scene) -> None:
             section['at']['start'] = start
         else:
             section['at'] = start
+
+
+def _source(setup: ObservationSetup) -> dict[str, Any]:
+    """Say that the pose is stored where the scene has it from elsewhere than a marker."""
+    return {'source': 'stored'} if setup.pose.source not in ('', 'marker') else {}
 
 
 def _set_sensor(document: dict[str, Any], lidar: LidarModel) -> None:

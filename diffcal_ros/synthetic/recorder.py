@@ -169,7 +169,9 @@ def _stored_poses(scene: Scene, rigs: Sequence[Rig]) -> dict[str, Any]:
     return {
         rig.name: rig.depth_from_world
         for rig, setup in zip(rigs, scene.observations, strict=True)
-        if scene.marker is None or setup.stored_depth_from_world is not None
+        if scene.marker is None
+        or setup.stored_depth_from_world is not None
+        or setup.pose.source in ('stored', 'tf', 'topic')
     }
 
 
@@ -297,6 +299,6 @@ def _notes(scene: Scene, rigs: Sequence[Rig]) -> tuple[str, ...]:
         for rig in rigs
         if not rig.sees_all
     ]
-    if scene.marker is None:
+    if scene.marker is None and not all(setup.pose.source for setup in scene.observations):
         notes.append('the scene has no marker: calibrate with --pose stored')
     return tuple(notes)

@@ -75,11 +75,15 @@ def test_every_law_is_ranked_first_on_its_own_body(truth, random) -> None:
 
 
 def test_a_law_that_cannot_be_simulated_comes_last_with_its_reason(random) -> None:
-    # So soft at the start that St. Venant and Kirchhoff's beam collapses.
+    # So soft at the start that St. Venant and Kirchhoff's beam collapses; without a search there
+    # is no other start.
     scene = beam_scene((8, 2, 2), modulus=3e3)
     seen = observation(noisy(true_depth(), random))
     ranking = rank_laws(
-        scene, [seen], SETTINGS, laws=('st_venant_kirchhoff', 'stable_neo_hookean')
+        scene,
+        [seen],
+        replace(SETTINGS, search=False),
+        laws=('st_venant_kirchhoff', 'stable_neo_hookean'),
     )
     assert [fit.law for fit in ranking] == ['stable_neo_hookean', 'st_venant_kirchhoff']
     assert ranking[0].is_fitted

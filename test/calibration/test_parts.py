@@ -124,7 +124,14 @@ def test_result_file_holds_everything_asked_for(tmp_path, random) -> None:
     assert modulus['start'] == pytest.approx(80e3)
     assert modulus['std_error'] > 0.0
     for end in ('start', 'end'):
-        assert set(written['gap'][end]) == {'median_mm', 'rms_mm', 'coverage', 'pixels'}
+        assert set(written['gap'][end]) == {
+            'median_mm',
+            'rms_mm',
+            'coverage',
+            'explained',
+            'hidden',
+            'pixels',
+        }
     assert written['iterations'] == len(written['history']) - 1
     assert written['loss']['name'] == 'robust'
     assert written['seconds'] > 0.0

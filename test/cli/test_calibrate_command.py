@@ -25,6 +25,7 @@ from diffcal_ros.scene.load import load_scene
 import numpy as np
 import pytest
 from support.recorded_beam import MODULUS
+from support.scene_files import EXACT_POSE
 
 FILES = {'result.json', 'report.html', 'fitted_scene.yaml'}
 OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
@@ -80,7 +81,14 @@ def test_results_are_written_and_hold_the_truth(done):
     low, high = interval_95('youngs_modulus', modulus['value'], modulus['std_error'])
     assert low < MODULUS < high
     start, end = result['gap']['start'], result['gap']['end']
-    assert set(end) == {'median_mm', 'rms_mm', 'coverage', 'pixels'}
+    assert set(end) == {
+        'median_mm',
+        'rms_mm',
+        'coverage',
+        'explained',
+        'hidden',
+        'pixels',
+    }
     assert end['rms_mm'] < 0.5 * start['rms_mm']
     assert end['coverage'] > start['coverage']
     assert result['loss']['name'] == 'robust'
@@ -175,7 +183,8 @@ def test_a_stored_pose_is_used_as_it_is(done, calibrate, change_scene, recorded_
             'stored_depth_from_world': {
                 'translation': pose[:3, 3].tolist(),
                 'rotation_matrix': pose[:3, :3].tolist(),
-            }
+            },
+            'pose': EXACT_POSE,
         }
     )
     calibrate('--pose', 'stored', '--max-iterations', '1', scene=scene)

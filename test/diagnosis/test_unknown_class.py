@@ -19,7 +19,8 @@ CASES = ('case_089', 'case_128', 'case_010', 'case_023')
 @pytest.mark.parametrize('name', CASES)
 def test_the_class_is_that_of_the_cause(tmp_path, name):
     generate(['--set', 'development', '--out', str(tmp_path), '--only', name, '--jobs', '1'])
-    scene = load_scene(tmp_path / 'cases' / name / 'scene.yaml')
+    path = tmp_path / 'cases' / name / 'scene.yaml'
+    scene = load_scene(path)
     inputs = open_inputs(scene, [], pose_source='stored')
     evidence, nominal = fit_nominal(inputs.scene, inputs.observations, None)
     best, second, *_ = frame_test(evidence, nominal)

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Live, a board's pose and the depth on it become the camera's pose as a marker's do."""
 
-from diffcal_ros.live.inputs import CameraTransform, LiveInputs, RigPoseMessage
+from diffcal_ros.live.inputs import CameraTransform, LiveInputs
 from diffcal_ros.live.marker_tracker import MarkerTracker
 from diffcal_ros.pose.detection import CornerRefinement
 from diffcal_ros.pose.marker_depth import DepthEvidence
 from diffcal_ros.pose.target import target_of
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.stamped_pose import StampedPose
 from support.board_beam import pose_error, record_board_beam, SHIFT, TURN
 
 
@@ -26,7 +27,7 @@ def test_colour_and_depth_of_a_partly_covered_board_give_the_camera(tmp_path):
     inputs = LiveInputs(scene, 'estimated', '')
     inputs.set_camera(recording.depth_camera)
     frame_id = colors[0].frame_id
-    inputs.pose = RigPoseMessage(poses[-1].camera_from_marker, poses[-1].covariance, frame_id)
+    inputs.pose = StampedPose(poses[-1].camera_from_marker, poses[-1].covariance, frame_id)
     inputs.transform = CameraTransform(recording.depth_from_color, frames[0].frame_id, frame_id)
     (observation,) = inputs.snapshot(frames).observe(scene)
     shift, turn = pose_error(recorded, observation.depth_from_world)

@@ -12,10 +12,11 @@ from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.health import Level
-from diffcal_ros.live.inputs import CameraTransform, RigPoseMessage
+from diffcal_ros.live.inputs import CameraTransform
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.session_health import session_health
 from diffcal_ros.live.session_settings import SessionSettings, with_quantization
+from diffcal_ros.stamped_pose import StampedPose
 import numpy as np
 import pytest
 from support.scenes import beam_scene, CAMERA, DEPTH_FROM_WORLD, MODULUS, noisy, true_depth
@@ -56,7 +57,7 @@ class Drive:
     def give_camera_and_pose(self, camera=CAMERA) -> None:
         inputs = self.session.inputs
         inputs.set_camera(camera)
-        inputs.pose = RigPoseMessage(DEPTH_FROM_WORLD, None, FRAME)
+        inputs.pose = StampedPose(DEPTH_FROM_WORLD, None, FRAME)
 
 
 @pytest.fixture
@@ -189,7 +190,7 @@ def test_what_cannot_be_fitted_is_told_and_tried_again(drive, depth, spoil, word
 def test_a_transform_between_other_frames_is_refused(drive, depth):
     running = drive()
     running.give_camera_and_pose()
-    running.session.inputs.pose = RigPoseMessage(DEPTH_FROM_WORLD, None, 'color_camera')
+    running.session.inputs.pose = StampedPose(DEPTH_FROM_WORLD, None, 'color_camera')
     running.film(depth)
     assert running.session.inputs.missing(running.session.window.newest) == ['depth_from_color']
     running.session.inputs.transform = CameraTransform(np.eye(4), 'another', 'color_camera')

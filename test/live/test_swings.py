@@ -12,10 +12,10 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.fem.element import Element
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.health import Level
-from diffcal_ros.live.inputs import RigPoseMessage
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.session_health import session_health
 from diffcal_ros.live.session_settings import SessionSettings
+from diffcal_ros.stamped_pose import StampedPose
 import numpy as np
 import pytest
 from support.moving_beams import DAMPING, moving_scene, true_depths
@@ -63,7 +63,7 @@ class Stage:
         start = scene(1.2 * MODULUS)
         self.session = Session(start, SETTINGS, self.background, self.follower)
         self.session.inputs.set_camera(CAMERA)
-        self.session.inputs.pose = RigPoseMessage(DEPTH_FROM_WORLD, None, FRAME)
+        self.session.inputs.pose = StampedPose(DEPTH_FROM_WORLD, None, FRAME)
         self.stamp_ns = 1_700_000_000_000_000_000
         self._random = np.random.default_rng(8)
 

@@ -10,13 +10,13 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.health import Level
-from diffcal_ros.live.inputs import RigPoseMessage
 from diffcal_ros.live.save import save_numbers
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.session_health import session_health
 from diffcal_ros.live.session_settings import SessionSettings
 from diffcal_ros.live.tracking import TrackingSettings
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.stamped_pose import StampedPose
 import numpy as np
 import pytest
 from support.followed import exact, PERIOD, START
@@ -44,7 +44,7 @@ class Stream:
             beam_scene(modulus=1.1 * MODULUS), SETTINGS, self.background, self.follower
         )
         self.session.inputs.set_camera(CAMERA)
-        self.session.inputs.pose = RigPoseMessage(DEPTH_FROM_WORLD, None, FRAME)
+        self.session.inputs.pose = StampedPose(DEPTH_FROM_WORLD, None, FRAME)
         self.stamp_ns = START
         self._random = np.random.default_rng(6)
 

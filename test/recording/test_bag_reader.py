@@ -5,6 +5,7 @@ import hashlib
 import shutil
 
 from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.ros_messages import image_message, message, transform_message
 from diffcal_ros.rigid_transform import inverse
@@ -291,6 +292,31 @@ def test_latched_topic_alone_gives_the_transform(write_bag, depth_from_color):
 
     recording = open_recording(write_bag(leave_out=('transform',), extra=write))
     np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
+
+
+def spoilt(parent, child):
+    """A transform whose quaternion is zero."""
+    stamped = transform_message(np.eye(4), parent=parent, child=child, stamp_ns=START_NS)
+    stamped.transform.rotation.w = 0.0
+    return message('tf2_msgs/msg/TFMessage', transforms=[stamped])
+
+
+def test_unusable_transforms_elsewhere_do_not_matter(write_bag, depth_from_color):
+    def write(bag):
+        bag.write('/tf_static', spoilt('base_link', 'gripper'), START_NS)
+
+    recording = open_recording(write_bag(extra=write))
+    np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
+
+
+def test_an_unusable_transform_that_is_needed_is_refused(write_bag):
+    def write(bag):
+        edge = spoilt('camera_depth_optical_frame', 'camera_color_optical_frame')
+        bag.write('/tf_static', edge, START_NS)
+
+    bag = write_bag(leave_out=('transform',), extra=write)
+    with pytest.raises(RecordingError, match='camera_depth_optical_frame is unusable, quaternion'):
+        open_recording(bag)
 
 
 def test_missing_transform_is_none(write_bag):

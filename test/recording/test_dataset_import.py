@@ -128,6 +128,8 @@ def test_scene_stands_on_its_own(dataset, add_case, tmp_path):
     np.testing.assert_allclose(
         setup.stored_depth_from_world, DEPTH_FROM_COLOR @ expected, atol=1e-8
     )
+    assert setup.pose.spread == pytest.approx((0.002, np.deg2rad(0.5)))
+    assert setup.pose.is_spread_stated
 
 
 def test_quaternion_is_read_in_the_simulators_order(dataset, add_case):

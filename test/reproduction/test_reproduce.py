@@ -127,7 +127,7 @@ def test_what_is_asked_for_must_make_sense(tmp_path, capsys) -> None:
 def test_a_start_that_cannot_be_simulated_is_told(row_file, tmp_path) -> None:
     text = row_file.read_text().replace('54000.0', '0.5').replace('153000.0', '1.0')
     row_file.write_text(
-        text + 'scene: {regions: {body: {youngs_modulus: {start: 0.7, min: 0.1, max: 1.0e+6}}}}\n'
+        text + 'scene: {regions: {body: {youngs_modulus: {start: 0.7, min: 0.1, max: 2.0}}}}\n'
     )
     out = tmp_path / 'out'
     assert _reproduce(row_file, '--starts', 1, '--out', out) == 0

@@ -17,6 +17,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Int32MultiArray
 
 POSE = 'marker_pose: pose'
 WARN, ERROR = b'\x01', b'\x02'
@@ -46,6 +47,7 @@ def test_the_pose_is_the_true_one_and_bad_images_are_told(make_bench, recorded_b
     pixels, camera, true_pose = seen
     bench = make_bench({'scene': recorded_beam.scene, 'max_rate': 1000.0})
     poses = bench.collect(PoseWithCovarianceStamped, 'marker_pose/pose')
+    parts = bench.collect(Int32MultiArray, 'marker_pose/seen')
     bench.add(MarkerPoseNode)
     info = bench.publisher(CameraInfo, 'color/camera_info')
     color = bench.publisher(Image, 'color/image_raw')
@@ -59,6 +61,8 @@ def test_the_pose_is_the_true_one_and_bad_images_are_told(make_bench, recorded_b
     color.publish(_image(pixels, 2))
     found = bench.until(lambda: poses, 'a pose')[0]
     assert found.header.frame_id == FRAME
+    marker = load_scene(recorded_beam.scene).marker
+    assert tuple(bench.until(lambda: parts, 'what was seen')[0].data) == (marker.id,)
     pose = pose_matrix(found.pose.pose)
     shift = np.linalg.norm(pose[:3, 3] - true_pose[:3, 3])
     spread = np.sqrt(np.trace(np.reshape(found.pose.covariance, (6, 6))[:3, :3]))

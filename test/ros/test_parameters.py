@@ -27,7 +27,7 @@ WRONG = {
         ('window.frames', 'many', "expected 'Type.INTEGER'"),
         ('device', 'cuda:9', 'cuda:9'),
         ('autostart', False, 'read-only'),
-        ('pose_source', 'gps', 'use one of estimated, topic, stored'),
+        ('pose_source', 'gps', 'use one of scene, estimated, stored, tf, topic'),
     ],
     'depth_source': [
         ('rate', 0.0, 'rate'),

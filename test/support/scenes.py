@@ -9,7 +9,14 @@ from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import LameConvention, Material
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
-from diffcal_ros.scene.model import HeldPart, ObservationSetup, Quantity, Region, Scene
+from diffcal_ros.scene.model import (
+    HeldPart,
+    ObservationSetup,
+    PoseSetup,
+    Quantity,
+    Region,
+    Scene,
+)
 from diffcal_ros.scene.posing import world_positions
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -23,6 +30,7 @@ NU = 0.45
 DENSITY = 1080.0
 GRAVITY = np.array([0.0, -9.8, 0.0])
 WORLD_FROM_OBJECT = transform(rotation_matrix(np.array([0.0, 0.1, 0.05])), np.array([0.01, 0, 0]))
+EXACT_POSE = PoseSetup(position_std=0.0, rotation_std=0.0)
 # The camera looks at the middle of the beam, tilted about every axis.
 DEPTH_FROM_WORLD = transform(
     rotation_matrix(np.array([np.pi - 0.25, 0.2, 0.15])), np.array([-0.075, -0.02, 0.26])
@@ -63,6 +71,7 @@ def beam_scene(
         world_from_object=WORLD_FROM_OBJECT,
         gravity=gravity,
         held=(HeldPart('clamp', held_end(mesh)),),
+        pose=EXACT_POSE,
     )
     return Scene(
         name='beam',

@@ -10,6 +10,7 @@ from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.rigid_transform import angle_between, apply, inverse
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.scene.model import PoseSetup
 from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.lidar import LidarModel
 from diffcal_ros.synthetic.posed_body import pose_body
@@ -136,6 +137,16 @@ def test_millimetre_images_are_announced_in_the_scene(tmp_path):
     np.testing.assert_allclose(millimetres, np.round(millimetres), atol=1e-3)
     sensor = load_scene(made.scene).sensor
     assert (sensor.quantization, sensor.quantization_mode) == (0.001, 'truncate')
+
+
+def test_what_is_stored_is_exact_and_a_source_that_is_not_recorded_becomes_stored(tmp_path):
+    section = {'source': 'tf', 'world_frame': 'rig_link', 'position_std': 0.002}
+    made = record_beam(tmp_path, {'pose': section}, frames=1, color_frames=1)
+    (setup,) = load_scene(made.scene).observations
+    assert setup.stored_depth_from_world is not None
+    assert setup.pose == PoseSetup('stored', position_std=0.0, rotation_std=0.0)
+    (observation,) = open_inputs(load_scene(made.scene), []).observations
+    assert observation.pose_covariance is None
 
 
 def test_without_a_marker_the_pose_is_stored(tmp_path):

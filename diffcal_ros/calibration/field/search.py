@@ -8,13 +8,14 @@ that pattern is drawn half way from smooth to what the data ask for, and finer o
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.calibrate import Calibration, longest_steps
+from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.krylov import krylov_space, KrylovSpace
 from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.field.merit import measure_merit, Merit
 from diffcal_ros.calibration.field.smoothness import Smoothness
 from diffcal_ros.calibration.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import Kind
 from diffcal_ros.calibration.residual_scales import spread

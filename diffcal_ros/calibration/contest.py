@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Fits from several starts, compared by one figure."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.parameters import Kind, ParameterSet
+from diffcal_ros.calibration.residual_scales import Scales
+from diffcal_ros.calibration.result import Alternative
+from diffcal_ros.calibration.uncertainty import covariance_of
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Half chi-square that three standard errors make: what one minimum must be better by.
+_CLEARLY_BETTER = 0.5 * 3.0**2
+# What a model leaves is not noise alone; of a large misfit this share tells nothing.
+_INDIFFERENT = 0.1
+# Two answers differ where a parameter does by more than this [log], and by so many errors.
+_DIFFERENT, _ERRORS = 0.03, 3.0
+# A fit from another start is given up where it has not come near the best by so many steps.
+_PATIENCE, _HOPELESS, _MOST_STEPS = 4, 2.0, 20
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One fit, and the scales under which it ended."""
+
+    minimum: Minimum
+    scales: Scales
+
+
+class Contest:
+    """Holds the best of several fits of one objective, and the others beside it."""
+
+    def __init__(self, objective: RobustObjective, first: Minimum) -> None:
+        """Begin with one fit, whose scales the objective has."""
+        self._objective = objective
+        self.entries = [Entry(first, objective.scales)]
+
+    @property
+    def best(self) -> Entry:
+        """The best fit."""
+        return self.entries[0]
+
+    def is_known(self, coordinates: FloatArray, are_same: Callable[..., bool]) -> bool:
+        """Tell whether a place belongs to a fit that was made."""
+        return any(are_same(coordinates, own.minimum.coordinates) for own in self.entries)
+
+    def challenge(
+        self, start: FloatArray, bounds: tuple[FloatArray, FloatArray], longest: FloatArray
+    ) -> None:
+        """Fit from another start, as far as it is worth it."""
+        objective, best = self._objective, self.best
+        objective.scales = best.scales
+        limit = _HOPELESS * objective.misfit(best.minimum.coordinates) + _CLEARLY_BETTER
+
+        def goes_on(iteration: Iteration) -> bool:
+            if iteration.number < _PATIENCE:
+                return True
+            scales, objective.scales = objective.scales, best.scales
+            misfit = objective.misfit(iteration.coordinates)
+            objective.scales = scales
+            return misfit < limit
+
+        objective.scales = Scales()
+        try:
+            minimum = minimise(
+                objective,
+                start,
+                bounds,
+                longest,
+                max_iterations=_MOST_STEPS,
+                on_iteration=goes_on,
+            )
+        except NOT_SIMULATED:
+            minimum = None
+        if minimum is not None and minimum.stop in (Stop.CONVERGED, Stop.EXHAUSTED):
+            self.entries.append(Entry(minimum, objective.scales))
+            self._sort()
+        objective.scales = self.best.scales
+
+    def alternatives(
+        self, parameters: ParameterSet, are_same: Callable[..., bool]
+    ) -> tuple[Alternative, ...]:
+        """Return the other fits, each place once, as they stand under the best one's scales."""
+        objective, kept = self._objective, [self.best.minimum.coordinates]
+        objective.scales = self.best.scales
+        lowest = objective.misfit(kept[0])
+        found = []
+        for entry in self.entries[1:]:
+            there = entry.minimum.coordinates
+            if any(are_same(there, known) for known in kept):
+                continue
+            kept.append(there)
+            excess = objective.misfit(there) - lowest
+            errors = _errors(entry.minimum, parameters)
+            found.append(
+                Alternative(
+                    values=parameters.values(there),
+                    std_errors=_in_units(parameters, there, errors),
+                    gap=objective.gap(there),
+                    misfit=float(excess),
+                    is_as_good=bool(excess < max(_CLEARLY_BETTER, _INDIFFERENT * lowest))
+                    and self._says_other(parameters, there, errors),
+                )
+            )
+        return tuple(found)
+
+    def _sort(self) -> None:
+        """Order by the misfit under the scales of whichever is best by them."""
+        for _ in self.entries:
+            self._objective.scales = self.best.scales
+            before = self.best
+            self.entries.sort(key=lambda own: self._objective.misfit(own.minimum.coordinates))
+            if self.best is before:
+                return
+
+    def _says_other(self, parameters: ParameterSet, there: FloatArray, errors: FloatArray) -> bool:
+        """Tell whether what is asked for differs from the best fit's beyond its error."""
+        best = self.best.minimum
+        change = np.abs(there - best.coordinates)
+        limits = np.maximum(_DIFFERENT, _ERRORS * np.hypot(errors, _errors(best, parameters)))
+        asked = [
+            place
+            for place, own in enumerate(parameters)
+            if not own.is_nuisance and own.kind is not Kind.RIGID_OFFSET
+        ]
+        return bool((change > limits)[asked].any())
+
+
+def _errors(minimum: Minimum, parameters: ParameterSet) -> FloatArray:
+    linear = minimum.linearisation
+    covariance = covariance_of(linear.information, linear.scatter, parameters)
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+
+def _in_units(
+    parameters: ParameterSet, coordinates: FloatArray, errors: FloatArray
+) -> dict[str, float]:
+    """Return standard errors in SI units by name."""
+    return {
+        own.name: float(error * (own.value(coordinate) if own.is_logarithmic else 1.0))
+        for own, coordinate, error in zip(parameters, coordinates, errors, strict=True)
+    }

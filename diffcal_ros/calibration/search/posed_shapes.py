@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A model whose bodies keep a given shape: only what places it in the image moves it."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.calibration.forward_model import ForwardModel, View
+from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.residual_scales import LONGEST_CORRELATION, Scale, Scales
+from diffcal_ros.calibration.robust_residual import Reach
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# How far a coarse comparison looks: three times the usual prior of a placement [m].
+_REACH, _EDGE_REACH = 0.060, 0.090
+# A coarse comparison does not tell less than this from nothing [m]; see `shapes`.
+FLOOR = 0.004
+
+
+class PosedShapes(ForwardModel):
+    """Shows stored shapes in place of simulated ones; made of few pixels and linear elements."""
+
+    _shape: Sequence[FloatArray] | None = None
+
+    def simulate(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Return the nodes that every observation shows, world frame [m], shape (N, 3) each.
+
+        Raises:
+            EquilibriumError: when a posture has no equilibrium.
+        """
+        self._shape = None
+        super().views(coordinates)
+        return [self.world(number).copy() for number in range(len(self.observations))]
+
+    def show(self, shape: Sequence[FloatArray]) -> None:
+        """Show this from now on: what `simulate` returned."""
+        self._shape = shape
+
+    def views(self, coordinates: FloatArray) -> list[View]:
+        """Place the shape before the cameras; one view an observation."""
+        if self._shape is None:
+            return super().views(coordinates)
+        return [
+            View(self.cameras.points(number, world, coordinates), self.tracers[number])
+            for number, world in enumerate(self._shape)
+        ]
+
+    def tangents(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Return how each view's points follow what places them [m], shape (k, N, 3) each."""
+        if self._shape is None:
+            return super().tangents(coordinates)
+        found = []
+        for number, world in enumerate(self._shape):
+            tangents = np.zeros((len(self.parameters), *world.shape))
+            for place in range(len(self.parameters)):
+                motion = self.cameras.motion(number, place, world, coordinates)
+                if motion is not None:
+                    tangents[place] = motion
+            found.append(tangents)
+        return found
+
+
+class CoarseObjective(RobustObjective):
+    """The robust comparison on a coarse image, with widths that end at `FLOOR`."""
+
+    def __init__(self, model: PosedShapes, stride: int, *, device: str) -> None:
+        """Prepare the comparison.
+
+        Args:
+            model: shows shapes.
+            stride: of its images [px].
+            device: Warp device.
+        """
+        super().__init__(model, device=device)
+        camera = model.observations[0].camera
+        self._correlation_px = max(1.0, LONGEST_CORRELATION / stride)
+        reach = max(2, int(_EDGE_REACH * camera.fx / 0.5))
+        self._reach = Reach(_REACH, _REACH, reach)
+        self.widen()
+
+    def widen(self) -> None:
+        """Begin anew, with wide widths."""
+        usual = Scale(correlation=self._correlation_px)
+        self.scales = Scales(usual, usual, self._reach)
+
+    def level(self) -> None:
+        """Take the widths at which shapes are compared with one another."""
+        floor = Scale(FLOOR, FLOOR, self._correlation_px)
+        self.scales = Scales(floor, floor, self._reach)
+
+    @property
+    def is_sharp(self) -> bool:
+        """Tell whether the robust widths have shrunk to the end."""
+        return max(self.scales.depth.noise, self.scales.edge.noise) <= FLOOR
+
+    def narrow(self, coordinates: FloatArray) -> None:
+        """Let the robust widths follow the residuals down to the floor."""
+        if self.is_sharp:
+            return
+        super().narrow(coordinates)
+        depth, edge = (self._floored(scale) for scale in (self.scales.depth, self.scales.edge))
+        self.scales = Scales(depth, edge, self._reach)
+
+    def refine(self, coordinates: FloatArray) -> bool:
+        """Leave the scales as they are: a coarse image says little of noise."""
+        return False
+
+    def _floored(self, scale: Scale) -> Scale:
+        width = max(FLOOR, scale.width)
+        return Scale(width, width, self._correlation_px)

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Read the transforms of a recording: /tf_static, /tf and those on topics of their own."""
+
+from typing import Any
+
+from diffcal_ros.recording.frame_tree import FrameTree
+from diffcal_ros.recording.mcap_messages import McapMessages
+from diffcal_ros.recording.ros_messages import deserialize, matrix_of, stamp_ns_of
+from diffcal_ros.recording.topics import TF, TF_STATIC, TF_TYPE, TRANSFORM_TYPE
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def read_still_frames(messages: McapMessages) -> FrameTree:
+    """Read the transforms that do not change."""
+    tree = FrameTree()
+    for stamped in own_topics(messages).values():
+        _add(tree, stamped)
+    for stamped in _transforms(messages, TF_STATIC):
+        _add(tree, stamped)
+    return tree
+
+
+def read_frames(messages: McapMessages) -> FrameTree:
+    """Read all transforms, those that change with their times."""
+    tree = read_still_frames(messages)
+    for stamped in _transforms(messages, TF):
+        _add(tree, stamped, stamp_ns_of(stamped))
+    return tree
+
+
+def own_topics(messages: McapMessages) -> dict[str, Any]:
+    """Return the first readable transform of each topic that carries single ones."""
+    found: dict[str, Any] = {}
+    for topic, type_name in messages.types.items():
+        if type_name != TRANSFORM_TYPE:
+            continue
+        for raw in messages.read(topic):
+            try:
+                found[topic] = deserialize(raw.data, TRANSFORM_TYPE)
+                break
+            except ValueError:
+                continue
+    return found
+
+
+def _transforms(messages: McapMessages, name: str) -> list[Any]:
+    """List what stands on /tf or /tf_static, of any namespace; garbled messages are left out."""
+    found: list[Any] = []
+    for topic, type_name in messages.types.items():
+        if type_name != TF_TYPE or not topic.endswith(name):
+            continue
+        for raw in messages.read(topic):
+            try:
+                found += deserialize(raw.data, TF_TYPE).transforms
+            except ValueError:
+                continue
+    return found
+
+
+def _add(tree: FrameTree, stamped: Any, stamp_ns: int | None = None) -> None:
+    parent, child = str(stamped.header.frame_id), str(stamped.child_frame_id)
+    try:
+        matrix = matrix_of(stamped)
+    except ValueError as error:
+        tree.add(parent, child, None, problem=str(error))
+        return
+    tree.add(parent, child, matrix, stamp_ns=stamp_ns)

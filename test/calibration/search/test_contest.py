@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Fits from several starts: which is best, which others explain as much, what is said of it."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.contest import Contest
+from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.judgement import judge
+from diffcal_ros.calibration.levenberg_marquardt import minimise
+from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.calibration.outcome import (
+    EXIT_AMBIGUOUS,
+    EXIT_MODEL_DISAGREES,
+    EXIT_NOT_FITTED,
+    Outcome,
+)
+from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet
+from diffcal_ros.calibration.residual_scales import Scales
+from diffcal_ros.calibration.uncertainty import estimate_uncertainty
+from diffcal_ros.scene.model import Quantity
+import numpy as np
+import pytest
+
+PARAMETERS = ParameterSet(
+    (Parameter('youngs_modulus', Kind.YOUNGS_MODULUS, 0, 'Pa', Quantity(1e5, 1e3, 1e7)),)
+)
+BOUNDS = PARAMETERS.bounds()
+LONGEST = np.array([0.7])
+LEFT, RIGHT = np.log(5e4), np.log(4e5)
+STIFFNESS = 400.0
+GOOD = Gap(0.0005, 0.001, 0.98, 9000, explained=0.99)
+
+
+class TwoWells:
+    """A cost with two minima, `lift` apart in height: the lower of two parabolas.
+
+    Attributes:
+        scales: as an objective of depth images has them; nothing here depends on them.
+    """
+
+    is_sharp = True
+
+    def __init__(self, lift: float) -> None:
+        self.scales = Scales()
+        self._wells = ((LEFT, 20.0), (RIGHT, 20.0 + lift))
+
+    def cost(self, coordinates) -> float:
+        return min(h + 0.5 * STIFFNESS * (coordinates[0] - c) ** 2 for c, h in self._wells)
+
+    misfit = cost
+
+    def linearise(self, coordinates) -> Linearisation:
+        centre = min(
+            self._wells, key=lambda w: w[1] + 0.5 * STIFFNESS * (coordinates[0] - w[0]) ** 2
+        )[0]
+        stiff = np.array([[STIFFNESS]])
+        return Linearisation(
+            self.cost(coordinates), STIFFNESS * (centre - coordinates), stiff, stiff, stiff
+        )
+
+    def narrow(self, coordinates) -> None:
+        """Keep the one form that it has."""
+
+    def refine(self, coordinates) -> bool:
+        return False
+
+    def gap(self, coordinates) -> Gap:
+        return GOOD
+
+
+def _are_same(one, other) -> bool:
+    return bool(np.abs(one - other).max() < 0.5)
+
+
+def _contest(lift: float, first: float, others: tuple[float, ...]):
+    objective = TwoWells(lift)
+    contest = Contest(objective, minimise(objective, np.array([first]), BOUNDS, LONGEST))
+    for other in others:
+        if not contest.is_known(np.array([other]), _are_same):
+            contest.challenge(np.array([other]), BOUNDS, LONGEST)
+    return contest
+
+
+@pytest.mark.parametrize('first', [LEFT - 0.4, RIGHT + 0.3])
+def test_the_lower_minimum_wins_from_either_side(first) -> None:
+    contest = _contest(6.0, first, (LEFT + 0.2, RIGHT - 0.2))
+    assert contest.best.minimum.coordinates[0] == pytest.approx(LEFT, abs=1e-3)
+    (other,) = contest.alternatives(PARAMETERS, _are_same)
+    assert other.values['youngs_modulus'] == pytest.approx(4e5, rel=1e-3)
+    assert other.misfit == pytest.approx(6.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(('lift', 'is_as_good'), [(0.5, True), (4.0, True), (30.0, False)])
+def test_about_as_well_means_within_three_standard_errors(lift, is_as_good) -> None:
+    contest = _contest(lift, LEFT, (RIGHT,))
+    (other,) = contest.alternatives(PARAMETERS, _are_same)
+    assert other.is_as_good is is_as_good
+
+
+def test_a_place_that_is_known_is_not_fitted_again() -> None:
+    contest = _contest(6.0, LEFT, (LEFT + 0.1, LEFT - 0.2))
+    assert len(contest.entries) == 1
+    assert contest.alternatives(PARAMETERS, _are_same) == ()
+
+
+def _judged(gap: Gap, *, is_ambiguous: bool = False) -> Outcome:
+    objective = TwoWells(0.0)
+    minimum = minimise(objective, np.array([LEFT]), BOUNDS, LONGEST)
+    uncertainty = estimate_uncertainty(minimum.linearisation, PARAMETERS, np.zeros(1))
+    return judge(minimum, gap, (), uncertainty, is_ambiguous=is_ambiguous)
+
+
+def test_converged_needs_both_shares_and_the_gap() -> None:
+    assert _judged(GOOD) is Outcome.CONVERGED
+    assert _judged(replace(GOOD, median=0.0035)) is Outcome.MODEL_DISAGREES
+    assert _judged(replace(GOOD, coverage=0.88)) is Outcome.MODEL_DISAGREES
+    assert _judged(replace(GOOD, explained=0.88)) is Outcome.MODEL_DISAGREES
+
+
+def test_what_is_hidden_counts_against_nobody() -> None:
+    assert _judged(replace(GOOD, coverage=0.66, hidden=0.32)) is Outcome.CONVERGED
+    assert _judged(replace(GOOD, coverage=0.50, hidden=0.32)) is Outcome.MODEL_DISAGREES
+
+
+def test_two_answers_are_ambiguous_unless_the_model_disagrees_anyway() -> None:
+    assert _judged(GOOD, is_ambiguous=True) is Outcome.AMBIGUOUS
+    assert _judged(replace(GOOD, coverage=0.5), is_ambiguous=True) is Outcome.MODEL_DISAGREES
+
+
+def test_only_what_may_be_used_exits_with_zero() -> None:
+    assert {own for own in Outcome if own.exit_code == 0} == {Outcome.CONVERGED}
+    assert Outcome.MODEL_DISAGREES.exit_code == EXIT_MODEL_DISAGREES
+    assert Outcome.AMBIGUOUS.exit_code == EXIT_AMBIGUOUS
+    assert Outcome.AT_BOUND.exit_code == EXIT_NOT_FITTED
+    assert len({0, 2, EXIT_NOT_FITTED, EXIT_MODEL_DISAGREES, EXIT_AMBIGUOUS}) == 5
