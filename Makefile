@@ -99,6 +99,16 @@ coarsening-shapes: $(VENV)/.test ## The same on the data set's spine and dragon 
 	$(BIN)/python benchmarks/coarsening_shapes.py spine
 	$(BIN)/python benchmarks/coarsening_shapes.py dragon
 
+ZOO ?= out/zoo
+.PHONY: zoo
+zoo: $(VENV)/.test ## Fit a zoo of bodies in cluttered views from far starts (an hour or more).
+	OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1} $(BIN)/python -m benchmarks.zoo --out $(ZOO) --pictures
+
+COVERAGE ?= out/coverage
+.PHONY: coverage
+coverage: $(VENV)/.test ## Count how often the 95 % interval holds the truth in 1,000 clean fits (hours).
+	OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1} $(BIN)/python -m benchmarks.coverage --count 1000 --jobs 2 --out $(COVERAGE)
+
 CABLES ?= out/cables
 .PHONY: cables
 cables: $(VENV)/.test ## Fit the cable of the data set's finger from ten starts a pull (slow).
