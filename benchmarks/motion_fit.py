@@ -19,7 +19,6 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.fem.element import Element
 from diffcal_ros.offline.calibrate_recordings import open_inputs
-from diffcal_ros.report.naming import interval_95
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.synthetic.filming import Timing
@@ -151,7 +150,7 @@ def summary(results: list[CalibrationResult]) -> dict[str, Any]:
     rows: dict[str, Any] = {'most_iterations': max(result.iterations for result in results)}
     for name, true in TRUTH.items():
         values = np.array([result[name].value for result in results])
-        low, high = interval_95(name, first[name].value, first[name].std_error)
+        low, high = first[name].interval_95
         rows[name] = {
             'mean': float(values.mean()),
             'relative_error': float(values.mean() / true - 1.0),

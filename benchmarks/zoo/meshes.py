@@ -41,9 +41,14 @@ def held_vertices(solid: Solid, mesh: TetMesh) -> IntArray:
     return np.flatnonzero(mesh.rest_positions[:, 0] <= solid.clamp + _AT_CLAMP).astype(np.int32)
 
 
-def true_mesh(solid: Solid) -> HexMesh:
-    """Cut a body into 20-node hexahedra."""
-    grid = cut(solid, _counted(solid, lambda count: int(np.ceil(_FINER * count))))
+def true_mesh(solid: Solid, fineness: float = 1.0) -> HexMesh:
+    """Cut a body into 20-node hexahedra.
+
+    Args:
+        solid: the body.
+        fineness: cells along an edge over a truth's own number.
+    """
+    grid = cut(solid, _counted(solid, lambda count: round(fineness * np.ceil(_FINER * count))))
     local = (CORNERS + 1.0).astype(np.int64)
     nodes, cells = grid.numbered(2 * grid.cells[:, None] + local[None], 2)
     held = np.flatnonzero(nodes[:, 0] <= solid.clamp + _AT_CLAMP)

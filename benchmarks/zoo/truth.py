@@ -93,7 +93,7 @@ def bend(
         NoEquilibriumError: when it finds none.
     """
     mesh = true_mesh(solid)
-    body = _body(mesh, youngs_modulus, poissons_ratio)
+    body = elastic_body(mesh, youngs_modulus, poissons_ratio)
     positions = _settled(body, mesh, world_from_object[:3, :3].T @ GRAVITY)
     points, triangles = body_surface(mesh, positions)
     sag = np.linalg.norm(positions - mesh.nodes, axis=1).max() / solid.free_length
@@ -125,7 +125,7 @@ def _settled(body: Body, mesh: HexMesh, gravity: FloatArray) -> FloatArray:
 def _linear_sag(solid: Solid, world_from_object: FloatArray, poissons_ratio: float) -> float:
     """Return the sag that stiffness at rest foretells for a modulus of 1 Pa."""
     mesh = true_mesh(solid)
-    body = _body(mesh, 1.0, poissons_ratio)
+    body = elastic_body(mesh, 1.0, poissons_ratio)
     blocks = body.evaluate(mesh.nodes).blocks
     assert blocks is not None
     factor = cholesky_banded(body.band.assemble(blocks), lower=True, overwrite_ab=True)
@@ -135,7 +135,8 @@ def _linear_sag(solid: Solid, world_from_object: FloatArray, poissons_ratio: flo
     return float(np.linalg.norm(moved.reshape(-1, 3), axis=1).max() / solid.free_length)
 
 
-def _body(mesh: HexMesh, youngs_modulus: float, poissons_ratio: float) -> Body:
+def elastic_body(mesh: HexMesh, youngs_modulus: float, poissons_ratio: float) -> Body:
+    """Make a body of one material from a mesh."""
     numbers = constants(np.full((len(mesh.cells), 8), youngs_modulus), poissons_ratio)
     return make_body(mesh.nodes, mesh.cells, mesh.held, numbers, DENSITY)
 

@@ -33,6 +33,7 @@ from diffcal_ros.calibration.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
     Uncertainty,
+    Z_95,
 )
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.fit_names import RIGID_OFFSET
@@ -46,6 +47,8 @@ Progress = Callable[[IterationRecord], bool]
 # Doublings of a Gauss-Newton step on a whole-image loss, and Adam's longest step over its.
 _IMAGE_DOUBLINGS = 8
 _ADAM_SHARE = 0.1
+# No interval reaches further in a coordinate: what is not known is not known.
+_WIDEST = 50.0
 
 
 class Calibration:
@@ -376,6 +379,8 @@ def fitted_parameters(
     fitted = []
     for place, parameter in enumerate(parameters):
         value = parameter.value(coordinates[place])
+        fine = coordinates[place] + np.clip(uncertainty.fine_shift[place], -_WIDEST, _WIDEST)
+        reach = min(Z_95 * uncertainty.fine_errors[place], _WIDEST)
         rate = value if parameter.is_logarithmic else 1.0
         fitted.append(
             FittedParameter(
@@ -389,6 +394,8 @@ def fitted_parameters(
                     coordinates[place] <= lower[place] or coordinates[place] >= upper[place]
                 ),
                 is_nuisance=parameter.is_nuisance,
+                fine_value=parameter.value(fine),
+                interval_95=(parameter.value(fine - reach), parameter.value(fine + reach)),
             )
         )
     return tuple(fitted)

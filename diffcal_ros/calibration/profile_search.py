@@ -16,7 +16,7 @@ from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.profile import Profile
-from diffcal_ros.calibration.uncertainty import estimate_uncertainty
+from diffcal_ros.calibration.uncertainty import estimate_uncertainty, Z_95
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.equilibrium import EquilibriumError
 import numpy as np
@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_Z_95 = 1.96
-_THRESHOLD = 0.5 * _Z_95**2
+_THRESHOLD = 0.5 * Z_95**2
 # Values are tried at these shares of the standard error until the threshold is passed.
 _STEP = 0.5
 _MOST_STEPS = 16
@@ -91,7 +90,7 @@ def profile(fit: Calibration, name: str) -> Profile:
         -np.inf if below[2] is None else parameter.value(below[2]),
         np.inf if above[2] is None else parameter.value(above[2]),
     ]
-    middle, reach = search.best[search.place], _Z_95 * search.error
+    middle, reach = search.best[search.place], Z_95 * search.error
     return Profile(
         name=name,
         unit=parameter.unit,

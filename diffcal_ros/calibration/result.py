@@ -29,6 +29,8 @@ class FittedParameter:
         value: in `unit`.
         std_error: statistical and mesh error together, in `unit`.
         mesh_error: the part of mesh and time step in it, in `unit`.
+        fine_value: what a mesh without error would give, in `unit`: the body's own.
+        interval_95: of that, in `unit`; of moduli and the like even in the logarithm.
         unit: SI.
         start: where the fit started.
         at_bound: the value is at a bound.
@@ -43,6 +45,8 @@ class FittedParameter:
     start: float
     at_bound: bool = False
     is_nuisance: bool = False
+    fine_value: float = math.nan
+    interval_95: tuple[float, float] = (math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -158,6 +162,8 @@ class CalibrationResult:
                     'value': p.value,
                     'std_error': p.std_error,
                     'mesh_error': p.mesh_error,
+                    'fine_mesh_value': p.fine_value,
+                    'interval_95': list(p.interval_95),
                     'unit': p.unit,
                     'start': p.start,
                     'at_bound': p.at_bound,

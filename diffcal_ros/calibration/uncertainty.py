@@ -8,6 +8,10 @@ The covariance is that of an estimator with robust weights and correlated residu
 
 with the information H and the scatter S of the gradient, priors included, and the shift d that a
 finer mesh would make: an error that is the same in every recording, so it is added whole.
+
+The sign of d is known. An interval for the body itself is centred where a mesh without error would
+end, x + r s, with the shift s of one halving and r between its values for smooth solutions and for
+the clamp's edge; what is left of r is the mesh's part of that interval.
 """
 
 from dataclasses import dataclass
@@ -22,6 +26,14 @@ FloatArray = NDArray[np.float64]
 # Refinement removes three quarters of the error of a smooth solution and half of that at the
 # clamp's corners: what one halving shows is multiplied by this.
 MESH_SHIFT_FACTOR = 1.5
+# An error that halves as h^p goes by r = 1 / (1 - 2^-p) times what one halving shows. Quadratic
+# displacements have p = 4 where they are smooth, and twice the exponent of the singularity, about
+# 0.65 in nearly incompressible bodies, where a clamp's edge rules: r is 1.07 to 1.68.
+_SMOOTH_RATIO, _EDGE_RATIO = 1.07, 1.68
+_RATIO = 0.5 * (_SMOOTH_RATIO + _EDGE_RATIO)
+_RATIO_STD = (_EDGE_RATIO - _SMOOTH_RATIO) / np.sqrt(12.0)
+# Standard errors to either side in a 95 % interval.
+Z_95 = 1.96
 # A combination of parameters known to no better than this is not known.
 _UNKNOWN = 1.0
 _NATURAL_SCALE = {
@@ -50,6 +62,8 @@ class Uncertainty:
         covariance: of the coordinates, shape (k, k).
         statistical: the part from the data and the priors, shape (k, k).
         mesh_shift: what halving the mesh size would change, shape (k,).
+        fine_shift: how far off a mesh without error would end, shape (k,).
+        fine_covariance: of the coordinates there, shape (k, k).
         blind: names of parameters that take part in a combination the data cannot see.
         prior_bound: names of parameters known only through their priors.
     """
@@ -57,6 +71,8 @@ class Uncertainty:
     covariance: FloatArray
     statistical: FloatArray
     mesh_shift: FloatArray
+    fine_shift: FloatArray
+    fine_covariance: FloatArray
     blind: tuple[str, ...]
     prior_bound: tuple[str, ...]
 
@@ -64,6 +80,11 @@ class Uncertainty:
     def standard_errors(self) -> FloatArray:
         """Of the coordinates, shape (k,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def fine_errors(self) -> FloatArray:
+        """Standard errors of what a mesh without error would give, shape (k,)."""
+        return np.sqrt(np.maximum(np.diag(self.fine_covariance), 0.0))
 
     @property
     def correlation(self) -> FloatArray:
@@ -105,11 +126,15 @@ def estimate_uncertainty(
     both = np.outer(scales, scales)
     statistical, blind = _covariance(linear.information, linear.scatter, parameters)
     shift = MESH_SHIFT_FACTOR * mesh_shift
+    # The shift is that of a linear step: of a large one the square is left.
+    left = mesh_shift * np.hypot(_RATIO_STD, 0.5 * np.abs(mesh_shift / scales).max(initial=0.0))
     data_only, *_ = _inverse(linear.information * both, parameters)
     return Uncertainty(
         covariance=statistical + np.outer(shift, shift),
         statistical=statistical,
         mesh_shift=mesh_shift,
+        fine_shift=_RATIO * mesh_shift,
+        fine_covariance=statistical + np.outer(left, left),
         blind=tuple(name for name in parameters.names if name in {*blind, *one_sided}),
         prior_bound=_prior_bound(data_only, precision, parameters),
     )

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 _RESULT, _REPORT, _FITTED_SCENE = 'result.json', 'report.html', 'fitted_scene.yaml'
 _USUAL = {'gauss_newton': 30, 'adam_demon': 100}
-_EXIT_NOT_FITTED = 3
 _EXIT_INTERRUPTED = 130
 _ALL_LAWS = 'all'
 
@@ -202,6 +201,7 @@ def _rank(
     progress: 'Progress',
 ) -> int:
     """Fit under every law, write the results and print the ranking."""
+    from diffcal_ros.calibration.outcome import EXIT_NOT_FITTED
     from diffcal_ros.offline.rank_laws import RANKING_FILE, run_law_ranking
     from diffcal_ros.report.law_table import law_lines
 
@@ -211,7 +211,8 @@ def _rank(
     ranking = run_law_ranking(inputs, settings, args.out, tell=progress.say)
     print('\n'.join(law_lines(ranking)))
     print(f'\nranking   {args.out / RANKING_FILE}')
-    return 0 if ranking[0].is_fitted else _EXIT_NOT_FITTED
+    first = ranking[0].result
+    return EXIT_NOT_FITTED if first is None else first.outcome.exit_code
 
 
 def _remove_old_results(out: Path, scene: 'Scene') -> None:

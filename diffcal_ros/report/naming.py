@@ -8,9 +8,6 @@ import math
 
 import numpy as np
 
-# Two-sided 95 % of a normal distribution.
-Z_95 = 1.96
-
 _UNITS = {'Pa': (1e-3, 'kPa'), 'm': (1e3, 'mm'), 'rad': (math.degrees(1.0), 'deg'), '1': (1.0, '')}
 _TITLES = {
     'youngs_modulus': "Young's modulus",
@@ -31,7 +28,6 @@ _SYMBOLS = {
     'rest_length': 'rest length',
     'cable_stiffness': 'cable stiffness',
 }
-_LOGARITHMIC = ('youngs_modulus', 'density', 'damping', 'cable_stiffness')
 
 
 @dataclass(frozen=True)
@@ -78,14 +74,6 @@ def title(name: str) -> str:
 def is_material(name: str) -> bool:
     """Tell whether a parameter belongs to the body and its cables, not to the rig."""
     return name.partition('.')[0] in _SYMBOLS
-
-
-def interval_95(name: str, value: float, error: float) -> tuple[float, float]:
-    """Return the 95 % interval; that of moduli and densities is one of their logarithm."""
-    if name.partition('.')[0] in _LOGARITHMIC and value > 0.0:
-        factor = float(np.exp(np.minimum(Z_95 * error / value, 50.0)))
-        return value / factor, value * factor
-    return value - Z_95 * error, value + Z_95 * error
 
 
 def short_values(values: Mapping[str, float]) -> str:

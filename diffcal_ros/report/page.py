@@ -22,7 +22,7 @@ from diffcal_ros.report.depth_figure import depth_figure, depth_range, RESIDUAL_
 from diffcal_ros.report.field_section import field_section
 from diffcal_ros.report.figure_png import figure_html
 from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
-from diffcal_ros.report.naming import interval_95, is_material, shown, title
+from diffcal_ros.report.naming import is_material, shown, title
 from diffcal_ros.report.observed_view import observed_views, ObservedView
 from diffcal_ros.report.page_style import STYLE
 from diffcal_ros.report.page_tables import (
@@ -120,11 +120,11 @@ def _parameter_card(parameter: FittedParameter) -> str:
 
 
 def _interval(parameter: FittedParameter) -> str:
-    if not np.isfinite(parameter.std_error):
+    if not np.isfinite(parameter.interval_95).all():
         return ''
-    low, high = interval_95(parameter.name, parameter.value, parameter.std_error)
-    ends = [f'{shown(end, 0.0, parameter.unit).value:.3g}' for end in (low, high)]
-    return f'95 %: {number_text(" to ".join(ends))}; '
+    ends = [f'{shown(end, 0.0, parameter.unit).value:.3g}' for end in parameter.interval_95]
+    mesh = 'without the mesh error ' if parameter.mesh_error > 0.0 else ''
+    return f'95 % {mesh}{number_text(" to ".join(ends))}; '
 
 
 def _gap_card(result: CalibrationResult) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from diffcal_ros.calibration.parameters import Parameter, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.along_body import Share
-from diffcal_ros.report.naming import interval_95, Shown, shown, title, two_digits
+from diffcal_ros.report.naming import Shown, shown, title, two_digits
 from diffcal_ros.report.palette import correlation_color
 import numpy as np
 
@@ -47,7 +47,15 @@ def parameter_table(
 ) -> str:
     """Write value, error, its parts, start, bounds and prior of each parameter."""
     by_name = {parameter.name: parameter for parameter in parameters}
-    header = ['parameter', 'fitted', '95 %', 'of the error: mesh', 'start', 'bounds', 'prior']
+    header = [
+        'parameter',
+        'fitted',
+        'of the error: mesh',
+        '95 % without it',
+        'start',
+        'bounds',
+        'prior',
+    ]
     rows = [_parameter_row(p, by_name[p.name]) for p in fitted if p.is_nuisance == nuisances]
     return table(header, rows)
 
@@ -62,8 +70,8 @@ def _parameter_row(fitted: FittedParameter, parameter: Parameter) -> list[str]:
     return [
         escape(title(fitted.name)),
         value,
-        _interval(fitted),
         f'± {two_digits(mesh.value)} {mesh.unit}'.rstrip() if mesh.value > 0.0 else '–',
+        _interval(fitted),
         plain(shown(fitted.start, 0.0, unit).value, own.unit),
         f'{plain(lower.value)} … {plain(upper.value, upper.unit)}',
         _prior(parameter),
@@ -71,10 +79,9 @@ def _parameter_row(fitted: FittedParameter, parameter: Parameter) -> list[str]:
 
 
 def _interval(fitted: FittedParameter) -> str:
-    if not np.isfinite(fitted.std_error):
+    if not np.isfinite(fitted.interval_95).all():
         return '–'
-    low, high = interval_95(fitted.name, fitted.value, fitted.std_error)
-    ends = [shown(end, fitted.std_error, fitted.unit) for end in (low, high)]
+    ends = [shown(end, fitted.std_error, fitted.unit) for end in fitted.interval_95]
     return f'{_rounded(ends[0])} … {_rounded(ends[1])}'
 
 

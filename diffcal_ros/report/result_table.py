@@ -15,11 +15,13 @@ _WIDTH = 96
 def result_text(scene_name: str, result: CalibrationResult) -> str:
     """Write what was fitted, the gap, the outcome with its remedy, and the warnings."""
     asked = [p for p in result.parameters if not p.is_nuisance]
-    rows = [('parameter', 'fitted', 'start')]
-    rows += [(title(p.name), _fitted(p), shown(p.start, 0.0, p.unit).text()) for p in asked]
-    first, second = (max(len(row[column]) for row in rows) for column in range(2))
+    rows = [('parameter', 'fitted', '95 %, mesh error taken off', 'start')]
+    rows += [
+        (title(p.name), _fitted(p), _range(p), shown(p.start, 0.0, p.unit).text()) for p in asked
+    ]
+    first, second, third = (max(len(row[column]) for row in rows) for column in range(3))
     lines = [f'{scene_name}: {result.outcome.value.replace("_", " ")}', '']
-    lines += [f'{a:<{first}}  {b:<{second}}  {c}' for a, b, c in rows]
+    lines += [f'{a:<{first}}  {b:<{second}}  {c:<{third}}  {d}' for a, b, c, d in rows]
     lines += ['', *_figures(result), *alternative_lines(result), *profile_lines(result), '']
     lines += textwrap.wrap(result.outcome.remedy, _WIDTH)
     for warning in result.warnings:
@@ -50,6 +52,12 @@ def _interval(low: float, high: float, unit: str) -> str:
 def _fitted(parameter: FittedParameter) -> str:
     text = shown(parameter.value, parameter.std_error, parameter.unit).text()
     return f'{text} (at its bound)' if parameter.at_bound else text
+
+
+def _range(parameter: FittedParameter) -> str:
+    if not all(math.isfinite(end) for end in parameter.interval_95):
+        return '-'
+    return _interval(*parameter.interval_95, parameter.unit)
 
 
 def _figures(result: CalibrationResult) -> list[str]:

@@ -166,6 +166,8 @@ def _parameter_health(parameter: FittedParameter, stage: str) -> Health:
         {
             'value': f'{parameter.value:.9g}',
             'std_error': f'{parameter.std_error:.9g}',
+            'low_95': f'{parameter.interval_95[0]:.9g}',
+            'high_95': f'{parameter.interval_95[1]:.9g}',
             'unit': parameter.unit,
             'fixed': 'false',
             'at_bound': str(parameter.at_bound).lower(),

@@ -51,6 +51,27 @@ def test_the_mesh_error_is_added_whole() -> None:
     assert found.statistical[0, 0] == pytest.approx(0.05**2)
 
 
+@pytest.mark.parametrize('order', [1.4, 2.0, 4.0])
+def test_without_the_mesh_error_the_interval_holds_where_finer_meshes_end(order) -> None:
+    # A value that a mesh of size h leaves 0.06 h^p too low, and what one halving shows of it.
+    error = 0.06
+    shown = error * (1.0 - 0.5**order)
+    found = estimate_uncertainty(
+        _linear(np.array([[4e6]])), _parameters('youngs_modulus'), np.array([shown])
+    )
+    assert abs(found.fine_shift[0] - error) < 1.96 * found.fine_errors[0]
+    # The sign of the mesh error is known: to take it off is worth more than to widen the error.
+    assert found.fine_errors[0] < 0.3 * found.standard_errors[0]
+    assert found.fine_errors[0] < error
+
+
+def test_a_large_mesh_shift_is_known_no_better_than_its_square() -> None:
+    found = estimate_uncertainty(
+        _linear(np.array([[4e6]])), _parameters('youngs_modulus'), np.array([0.6])
+    )
+    assert found.fine_errors[0] > 0.5 * 0.6**2
+
+
 def test_a_blind_combination_is_named_and_the_rest_is_not() -> None:
     # Only the difference of the first two is seen.
     seen = np.array([1.0, -1.0, 0.0])

@@ -20,7 +20,6 @@ import termios
 from typing import Any
 
 from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_DONE, EXIT_NOT_FITTED, main
-from diffcal_ros.report.naming import interval_95
 from diffcal_ros.scene.load import load_scene
 import numpy as np
 import pytest
@@ -78,7 +77,7 @@ def test_results_are_written_and_hold_the_truth(done):
     modulus = result['parameters']['youngs_modulus']
     assert modulus['unit'] == 'Pa'
     assert modulus['start'] == pytest.approx(1.4 * MODULUS)
-    low, high = interval_95('youngs_modulus', modulus['value'], modulus['std_error'])
+    low, high = modulus['interval_95']
     assert low < MODULUS < high
     start, end = result['gap']['start'], result['gap']['end']
     assert set(end) == {

@@ -10,7 +10,6 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import RecordingError, SceneError
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
 from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
-from diffcal_ros.report.naming import interval_95
 from diffcal_ros.report.page import write_report
 from diffcal_ros.report.result_table import result_text
 from diffcal_ros.scene.load import load_scene
@@ -51,7 +50,7 @@ def test_the_parameters_come_back_with_honest_errors(fitted):
     assert result.outcome is Outcome.CONVERGED
     for name, true in TRUTH.items():
         found = result[name]
-        low, high = interval_95(name, found.value, found.std_error)
+        low, high = found.interval_95
         assert low < true < high, name
         assert abs(found.value / true - 1.0) < 0.15, name
     # A hundredth of the time between two frames.

@@ -6,9 +6,8 @@ from dataclasses import replace
 import math
 
 from diffcal_ros.calibration.gap import Gap
-from diffcal_ros.report.naming import interval_95, short_values, shown, title
+from diffcal_ros.report.naming import short_values, shown, title
 from diffcal_ros.report.result_table import result_text
-import numpy as np
 import pytest
 
 NAN = math.nan
@@ -36,13 +35,6 @@ def test_titles():
     assert title('rigid_offset.rx') == 'rigid offset, turn about x'
     assert title('camera_pose.0.ry') == 'camera pose 1, turn about y'
     assert title('something_new') == 'something new'
-
-
-def test_intervals_of_moduli_are_those_of_their_logarithm():
-    low, high = interval_95('youngs_modulus.tip', 1e5, 2e4)
-    assert low * high == pytest.approx(1e10)
-    assert np.log(high / 1e5) == pytest.approx(1.96 * 0.2)
-    assert interval_95('rigid_offset.x', 1.0, 0.5) == pytest.approx((0.02, 1.98))
 
 
 def test_a_line_of_progress_names_regions_and_the_length_of_the_offset():

@@ -87,7 +87,7 @@ def test_every_parameter_is_in_a_table_with_its_start_and_error(fitted, page):
     for parameter in result.parameters:
         row = rows[title(parameter.name)]
         assert '±' in row[1], parameter.name
-        assert '…' in row[2]
+        assert '…' in row[3]
     modulus = result['youngs_modulus']
     row = rows["Young's modulus"]
     value, error = (float(part) for part in re.findall(r'[\d.]+', row[1])[:2])

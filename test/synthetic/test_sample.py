@@ -12,7 +12,6 @@ from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.report.naming import interval_95
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.tet_mesh import mesh_problems
 import numpy as np
@@ -56,7 +55,7 @@ def test_the_default_fit_has_the_truth_in_its_interval():
     assert result.outcome is Outcome.CONVERGED
     assert 'rigid_offset.x' in result.values()
     fitted = result['youngs_modulus']
-    low, high = interval_95(fitted.name, fitted.value, fitted.std_error)
+    low, high = fitted.interval_95
     modulus = truth['parameters']['silicone']['youngs_modulus']
     assert low < modulus < high
     assert high / low < 1.5**2, 'an interval that wide would hold anything'
