@@ -79,7 +79,7 @@ def fit(
 
 def is_right(value: float, interval: tuple[float, float], true: float) -> bool:
     """Tell whether the truth lies in the 95 % interval or within 3 % of the value."""
-    return interval[0] <= true <= interval[1] or abs(value / true - 1.0) <= _CLOSE
+    return bool(interval[0] <= true <= interval[1] or abs(value / true - 1.0) <= _CLOSE)
 
 
 def verdict(answer: Mapping[str, Any]) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import Kind, ParameterSet
@@ -21,6 +22,10 @@ FloatArray = NDArray[np.float64]
 _CLEARLY_BETTER = 0.5 * 3.0**2
 # What a model leaves is not noise alone; of a large misfit this share tells nothing.
 _INDIFFERENT = 0.1
+# Where a body hides behind something, or a neighbour passes for it, the misfit counts what has no
+# counterpart in the one or the other way. Another place that leaves less than this share of the
+# depth's gap, on this share of the pixels and of the measured body, is not ruled out by it.
+_FINER, _SEEN, _EXPLAINED = 0.5, 0.5, 0.5
 # Two answers differ where a parameter does by more than this [log], and by so many errors.
 _DIFFERENT, _ERRORS = 0.03, 3.0
 # A fit from another start is given up where it has not come near the best by so many steps.
@@ -91,22 +96,23 @@ class Contest:
         """Return the other fits, each place once, as they stand under the best one's scales."""
         objective, kept = self._objective, [self.best.minimum.coordinates]
         objective.scales = self.best.scales
-        lowest = objective.misfit(kept[0])
+        lowest, gap_there = objective.misfit(kept[0]), objective.gap(kept[0])
         found = []
         for entry in self.entries[1:]:
             there = entry.minimum.coordinates
             if any(are_same(there, known) for known in kept):
                 continue
             kept.append(there)
-            excess = objective.misfit(there) - lowest
+            excess, gap = objective.misfit(there) - lowest, objective.gap(there)
+            is_near = excess < max(_CLEARLY_BETTER, _INDIFFERENT * lowest)
             errors = _errors(entry.minimum, parameters)
             found.append(
                 Alternative(
                     values=parameters.values(there),
                     std_errors=_in_units(parameters, there, errors),
-                    gap=objective.gap(there),
+                    gap=gap,
                     misfit=float(excess),
-                    is_as_good=bool(excess < max(_CLEARLY_BETTER, _INDIFFERENT * lowest))
+                    is_as_good=bool(is_near or _is_finer(gap, gap_there))
                     and self._says_other(parameters, there, errors),
                 )
             )
@@ -132,6 +138,12 @@ class Contest:
             if not own.is_nuisance and own.kind is not Kind.RIGID_OFFSET
         ]
         return bool((change > limits)[asked].any())
+
+
+def _is_finer(gap: Gap, best: Gap) -> bool:
+    """Tell whether a gap is far smaller than the best fit's on what both may see."""
+    sees_enough = gap.pixels >= _SEEN * best.pixels and gap.explained >= _EXPLAINED
+    return sees_enough and gap.median < _FINER * best.median
 
 
 def _errors(minimum: Minimum, parameters: ParameterSet) -> FloatArray:

@@ -10,12 +10,13 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.border import with_border, with_setting
-from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.choice import choose
 from diffcal_ros.diagnosis.crew import Crew
 from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
 from diffcal_ros.diagnosis.evidence import Evidence, make_evidence
 from diffcal_ros.diagnosis.hypothesis import refitted_there
+from diffcal_ros.diagnosis.local_outlier import find_local_outlier, LocalOutlier
 from diffcal_ros.diagnosis.naming import conclude
 from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.screening import Screen, screen
@@ -25,6 +26,9 @@ from diffcal_ros.diagnosis.verdict import Diagnosis
 from diffcal_ros.scene.model import Scene
 
 Progress = Callable[[str], None]
+
+# Places that are left out at most.
+_MOST_OUTLIERS = 2
 
 
 @dataclass(frozen=True)
@@ -96,9 +100,10 @@ def diagnose(
     evidence, nominal = fit_nominal(scene, observations, settings.fit)
     listed = candidates(evidence.model.scene, settings.without, settings.fit)
     tell(f'screening {len(listed)} candidates')
-    scores = screen(evidence, nominal.coordinates, listed)
-    is_moving = any(observation.instant is not None for observation in observations)
-    disagreement = measure_disagreement(nominal, scores, settings.margin, is_moving=is_moving)
+    judged = _judge(evidence, nominal, listed, settings.margin)
+    judged, outliers = _without_local_outliers(judged, listed, settings.margin, tell)
+    evidence, nominal = judged.evidence, judged.nominal
+    scores, disagreement = judged.scores, judged.disagreement
     selection = choice = None
     if disagreement.is_worth_naming:
         with Crew(evidence, nominal, tell, jobs=settings.jobs) as crew:
@@ -109,8 +114,47 @@ def diagnose(
         tell('finding what mesh and step cost there')
         choice = replace(choice, hypothesis=refitted_there(choice.hypothesis))
     seconds = time.perf_counter() - begun
-    diagnosis = conclude(evidence, nominal, scores, disagreement, selection, choice, seconds)
+    diagnosis = conclude(
+        evidence, nominal, scores, disagreement, selection, choice, seconds, outliers
+    )
     return Course(evidence, nominal, scores, disagreement, selection, diagnosis)
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A nominal fit with its scores and what they say."""
+
+    evidence: Evidence
+    nominal: Refit
+    scores: Screen
+    disagreement: Disagreement
+
+
+def _judge(
+    evidence: Evidence, nominal: Refit, listed: Sequence[Candidate], margin: float
+) -> _Judged:
+    is_moving = any(observation.instant is not None for observation in evidence.model.observations)
+    scores = screen(evidence, nominal.coordinates, listed)
+    disagreement = measure_disagreement(nominal, scores, margin, is_moving=is_moving)
+    return _Judged(evidence, nominal, scores, disagreement)
+
+
+def _without_local_outliers(
+    judged: _Judged, listed: Sequence[Candidate], margin: float, tell: Progress
+) -> tuple[_Judged, tuple[LocalOutlier, ...]]:
+    """Leave out what is off in one place only, as long as the rest is said to be off, too."""
+    outliers: list[LocalOutlier] = []
+    while judged.disagreement.is_worth_naming and len(outliers) < _MOST_OUTLIERS:
+        found = find_local_outlier(judged.evidence.model, judged.nominal)
+        if found is None:
+            break
+        outliers.append(found)
+        tell(found.sentence)
+        evidence = judged.evidence.without(judged.evidence.left_out | found.patches)
+        most = 1 if evidence.stays_robust else MAX_ITERATIONS
+        nominal = refit(evidence, judged.nominal.coordinates, max_iterations=most)
+        judged = _judge(evidence, nominal, listed, margin)
+    return judged, tuple(outliers)
 
 
 def fit_nominal(

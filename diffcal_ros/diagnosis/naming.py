@@ -2,10 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """From refitted models to a verdict: a name, a set of twins, or an effect that is unknown."""
 
+from collections.abc import Sequence
+
 from diffcal_ros.diagnosis.choice import Choice
 from diffcal_ros.diagnosis.disagreement import Disagreement
 from diffcal_ros.diagnosis.evidence import Evidence
+from diffcal_ros.diagnosis.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.limits import upper_limits
+from diffcal_ros.diagnosis.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.selection import Selection
@@ -47,28 +51,34 @@ def conclude(
     selection: Selection | None,
     choice: Choice | None,
     seconds: float,
+    outliers: Sequence[LocalOutlier] = (),
 ) -> Diagnosis:
     """Put the verdict together."""
+    doubts = () if choice is None else doubts_about(choice.hypothesis, nominal)
     added = choice.hypothesis.fit if choice is not None else nominal
     closure = float('nan')
     if choice is not None:
         closure = closure_of(nominal, added, evidence.is_measured)
     unknown: Unknown | None = None
     nearest = _nearest_class(evidence, nominal, scores, disagreement, choice, closure)
+    if nearest is None and choice is not None and doubts:
+        is_large = disagreement.verdict is Verdict.DISAGREE
+        nearest = choice.hypothesis.added[0].effect.group if is_large else None
     if nearest is not None:
         unknown = describe_unknown(evidence, nominal, nearest)
     effects: tuple[NamedEffect, ...] = ()
-    if choice is not None and unknown is None and choice.confidence >= _NAMED:
+    is_open = choice is None or unknown is not None or bool(doubts)
+    if choice is not None and not is_open and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)
     separating = None
-    if choice is not None and len(choice.alike) > 1:
+    if choice is not None and not doubts and len(choice.alike) > 1:
         separating = what_settles(choice.alike[:3])
     return Diagnosis(
         verdict=disagreement.verdict,
         evidence='confirmed' if evidence.is_measured else 'suspected',
         p_value=disagreement.p_value,
         effects=effects,
-        ambiguity_set=() if choice is None or unknown is not None else choice.alike,
+        ambiguity_set=() if choice is None or is_open else choice.alike,
         runner_up=None if choice is None else choice.runner_up,
         unknown_class=None if unknown is None else unknown.group,
         stand_in=None if unknown is None else unknown.stand_in,
@@ -85,9 +95,34 @@ def conclude(
         limits=upper_limits(scores),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
-        notes=_notes(evidence, nominal, disagreement, choice, closure, unknown),
+        notes=(
+            *(outlier.sentence for outlier in outliers),
+            *doubts,
+            *_notes(evidence, nominal, disagreement, choice, closure, unknown, outliers),
+        ),
         details=details_of(nominal, scores, selection, choice),
     )
+
+
+def doubts_about(hypothesis: Hypothesis, nominal: Refit) -> tuple[str, ...]:
+    """Say why a model may not be named, however much likelier than others it is.
+
+    A name is for a gap that is there, on patches that no fit has seen, and that gets smaller; its
+    amplitude is not zero within its error.
+    """
+    words = ' with '.join(hypothesis.identifiers)
+    if hypothesis.has_doubtful_effect:
+        return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
+    before = patch_gap(nominal.blocks, Part.REPORT)
+    after = patch_gap(hypothesis.fit.blocks, Part.REPORT)
+    if before.rms <= before.whole_floor:
+        return (
+            f'{words} came nearest, but on held-out patches the gap is within the floors '
+            f'({1e3 * before.rms:.2f} of {1e3 * before.whole_floor:.2f} mm): no name for it',
+        )
+    if not after.rms < before.rms and not after.most < before.most:
+        return (f'{words} came nearest, but leaves as much on held-out patches: no name for it',)
+    return ()
 
 
 def _nearest_class(
@@ -118,9 +153,10 @@ def _notes(
     choice: Choice | None,
     closure: float,
     unknown: Unknown | None,
+    outliers: Sequence[LocalOutlier],
 ) -> tuple[str, ...]:
     notes = []
-    left_out = len(evidence.left_out)
+    left_out = len(evidence.left_out) - sum(len(outlier.patches) for outlier in outliers)
     if left_out:
         notes.append(f'{left_out} patches show something else than the body and were left out')
     if disagreement.verdict is Verdict.BELOW_MARGIN:

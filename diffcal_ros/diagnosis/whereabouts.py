@@ -50,18 +50,22 @@ def part_numbers(block: Block, model: ForwardModel, points: FloatArray) -> NDArr
         points: its nodes in the camera frame [m], shape (N, 3).
     """
     observation = model.observations[block.view]
+    parts = parts_of_nodes(model, block.view)
+    return parts[nearest_nodes(block, points, observation.camera)]
+
+
+def parts_of_nodes(model: ForwardModel, view: int) -> NDArray[np.int64]:
+    """Return on which of `PART_NAMES` each node of a view's body lies, shape (N,)."""
+    observation = model.observations[view]
     axes = model.effects.axes(observation.setup_index)
     along = axes.share(model.body(observation).discretisation.rest_nodes)
-    shares = _shares(block, points, along, observation.camera)
-    return np.searchsorted(_BORDERS, shares, side='right').astype(np.int64)
+    return np.searchsorted(_BORDERS, along, side='right').astype(np.int64)
 
 
-def _shares(
-    block: Block, points: FloatArray, node_shares: FloatArray, camera: PinholeCamera
-) -> FloatArray:
-    """Return how far along the body each patch is: of the node that is seen nearest to it."""
+def nearest_nodes(block: Block, points: FloatArray, camera: PinholeCamera) -> NDArray[np.int64]:
+    """Return the node that is seen nearest to each patch of a block, shape (n,)."""
     u = camera.fx * points[:, 0] / points[:, 2] + camera.cx
     v = camera.fy * points[:, 1] / points[:, 2] + camera.cy
     columns, rows = block.patches.centers.T
     apart = (columns[:, None] - u) ** 2 + (rows[:, None] - v) ** 2
-    return node_shares[apart.argmin(axis=1)] if apart.size else np.zeros(0)
+    return apart.argmin(axis=1) if apart.size else np.zeros(0, dtype=np.int64)

@@ -41,7 +41,8 @@ class TwoWells:
 
     is_sharp = True
 
-    def __init__(self, lift: float) -> None:
+    def __init__(self, lift: float, right: Gap = GOOD) -> None:
+        self._right = right
         self.scales = Scales()
         self._wells = ((LEFT, 20.0), (RIGHT, 20.0 + lift))
 
@@ -66,15 +67,15 @@ class TwoWells:
         return False
 
     def gap(self, coordinates) -> Gap:
-        return GOOD
+        return GOOD if coordinates[0] < 0.5 * (LEFT + RIGHT) else self._right
 
 
 def _are_same(one, other) -> bool:
     return bool(np.abs(one - other).max() < 0.5)
 
 
-def _contest(lift: float, first: float, others: tuple[float, ...]):
-    objective = TwoWells(lift)
+def _contest(lift: float, first: float, others: tuple[float, ...], right: Gap = GOOD):
+    objective = TwoWells(lift, right)
     contest = Contest(objective, minimise(objective, np.array([first]), BOUNDS, LONGEST))
     for other in others:
         if not contest.is_known(np.array([other]), _are_same):
@@ -95,6 +96,22 @@ def test_the_lower_minimum_wins_from_either_side(first) -> None:
 def test_about_as_well_means_within_three_standard_errors(lift, is_as_good) -> None:
     contest = _contest(lift, LEFT, (RIGHT,))
     (other,) = contest.alternatives(PARAMETERS, _are_same)
+    assert other.is_as_good is is_as_good
+
+
+@pytest.mark.parametrize(
+    ('right', 'is_as_good'),
+    [
+        # It fits what both see far better, though the misfit counts more without counterpart.
+        (replace(GOOD, median=0.0002, explained=0.7), True),
+        (replace(GOOD, median=0.0004, explained=0.7), False),
+        # A few pixels are met by anything, and so is a body that is left out.
+        (replace(GOOD, median=0.0001, pixels=3000), False),
+        (replace(GOOD, median=0.0001, explained=0.3), False),
+    ],
+)
+def test_a_place_with_a_far_smaller_gap_is_not_ruled_out(right, is_as_good) -> None:
+    (other,) = _contest(30.0, LEFT, (RIGHT,), right).alternatives(PARAMETERS, _are_same)
     assert other.is_as_good is is_as_good
 
 
