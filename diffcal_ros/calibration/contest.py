@@ -12,7 +12,7 @@ from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.result import Alternative
-from diffcal_ros.calibration.uncertainty import covariance_of
+from diffcal_ros.calibration.uncertainty import covariance_of, Z_95
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,8 +26,9 @@ _INDIFFERENT = 0.1
 # counterpart in the one or the other way. Another place that leaves less than this share of the
 # depth's gap, on this share of the pixels and of the measured body, is not ruled out by it.
 _FINER, _SEEN, _EXPLAINED = 0.5, 0.5, 0.5
-# Two answers differ where a parameter does by more than this [log], and by so many errors.
-_DIFFERENT, _ERRORS = 0.03, 3.0
+# Two answers differ where a parameter does by more than this [log], and the other one's is not in
+# the interval of the best.
+_DIFFERENT = 0.03
 # A fit from another start is given up where it has not come near the best by so many steps.
 _PATIENCE, _HOPELESS, _MOST_STEPS = 4, 2.0, 20
 
@@ -113,7 +114,7 @@ class Contest:
                     gap=gap,
                     misfit=float(excess),
                     is_as_good=bool(is_near or _is_finer(gap, gap_there))
-                    and self._says_other(parameters, there, errors),
+                    and self._says_other(parameters, there),
                 )
             )
         return tuple(found)
@@ -127,11 +128,11 @@ class Contest:
             if self.best is before:
                 return
 
-    def _says_other(self, parameters: ParameterSet, there: FloatArray, errors: FloatArray) -> bool:
-        """Tell whether what is asked for differs from the best fit's beyond its error."""
+    def _says_other(self, parameters: ParameterSet, there: FloatArray) -> bool:
+        """Tell whether what is asked for lies outside the best fit's 95 % interval."""
         best = self.best.minimum
         change = np.abs(there - best.coordinates)
-        limits = np.maximum(_DIFFERENT, _ERRORS * np.hypot(errors, _errors(best, parameters)))
+        limits = np.maximum(_DIFFERENT, Z_95 * _errors(best, parameters))
         asked = [
             place
             for place, own in enumerate(parameters)
