@@ -40,7 +40,7 @@ def continuum_modulus(truth: Truth, folder: Path) -> float:
     own, fine = (np.array(one) for one in json.loads(file.read_text()))
     down = truth.world_from_object[:3, :3].T @ GRAVITY
     ratio = (down @ fine @ down) / (down @ own @ down)
-    return truth.youngs_modulus / (1.0 + (1.0 + _BEYOND) * (ratio - 1.0))
+    return truth.youngs_modulus * (1.0 + (1.0 + _BEYOND) * (ratio - 1.0))
 
 
 def work(solid: Solid, fineness: float) -> FloatArray:
