@@ -119,7 +119,7 @@ DOCS ?= out/docs
 .PHONY: docs
 docs: | $(BIN)/python ## Build the pages of docs/ as a site; a warning fails.
 	$(PIP) -r docs/requirements.txt
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet --site-dir $(abspath $(DOCS))
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --site-dir $(abspath $(DOCS))
 
 .PHONY: clean
 clean: ## Remove what was built; .venv stays.
