@@ -115,6 +115,12 @@ cables: $(VENV)/.test ## Fit the cable of the data set's finger from ten starts 
 	@if [ -z "$${DIFFCAL_DATA:-}" ]; then echo 'skipped: set DIFFCAL_DATA to a clone of the public DiffCal data set'; \
 	else $(BIN)/python benchmarks/cables.py $(CABLES); fi
 
+DOCS ?= out/docs
+.PHONY: docs
+docs: | $(BIN)/python ## Build the pages of docs/ as a site; a warning fails.
+	$(PIP) -r docs/requirements.txt
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --site-dir $(abspath $(DOCS))
+
 .PHONY: clean
 clean: ## Remove what was built; .venv stays.
 	rm -rf build install log out

@@ -38,7 +38,10 @@ _HELD_CELLS = 3
 
 _YOUNGS_MODULUS = 240e3  # [Pa]
 _START_FACTOR = 1.4
-_HEADER = '# The bundled sample, made by bags/make_sample.py: synthetic, no camera took it.\n'
+_HEADER = """\
+# yaml-language-server: $schema=../../config/scene.schema.json
+# The bundled sample, made by bags/make_sample.py: synthetic, no camera took it.
+"""
 # Colour images small enough to bundle; what lies beyond the clamp is cut off, like in the public
 # captures.
 _COLOR_CAMERA = PinholeCamera(640, 360, fx=451.5, fy=451.0, cx=322.5, cy=178.75)

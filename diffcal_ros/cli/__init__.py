@@ -13,6 +13,7 @@ from diffcal_ros.cli import (
     predict_command,
     reproduce_command,
     revert_command,
+    schema_command,
     simulate_command,
     suggest_command,
 )
@@ -28,4 +29,5 @@ COMMANDS: tuple[ModuleType, ...] = (
     revert_command,
     suggest_command,
     reproduce_command,
+    schema_command,
 )

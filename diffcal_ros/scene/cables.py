@@ -3,13 +3,15 @@
 """Cables that run through the body: where, how long at rest, how stiff."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from diffcal_ros.fem.cable_route import CableRoute, route_through, RouteError
 from diffcal_ros.fem.conditions import CableState
 from diffcal_ros.scene.model import Cable, ObservationSetup, Quantity, Scene
 from diffcal_ros.scene.problems import listed, shown, suggestion
-from diffcal_ros.scene.quantities import NAME, QuantityRule, read_quantity
-from diffcal_ros.scene.section import finite_numbers, Interval, POSITIVE, Section
+from diffcal_ros.scene.quantities import NAME, quantity_shape, QuantityRule, read_quantity
+from diffcal_ros.scene.section import finite_numbers, Section
+from diffcal_ros.scene.shapes import Flag, Interval, Keys, ListOf, Number, POSITIVE, vector
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,36 @@ _SHORTEST, _LONGEST = 0.2, 1.5
 _STIFFNESSES = Interval(1.0, 1e7)  # From a rubber band to a steel rope of a hand's length.
 _USUAL_STIFFNESS = 1e4
 _VIA = 'give a list of via points, [x, y, z] each, in metres in the object frame'
+_REST_LENGTH = QuantityRule("the cable's rest length", 'm', POSITIVE, POSITIVE)
+_STIFFNESS = QuantityRule("the cable's stiffness", 'N/m', POSITIVE, _STIFFNESSES)
+
+CABLES_SHAPE = Keys(
+    about='cables that run through the body without friction and only pull; bodies at rest only',
+    name_pattern=NAME.pattern,
+    named=Keys(
+        {
+            'via': ListOf(
+                vector(3, '[x, y, z] in m, object frame'),
+                'via points from one end to the other; both ends are fixed to the body',
+                fewest=2,
+            ),
+            'crosses_gaps': Flag('it may hang free between via points; default false'),
+            'stiffness': quantity_shape(
+                _STIFFNESS,
+                'pull per stretch in N/m; default 1e4',
+                Interval(0.0, _STIFFNESSES.high),
+            ),
+            'rest_length': quantity_shape(
+                _REST_LENGTH, 'beyond it, it pulls, in m; default: as long as its route'
+            ),
+            'pull': Number('or instead: by how much it is shorter than its route, in m'),
+        },
+        ('via',),
+    ),
+)
+PULLS_SHAPE = Keys(
+    about='by how much each cable is shortened in this observation, in m', named=Number()
+)
 
 
 def read_cables(scene: Section, mesh: TetMesh | None) -> tuple[tuple[Cable, ...], list[str]]:
@@ -96,12 +128,11 @@ def _read_via_points(section: Section) -> FloatArray | None:
 
 def _read_stiffness(section: Section) -> Quantity | None:
     """Read the stiffness; 0 means that the cable is not there."""
-    rule = QuantityRule("the cable's stiffness", 'N/m', POSITIVE, _STIFFNESSES)
     if not section.has('stiffness'):
         return Quantity(_USUAL_STIFFNESS, _STIFFNESSES.low, _STIFFNESSES.high)
     if section.raw('stiffness') == 0:
         return Quantity(0.0, _STIFFNESSES.low, _STIFFNESSES.high)
-    return read_quantity(section, 'stiffness', rule)
+    return read_quantity(section, 'stiffness', _STIFFNESS)
 
 
 def _read_rest_length(section: Section, length: float) -> Quantity | None:
@@ -112,8 +143,7 @@ def _read_rest_length(section: Section, length: float) -> Quantity | None:
         section.problems.add(section.key, 'has rest_length and pull: keep one of the two')
         return None
     if has_length:
-        rule = QuantityRule("the cable's rest length", 'm', POSITIVE, usual)
-        return read_quantity(section, 'rest_length', rule)
+        return read_quantity(section, 'rest_length', replace(_REST_LENGTH, usual=usual))
     pull = section.number(
         'pull',
         default=0.0,

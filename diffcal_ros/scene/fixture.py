@@ -9,7 +9,8 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.scene.mesh_files import UNITS_PER_METRE
 from diffcal_ros.scene.model import Fixture
 from diffcal_ros.scene.section import Section
-from diffcal_ros.scene.selections import read_box
+from diffcal_ros.scene.selections import BOX_SHAPE, read_box
+from diffcal_ros.scene.shapes import Choice, Keys, Text
 from diffcal_ros.scene.surface_mesh import read_closed_surface, SURFACE_SUFFIXES
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,15 @@ FloatArray = NDArray[np.float64]
 
 # A rig is no larger [m]; what is was written in millimetres.
 _LARGEST = 3.0
+FIXTURE_SHAPE = Keys(
+    {
+        'box': BOX_SHAPE,
+        'file': Text('or instead: a closed surface, .stl, .obj or .ply, in the frame of the mesh'),
+        'unit': Choice(tuple(UNITS_PER_METRE), "of the file's coordinates"),
+    },
+    about='a rigid part of the rig that the depth camera sees beside the body',
+)
+
 _NEEDED = 'give {box: {x: [low, high], y: .., z: ..}} in metres or {file: .., unit: ..}'
 
 
@@ -55,7 +65,7 @@ def _from_box(section: Section) -> Fixture | None:
 
 def _from_file(section: Section, folder: Path) -> Fixture | None:
     name = section.text('file', needed='name the surface file')
-    unit = section.choice('unit', tuple(UNITS_PER_METRE))
+    unit = section.choice('unit')
     section.refuse_unknown()
     if not section.is_sound:
         return None

@@ -8,8 +8,9 @@ import math
 
 from diffcal_ros.scene.model import HeldPart, Turn
 from diffcal_ros.scene.placement import NEAR
-from diffcal_ros.scene.section import Interval, Section
-from diffcal_ros.scene.selections import read_selection, select_vertices
+from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.selections import read_selection, select_vertices, selection_shape
+from diffcal_ros.scene.shapes import Interval, Keys, Number, vector
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,22 @@ IntArray = NDArray[np.int32]
 # Held vertices nearer to one line than this share of their spread can turn about it.
 _LINE_TOLERANCE = 1e-3
 _TURNS = Interval(-3600.0, 3600.0)
+
+TURN_SHAPE = Keys(
+    {
+        'axis': vector(3, 'direction in the world frame', NEAR),
+        'angle_deg': Number('may exceed 360', _TURNS),
+        'center': vector(3, "in m, world frame; default: the middle of the part's box", NEAR),
+        'translation': vector(3, 'afterwards, in m, world frame', NEAR),
+    },
+    ('axis', 'angle_deg'),
+    "how a held part moves from the mesh's rest shape to the pose that is filmed",
+)
+HELD_SHAPE = Keys(
+    about='the clamp: parts of the body that are held',
+    named=Keys({**selection_shape('vertices'), 'turn': TURN_SHAPE}),
+    fewest=1,
+)
 
 
 def read_held(scene: Section, mesh: TetMesh | None) -> tuple[HeldPart, ...]:
@@ -60,19 +77,13 @@ def _read_part(part: Section, name: str, mesh: TetMesh | None) -> list[HeldPart]
 
 def read_turn(section: Section) -> Turn | None:
     """Read {axis, angle_deg, center, translation}; None when a mistake was noted."""
-    axis = section.vector(
-        'axis', 3, needed='give a direction in the world frame, [x, y, z]', allowed=NEAR
-    )
-    degrees = section.number(
-        'angle_deg', allowed=_TURNS, needed='give the angle in degrees, within ten turns'
-    )
+    axis = section.vector('axis', needed='give a direction in the world frame, [x, y, z]')
+    degrees = section.number('angle_deg', needed='give the angle in degrees, within ten turns')
     in_world = 'give three numbers in metres in the world frame, [x, y, z]'
     has_center, has_translation = section.has('center'), section.has('translation')
-    center = section.vector('center', 3, needed=in_world, allowed=NEAR) if has_center else None
+    center = section.vector('center', needed=in_world) if has_center else None
     translation = (
-        section.vector('translation', 3, needed=in_world, allowed=NEAR)
-        if has_translation
-        else np.zeros(3)
+        section.vector('translation', needed=in_world) if has_translation else np.zeros(3)
     )
     section.refuse_unknown()
     length = float(np.linalg.norm(axis))

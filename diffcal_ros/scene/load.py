@@ -8,14 +8,14 @@ from pathlib import Path
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.laws import law_names, USUAL_LAW
+from diffcal_ros.fem.laws import USUAL_LAW
 from diffcal_ros.material import LameConvention
 from diffcal_ros.scene.cables import read_cables
 from diffcal_ros.scene.fit_names import damping_problems, DEFAULT_FIT, fit_problems
 from diffcal_ros.scene.fixture import read_fixture
 from diffcal_ros.scene.held_parts import read_held
 from diffcal_ros.scene.marker_section import read_marker
-from diffcal_ros.scene.mesh_files import MeshFile, read_mesh, UNITS_PER_METRE
+from diffcal_ros.scene.mesh_files import MeshFile, read_mesh
 from diffcal_ros.scene.model import Cable, ObservationSetup, Region, Scene
 from diffcal_ros.scene.model_file import (
     effects_in_force,
@@ -34,12 +34,11 @@ from diffcal_ros.scene.rig_sections import (
     read_rigid_offset,
     read_sensor,
 )
-from diffcal_ros.scene.section import POSITIVE, Section
+from diffcal_ros.scene.scene_shape import FORMAT, SCENE_SHAPE
+from diffcal_ros.scene.section import Section
 from diffcal_ros.scene.yaml_document import read_yaml
 from diffcal_ros.tet_mesh import mesh_problems, TetMesh
 import numpy as np
-
-FORMAT = 1
 
 _NO_MESH = TetMesh(np.zeros((0, 3)), np.zeros((0, 4), np.int32))
 
@@ -56,7 +55,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     """
     file = Path(path)
     document = read_yaml(file)
-    root = Section(document.content, '', Problems(str(file), document.lines))
+    root = Section(document.content, '', Problems(str(file), document.lines), SCENE_SHAPE)
     _check_format(root)
     name = root.text('name', default=file.stem)
     scene = _read_scene(root, file.parent)
@@ -138,11 +137,10 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
     if section is None:
         return None, Element.QUADRATIC
     file = section.text('file', needed='name the mesh file')
-    unit = section.choice('unit', tuple(UNITS_PER_METRE))
-    names = tuple(element.value for element in Element)
-    element = Element(section.choice('element', names, default=Element.QUADRATIC.value))
+    unit = section.choice('unit')
+    element = Element(section.choice('element', default=Element.QUADRATIC.value))
     has_length = section.has('edge_length')
-    edge_length = section.number('edge_length', default=0.0, allowed=POSITIVE)
+    edge_length = section.number('edge_length', default=0.0)
     section.refuse_unknown()
     if any(section.problems.touch(section.at(name)) for name in ('file', 'unit', 'edge_length')):
         return None, element
@@ -178,9 +176,8 @@ def _read_law(root: Section) -> tuple[str, LameConvention]:
     section = root.child('law')
     if section is None:
         return USUAL_LAW, usual
-    law = section.choice('name', law_names(), default=USUAL_LAW)
-    names = tuple(convention.value for convention in LameConvention)
-    convention = section.choice('lame_convention', names, default=usual.value)
+    law = section.choice('name', default=USUAL_LAW)
+    convention = section.choice('lame_convention', default=usual.value)
     section.refuse_unknown()
     if convention == LameConvention.PAPER.value and law != USUAL_LAW:
         section.wrong('lame_convention', f'it is known of {USUAL_LAW} only: leave it out')

@@ -4,13 +4,36 @@
 
 from diffcal_ros.marker import Board, board_fault, Marker
 from diffcal_ros.scene.marker_dictionaries import MARKER_COUNTS
-from diffcal_ros.scene.placement import read_placement
+from diffcal_ros.scene.placement import placement_shape, read_placement
 from diffcal_ros.scene.problems import suggestion
-from diffcal_ros.scene.section import Interval, Section
+from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.shapes import Choice, Flag, Interval, Keys, Number, Whole
 import numpy as np
 
 _MARKER_SIDES = Interval(0.002, 2.0)
 _MOST_SQUARES = 100
+
+_BOARD_SHAPE = Keys(
+    {
+        'columns': Whole('squares', 3, _MOST_SQUARES),
+        'rows': Whole('squares', 3, _MOST_SQUARES),
+        'square': Number('edge of a chessboard square in m', _MARKER_SIDES),
+        'legacy': Flag('as OpenCV before 4.6 made boards with an even number of rows'),
+    },
+    ('columns', 'rows', 'square'),
+    'a ChArUco board in place of a single marker',
+)
+MARKER_SHAPE = Keys(
+    {
+        'dictionary': Choice(tuple(MARKER_COUNTS), "OpenCV's name"),
+        'id': Whole('of a board: the marker at the top left, default 0', 0),
+        'side': Number('edge of the black square in m', _MARKER_SIDES),
+        'board': _BOARD_SHAPE,
+        'placement': placement_shape('world_from_marker; default: it is the world frame'),
+    },
+    ('dictionary', 'side'),
+    "the marker on the rig, from which the camera's pose is found",
+)
 
 
 def read_marker(scene: Section) -> Marker | None:
@@ -31,10 +54,9 @@ def read_marker(scene: Section) -> Marker | None:
     is_board = section.has('board')
     # A board's markers are numbered from 0, unless it says otherwise.
     needs_id = not is_board or section.has('id')
-    number = section.integer('id', low=0, high=highest) if needs_id else 0
+    number = section.integer('id', high=highest) if needs_id else 0
     side = section.number(
         'side',
-        allowed=_MARKER_SIDES,
         needed=f'give the edge of the black square in metres, {_MARKER_SIDES}',
     )
     placement = section.child('placement')
@@ -52,11 +74,10 @@ def _read_board(marker: Section) -> Board | None:
     section = marker.child('board')
     if section is None:
         return None
-    columns = section.integer('columns', low=3, high=_MOST_SQUARES)
-    rows = section.integer('rows', low=3, high=_MOST_SQUARES)
+    columns = section.integer('columns')
+    rows = section.integer('rows')
     square = section.number(
         'square',
-        allowed=_MARKER_SIDES,
         needed=f'give the edge of a chessboard square in metres, {_MARKER_SIDES}',
     )
     is_legacy = section.flag('legacy', default=False)

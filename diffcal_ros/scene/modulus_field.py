@@ -14,6 +14,7 @@ from diffcal_ros.atomic_file import replacing
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.mesh_files import open_with_meshio
 from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.shapes import Keys, Text
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,11 @@ FloatArray = NDArray[np.float64]
 
 KEY = 'modulus_field'
 FIELD_FILE = 'field.vtu'
+MODULUS_FIELD_SHAPE = Keys(
+    {'file': Text('.vtu, as `diffcal calibrate --field` writes it')},
+    ('file',),
+    'a modulus that varies within the regions',
+)
 RELATIVE_MODULUS = 'relative_modulus'
 
 _SUFFIX = '.vtu'

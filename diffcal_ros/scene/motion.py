@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from diffcal_ros.scene.held_parts import check_hold
 from diffcal_ros.scene.model import HeldPart, MotionSetup, QUASI_STATIC
 from diffcal_ros.scene.problems import listed, suggestion
-from diffcal_ros.scene.quantities import read_quantity, RELEASE_TIME
-from diffcal_ros.scene.section import Interval, Section
+from diffcal_ros.scene.quantities import quantity_shape, read_quantity, RELEASE_TIME
+from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.shapes import Choice, Interval, Keys, ListOf, Number, Text, Whole
 from diffcal_ros.tet_mesh import TetMesh
 
 INTEGRATORS = ('implicit', 'semi_implicit', QUASI_STATIC)
@@ -17,6 +18,21 @@ _TOLERANCES = Interval(1e-8, 1e-3)
 _DURATIONS = Interval(0.01, 600.0)
 _USUAL_FRAMES, _MOST_FRAMES = 60, 2000
 _USUAL_HOLD_OUT = 5
+
+MOTION_SHAPE = Keys(
+    {
+        'released': ListOf(Text(), 'held parts that let go, all at once', fewest=1),
+        'at': quantity_shape(RELEASE_TIME, 'when they let go, in s after the first frame'),
+        'integrator': Choice(INTEGRATORS, 'quasi_static: a load held for long, which may creep'),
+        'time_step': Number("in s; default: the integrator's own", _STEPS),
+        'tolerance': Number('what one implicit step may be off by, in m', _TOLERANCES),
+        'duration': Number('use only so much of the recording, in s', _DURATIONS),
+        'frames': Whole('compare at most so many; default 60', 2, _MOST_FRAMES),
+        'hold_out': Whole('keep every so manieth from the fit; default 5', 0, _MOST_FRAMES),
+    },
+    ('released', 'at'),
+    'how the body moves: parts that hold it at rest let go',
+)
 
 
 def read_motion(
@@ -31,12 +47,12 @@ def read_motion(
     """
     released = _released(section, held)
     release_time = read_quantity(section, 'at', RELEASE_TIME)
-    integrator = section.choice('integrator', INTEGRATORS, default=INTEGRATORS[0])
-    time_step = _optional(section, 'time_step', _STEPS)
+    integrator = section.choice('integrator', default=INTEGRATORS[0])
+    time_step = _optional(section, 'time_step')
     tolerance = _tolerance(section, integrator)
-    duration = _optional(section, 'duration', _DURATIONS)
-    most_frames = _count(section, 'frames', _USUAL_FRAMES, low=2)
-    hold_out = _count(section, 'hold_out', _USUAL_HOLD_OUT, low=0)
+    duration = _optional(section, 'duration')
+    most_frames = _count(section, 'frames', _USUAL_FRAMES)
+    hold_out = _count(section, 'hold_out', _USUAL_HOLD_OUT)
     section.refuse_unknown()
     if hold_out == 1:
         section.wrong('hold_out', 'every frame would be kept from the fit: give 0, or 2 and more')
@@ -82,20 +98,17 @@ def _released(section: Section, held: Sequence[HeldPart]) -> tuple[str, ...]:
 
 def _tolerance(section: Section, integrator: str) -> float | None:
     """Return what a step may be off by [m]."""
-    tolerance = _optional(section, 'tolerance', _TOLERANCES, unit='metres')
+    tolerance = _optional(section, 'tolerance', unit='metres')
     if tolerance is not None and integrator != INTEGRATORS[0]:
         section.wrong('tolerance', f'only steps of `integrator: {INTEGRATORS[0]}` follow one')
     return tolerance
 
 
-def _optional(
-    section: Section, name: str, allowed: Interval, *, unit: str = 'seconds'
-) -> float | None:
+def _optional(section: Section, name: str, *, unit: str = 'seconds') -> float | None:
     if not section.has(name):
         return None
-    needed = f'give {unit}, {allowed}'
-    return section.number(name, allowed=allowed, needed=needed)
+    return section.number(name, needed=f'give {unit}, {section.allowed(name)}')
 
 
-def _count(section: Section, name: str, usual: int, *, low: int) -> int:
-    return section.integer(name, low=low, high=_MOST_FRAMES) if section.has(name) else usual
+def _count(section: Section, name: str, usual: int) -> int:
+    return section.integer(name) if section.has(name) else usual

@@ -6,8 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from diffcal_ros.scene.cables import read_pulls
-from diffcal_ros.scene.held_parts import check_hold, check_shared_vertices, read_turn
+from diffcal_ros.scene.cables import PULLS_SHAPE, read_pulls
+from diffcal_ros.scene.held_parts import (
+    check_hold,
+    check_shared_vertices,
+    read_turn,
+    TURN_SHAPE,
+)
 from diffcal_ros.scene.model import (
     Cable,
     HeldPart,
@@ -15,11 +20,12 @@ from diffcal_ros.scene.model import (
     ObservationSetup,
     PoseSetup,
 )
-from diffcal_ros.scene.motion import read_motion
-from diffcal_ros.scene.placement import read_placement
-from diffcal_ros.scene.pose_section import read_pose
+from diffcal_ros.scene.motion import MOTION_SHAPE, read_motion
+from diffcal_ros.scene.placement import placement_shape, read_placement
+from diffcal_ros.scene.pose_section import POSE_SHAPE, read_pose
 from diffcal_ros.scene.problems import listed, suggestion
-from diffcal_ros.scene.section import Interval, Section
+from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.shapes import Constant, Interval, Keys, ListOf, OneOf, Shape, Text, vector
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +34,34 @@ FloatArray = NDArray[np.float64]
 
 _GRAVITY = 'give the acceleration in m/s^2 in the world frame, for example [0, -9.81, 0]'
 _GRAVITIES = Interval(-100.0, 100.0)  # In m/s^2; more is mm/s^2, or a slip.
+
+# What stands in the scene for all observations, or in one of them.
+POSTURE_SHAPES: dict[str, Shape] = {
+    'placement': placement_shape('world_from_object: where the mesh sits before it is bent'),
+    'stored_depth_from_world': placement_shape('a camera pose that is known beforehand'),
+    'gravity': vector(3, 'in m/s^2, world frame', _GRAVITIES),
+    'bag': Text('a rosbag2 folder or .mcap; the command line may name it'),
+    'motion': MOTION_SHAPE,
+    'pose': POSE_SHAPE,
+}
+_HELD_TURNS = Keys(
+    about='other turns of held parts; null: not turned',
+    named=OneOf((TURN_SHAPE, Constant(None))),
+)
+_OBSERVATION_SHAPE = Keys(
+    {
+        'name': Text('unique'),
+        'held_parts': ListOf(Text(), 'parts that hold here; default: all', fewest=1),
+        'held_turns': _HELD_TURNS,
+        'pulls': PULLS_SHAPE,
+        **POSTURE_SHAPES,
+    },
+    ('name',),
+    'one way in which the body is filmed; what it does not give is as above',
+)
+OBSERVATIONS_SHAPE = ListOf(
+    _OBSERVATION_SHAPE, 'several ways in which the body is filmed; they share the material', 1
+)
 
 
 def read_observations(
@@ -60,7 +94,7 @@ def read_observations(
         if not isinstance(item, dict):
             scene.problems.add(key, 'is no mapping: start it with `name: ..`')
             continue
-        section = Section(item, key, scene.problems)
+        section = Section(item, key, scene.problems, _OBSERVATION_SHAPE)
         name = section.text('name', needed='give each observation a name')
         if any(setup.name == name for setup in setups):
             section.wrong('name', 'another observation has that name, choose a new one')
@@ -128,7 +162,7 @@ def _motion(
 def _gravity(owner: Section) -> FloatArray:
     if owner.problems.touch(owner.at('gravity')):
         return np.zeros(3)
-    return owner.vector('gravity', 3, needed=_GRAVITY, allowed=_GRAVITIES)
+    return owner.vector('gravity', needed=_GRAVITY)
 
 
 def _read_held(

@@ -9,7 +9,8 @@ from diffcal_ros.rigid_transform import (
     transform,
 )
 from diffcal_ros.scene.problems import listed
-from diffcal_ros.scene.section import finite_numbers, Interval, Section
+from diffcal_ros.scene.section import finite_numbers, Section
+from diffcal_ros.scene.shapes import Interval, Keys, ListOf, vector
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,11 +23,23 @@ _ANGLES = Interval(-360.0, 360.0)
 _UNIT_LENGTH_TOLERANCE = 0.01  # Beyond it a number is mistyped, not rounded.
 
 
+def placement_shape(about: str) -> Keys:
+    """Return the shape of a rigid transform: a translation and at most one rotation."""
+    return Keys(
+        {
+            'translation': vector(3, '[x, y, z] in m', NEAR),
+            'rotation_matrix': ListOf(vector(3, 'a row'), 'three rows', fewest=3, most=3),
+            'quaternion_xyzw': vector(4, '[x, y, z, w] of length 1'),
+            'rotation_vector_deg': vector(3, 'axis times angle in degrees', _ANGLES),
+        },
+        ('translation',),
+        about,
+    )
+
+
 def read_placement(section: Section) -> FloatArray | None:
     """Read {translation, one rotation} as a matrix, shape (4, 4); None when it is wrong."""
-    translation = section.vector(
-        'translation', 3, needed='give three numbers in metres, [x, y, z]', allowed=NEAR
-    )
+    translation = section.vector('translation', needed='give three numbers in metres, [x, y, z]')
     given = [name for name in _ROTATIONS if section.has(name)]
     if len(given) > 1:
         section.problems.add(section.key, f'has {listed(given)}: keep one of them')
@@ -40,10 +53,10 @@ def read_placement(section: Section) -> FloatArray | None:
 def _read_rotation(section: Section, name: str) -> FloatArray | None:
     if name == 'rotation_vector_deg':
         needed = 'give axis times angle in degrees, [x, y, z], each within -360 to 360'
-        degrees = section.vector(name, 3, needed=needed, allowed=_ANGLES)
+        degrees = section.vector(name, needed=needed)
         return rotation_matrix(np.deg2rad(degrees))
     if name == 'quaternion_xyzw':
-        quaternion = section.vector(name, 4, needed='give four numbers, [x, y, z, w]')
+        quaternion = section.vector(name, needed='give four numbers, [x, y, z, w]')
         if abs(np.linalg.norm(quaternion) - 1.0) > _UNIT_LENGTH_TOLERANCE:
             section.wrong(name, 'give four numbers [x, y, z, w] of length 1')
             return None

@@ -5,11 +5,23 @@
 import math
 
 from diffcal_ros.scene.model import POSE_SOURCES, PoseSetup
-from diffcal_ros.scene.section import Interval, Section
+from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.shapes import Choice, Interval, Keys, Number, Text
 
 # Beyond a metre, or a quarter turn, nothing is known.
 _POSITIONS = Interval(0.0, 1.0)
 _ANGLES = Interval(0.0, 90.0)
+
+POSE_SHAPE = Keys(
+    {
+        'source': Choice(POSE_SOURCES, 'where the pose comes from; default marker'),
+        'world_frame': Text("TF's name of this scene's world"),
+        'topic': Text("default: the recording's only one; live marker_pose/pose"),
+        'position_std': Number("of the camera's position along each axis, in m", _POSITIONS),
+        'rotation_std_deg': Number("of the camera's direction about each axis", _ANGLES),
+    },
+    about="where the depth camera's pose comes from, and how well it is known",
+)
 
 
 def read_pose(owner: Section, usual: PoseSetup) -> PoseSetup:
@@ -24,7 +36,7 @@ def read_pose(owner: Section, usual: PoseSetup) -> PoseSetup:
         return usual
     source = usual.source
     if section.has('source'):
-        source = section.choice('source', POSE_SOURCES)
+        source = section.choice('source')
     world_frame = section.text(
         'world_frame', default=usual.world_frame, needed='name a frame of TF'
     )
@@ -33,13 +45,11 @@ def read_pose(owner: Section, usual: PoseSetup) -> PoseSetup:
     if section.has('position_std'):
         position = section.number(
             'position_std',
-            allowed=_POSITIONS,
             needed='give a standard deviation in metres, between 0 and 1',
         )
     if section.has('rotation_std_deg'):
         degrees = section.number(
             'rotation_std_deg',
-            allowed=_ANGLES,
             needed='give a standard deviation in degrees, between 0 and 90',
         )
         rotation = math.radians(degrees)

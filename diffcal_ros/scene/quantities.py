@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import re
 
 from diffcal_ros.scene.model import Quantity
-from diffcal_ros.scene.section import Interval, POSITIVE, Section
+from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.shapes import Interval, Keys, Number, OneOf, POSITIVE
 
 # Names of regions and cables become parts of parameter and topic names.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
@@ -41,6 +42,28 @@ QUANTITY_RULES = {
     'damping': QuantityRule('damping', 'Pa s', POSITIVE, Interval(1e-3, 1e5), may_lack=True),
 }
 RELEASE_TIME = QuantityRule('the time of release', 's', Interval(0.0, 1e4), Interval(0.0, 3600.0))
+
+
+def quantity_shape(rule: QuantityRule, about: str, plain: Interval | None = None) -> OneOf:
+    """Return what may stand for a number that may be fitted.
+
+    Args:
+        rule: of the number.
+        about: for whoever writes a scene.
+        plain: what a plain number may be; None for what is usual.
+    """
+    number = Number(f'in {rule.unit}' if rule.unit else '', rule.allowed)
+    prior = Keys(
+        {'mean': number, 'std': Number('standard deviation, in the same unit', POSITIVE)},
+        ('mean', 'std'),
+        'what is known beforehand',
+    )
+    bounds = Keys(
+        {'start': number, 'min': number, 'max': number, 'prior': prior},
+        ('start',),
+        'where a fit starts, its bounds, and what is known beforehand',
+    )
+    return OneOf((Number(allowed=rule.usual if plain is None else plain), bounds), about)
 
 
 def read_quantity(region: Section, name: str, rule: QuantityRule) -> Quantity | None:

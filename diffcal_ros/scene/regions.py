@@ -5,14 +5,32 @@
 from dataclasses import dataclass
 
 from diffcal_ros.scene.model import Quantity, Region
-from diffcal_ros.scene.quantities import NAME, QUANTITY_RULES, read_quantity
+from diffcal_ros.scene.quantities import NAME, QUANTITY_RULES, quantity_shape, read_quantity
 from diffcal_ros.scene.section import Section
-from diffcal_ros.scene.selections import read_selection, select_tets, Selection
+from diffcal_ros.scene.selections import read_selection, select_tets, Selection, selection_shape
+from diffcal_ros.scene.shapes import Flag, Keys
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
 IntArray = NDArray[np.int32]
+
+REGIONS_SHAPE = Keys(
+    about='the materials; together they cover the body exactly once',
+    name_pattern=NAME.pattern,
+    fewest=1,
+    named=Keys(
+        {
+            'rest': Flag('all tetrahedra that no other region takes'),
+            **selection_shape('tets'),
+            **{
+                name: quantity_shape(rule, f'{rule.title} in {rule.unit}'.removesuffix(' in '))
+                for name, rule in QUANTITY_RULES.items()
+            },
+        },
+        tuple(name for name, rule in QUANTITY_RULES.items() if not rule.may_lack),
+    ),
+)
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,18 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.model import DepthSensor, Masks, RigidOffset
 from diffcal_ros.scene.problems import shown
-from diffcal_ros.scene.section import (
-    as_number,
+from diffcal_ros.scene.section import as_number, Section, whole_numbers
+from diffcal_ros.scene.shapes import (
+    Choice,
+    Constant,
+    Flag,
     Interval,
-    Section,
-    whole_numbers,
+    Keys,
+    ListOf,
+    Number,
+    OneOf,
+    Shape,
+    Whole,
 )
 
 FROM_CAMERA_INFO = 'from_camera_info'
@@ -26,6 +33,88 @@ _LENGTHS = Interval(0.0, 1.0)
 _POSITIVE_LENGTHS = Interval(0.0, 1.0, is_open=True)
 _IN_METRES = 'give a length in metres, between 0 and 1'
 
+_PIXELS: dict[str, Shape] = {
+    'width': Whole('in px', 1, _LARGEST_IMAGE),
+    'height': Whole('in px', 1, _LARGEST_IMAGE),
+    'fx': Number('focal length in px', _FOCAL_LENGTHS),
+    'fy': Number('focal length in px', _FOCAL_LENGTHS),
+    'cx': Number("the optical axis's column in px", _AXES),
+    'cy': Number("the optical axis's row in px", _AXES),
+}
+CAMERA_SHAPE = OneOf(
+    (
+        Constant(FROM_CAMERA_INFO),
+        Keys(
+            {
+                **_PIXELS,
+                'distortion': ListOf(
+                    Number(), "OpenCV's 4, 5, 8, 12 or 14 coefficients; depth images have none"
+                ),
+            },
+            tuple(_PIXELS),
+        ),
+    ),
+    'intrinsics in pixels, or from_camera_info (default)',
+)
+MASKS_SHAPE = Keys(
+    {
+        'held': Flag('leave out the held part, which the clamp hides; default true'),
+        'held_margin': Number('and the surface within this distance of it, in m', _LENGTHS),
+        'boxes': ListOf(
+            ListOf(Whole(high=_LARGEST_IMAGE), '[u0, v0, u1, v1] in px', fewest=4, most=4),
+            'image boxes, ends included',
+        ),
+        'silhouette_band': Number(
+            'leave depth out this close to an outline, in px; default 3', Interval(0.0, 1000.0)
+        ),
+        'grazing_angle_deg': Number(
+            'leave out surfaces seen flatter than this, from their normal; default 75',
+            Interval(0.0, 90.0),
+        ),
+        'truncation': Number(
+            'residuals beyond this are not the body, in m; default 0.02', _POSITIVE_LENGTHS
+        ),
+    },
+    about='pixels that the fit leaves out',
+)
+SENSOR_SHAPE = Keys(
+    {
+        'noise': Number("standard deviation of one pixel's depth, in m", _POSITIVE_LENGTHS),
+        'quantization': Number('step of the depth values, in m; 0: none', _LENGTHS),
+        'quantization_mode': Choice(
+            ('round', 'truncate'), "truncate: the RealSense ROS driver's 16UC1"
+        ),
+    },
+    about='what is known about the depth camera',
+)
+RIGID_OFFSET_SHAPE = Keys(
+    {
+        'translation_std': Number('in m; default 0.02', _POSITIVE_LENGTHS),
+        'rotation_std_deg': Number('in degrees; default 5', Interval(0.0, 180.0, is_open=True)),
+        'each_recording': Flag('every recording has its own; else all share one (default)'),
+    },
+    about='how far the hand-set placement may be off: the prior of rigid_offset',
+)
+EFFECTS_SHAPE = Keys(
+    {
+        effect.identifier: Keys(
+            {
+                **{
+                    part.name: Number(f'in {part.unit}', Interval(part.lower, part.upper))
+                    for part in effect.components
+                },
+                **{
+                    name: Number(f'default {usual:g}', Interval(*effect.setting_limits))
+                    for name, usual in effect.settings.items()
+                },
+            },
+            about=effect.sentence,
+        )
+        for effect in EFFECTS.values()
+    },
+    about='effects that the model is to have, in SI units; absent ones are left out',
+)
+
 
 def read_camera(scene: Section, name: str, *, may_be_distorted: bool) -> PinholeCamera | None:
     """Read a camera; None where it is taken from camera_info."""
@@ -37,13 +126,13 @@ def read_camera(scene: Section, name: str, *, may_be_distorted: bool) -> Pinhole
     section = scene.child(name)
     if section is None:
         return None
-    width = section.integer('width', low=1, high=_LARGEST_IMAGE)
-    height = section.integer('height', low=1, high=_LARGEST_IMAGE)
+    width = section.integer('width')
+    height = section.integer('height')
     focal = 'give the focal length in pixels, above 0; zero means not calibrated'
-    fx = section.number('fx', allowed=_FOCAL_LENGTHS, needed=focal)
-    fy = section.number('fy', allowed=_FOCAL_LENGTHS, needed=focal)
-    cx = section.number('cx', allowed=_AXES, needed="give the optical axis's column in pixels")
-    cy = section.number('cy', allowed=_AXES, needed="give the optical axis's row in pixels")
+    fx = section.number('fx', needed=focal)
+    fy = section.number('fy', needed=focal)
+    cx = section.number('cx', needed="give the optical axis's column in pixels")
+    cy = section.number('cy', needed="give the optical axis's row in pixels")
     distortion = _read_distortion(section)
     section.refuse_unknown()
     if section.is_sound and any(distortion) and not may_be_distorted:
@@ -73,25 +162,15 @@ def read_masks(scene: Section, camera: PinholeCamera | None) -> Masks:
     angle = section.number(
         'grazing_angle_deg',
         default=math.degrees(usual.grazing_angle),
-        allowed=Interval(0.0, 90.0),
         needed='give an angle from the normal in degrees, 0 to 90',
     )
     masks = Masks(
         held=section.flag('held', default=usual.held),
-        held_margin=section.number(
-            'held_margin', default=usual.held_margin, allowed=_LENGTHS, needed=_IN_METRES
-        ),
+        held_margin=section.number('held_margin', default=usual.held_margin, needed=_IN_METRES),
         boxes=_read_boxes(section, camera),
-        silhouette_band=section.number(
-            'silhouette_band', default=usual.silhouette_band, allowed=Interval(0.0, 1000.0)
-        ),
+        silhouette_band=section.number('silhouette_band', default=usual.silhouette_band),
         grazing_angle=math.radians(angle),
-        truncation=section.number(
-            'truncation',
-            default=usual.truncation,
-            allowed=_POSITIVE_LENGTHS,
-            needed=_IN_METRES,
-        ),
+        truncation=section.number('truncation', default=usual.truncation, needed=_IN_METRES),
     )
     section.refuse_unknown()
     return masks
@@ -137,15 +216,9 @@ def read_sensor(scene: Section) -> DepthSensor:
     if section is None:
         return usual
     sensor = DepthSensor(
-        noise=section.number(
-            'noise', default=usual.noise, allowed=_POSITIVE_LENGTHS, needed=_IN_METRES
-        ),
-        quantization=section.number(
-            'quantization', default=usual.quantization, allowed=_LENGTHS, needed=_IN_METRES
-        ),
-        quantization_mode=section.choice(
-            'quantization_mode', ('round', 'truncate'), default=usual.quantization_mode
-        ),
+        noise=section.number('noise', default=usual.noise, needed=_IN_METRES),
+        quantization=section.number('quantization', default=usual.quantization, needed=_IN_METRES),
+        quantization_mode=section.choice('quantization_mode', default=usual.quantization_mode),
     )
     section.refuse_unknown()
     return sensor
@@ -160,13 +233,11 @@ def read_rigid_offset(scene: Section) -> RigidOffset:
     translation_std = section.number(
         'translation_std',
         default=usual.translation_std,
-        allowed=_POSITIVE_LENGTHS,
         needed=_IN_METRES,
     )
     degrees = section.number(
         'rotation_std_deg',
         default=math.degrees(usual.rotation_std),
-        allowed=Interval(0.0, 180.0, is_open=True),
         needed='give degrees, above 0 and below 180',
     )
     each_recording = section.flag('each_recording', default=False)
@@ -188,14 +259,12 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
             part.name: entry.number(
                 part.name,
                 default=0.0,
-                allowed=Interval(part.lower, part.upper),
-                needed=f'give a number in {part.unit}, {Interval(part.lower, part.upper)}',
+                needed=f'give a number in {part.unit}, {entry.allowed(part.name)}',
             )
             for part in effect.components
         }
         for name, usual in effect.settings.items():
-            allowed = Interval(*effect.setting_limits)
-            numbers[name] = entry.number(name, default=usual, allowed=allowed)
+            numbers[name] = entry.number(name, default=usual)
         entry.refuse_unknown()
         found[identifier] = numbers
     section.refuse_unknown()

@@ -6,49 +6,26 @@ A reader that meets a mistake notes it and returns a stand-in of the right type.
 something from a section looks at `is_sound` first.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 from diffcal_ros.scene.problems import listed, Problems, shown, suggestion
+from diffcal_ros.scene.shapes import (
+    Choice,
+    Interval,
+    Keys,
+    ListOf,
+    Number,
+    OneOf,
+    Shape,
+    Whole,
+)
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Interval:
-    """Allowed numbers; infinite ones never are.
-
-    Attributes:
-        low: lower end.
-        high: upper end.
-        is_open: whether the ends themselves are left out.
-    """
-
-    low: float = -math.inf
-    high: float = math.inf
-    is_open: bool = False
-
-    def holds(self, value: float) -> bool:
-        """Tell whether the value is allowed."""
-        if self.is_open:
-            return self.low < value < self.high
-        return math.isfinite(value) and self.low <= value <= self.high
-
-    def __str__(self) -> str:
-        if self.is_open:
-            ends = [f'above {self.low:g}', f'below {self.high:g}']
-        else:
-            ends = [f'at least {self.low:g}', f'at most {self.high:g}']
-        finite = np.isfinite([self.low, self.high])
-        return ' and '.join(end for end, keep in zip(ends, finite, strict=True) if keep)
-
-
-FINITE = Interval(is_open=True)
-POSITIVE = Interval(0.0, is_open=True)
+_Kind = TypeVar('_Kind', bound=Shape)
 
 
 def as_number(value: Any) -> float | None:
@@ -71,11 +48,13 @@ class Section:
         content: the mapping as YAML read it; keys that are no text are noted.
         key: its dotted key; empty for the whole file.
         problems: where mistakes are noted.
+        shape: what may stand in it; to ask for anything else is a fault of the reader.
     """
 
-    def __init__(self, content: dict[Any, Any], key: str, problems: Problems) -> None:
+    def __init__(self, content: dict[Any, Any], key: str, problems: Problems, shape: Keys) -> None:
         self.key = key
         self.problems = problems
+        self._shape = shape
         self._content = content
         self._known: list[str] = []
         for name in content:
@@ -98,13 +77,17 @@ class Section:
 
     def has(self, name: str) -> bool:
         """Tell whether an entry is given; `null` counts as not given."""
-        self._known.append(name)
+        self._ask(name)
         return self._content.get(name) is not None
 
     def raw(self, name: str) -> Any:
         """Return an entry as YAML read it, or None."""
-        self._known.append(name)
+        self._ask(name)
         return self._content.get(name)
+
+    def allowed(self, name: str) -> Interval:
+        """Return the numbers that an entry may be."""
+        return self._expect(name, Number).allowed
 
     def required(self, name: str, needed: str) -> bool:
         """Note that an entry is missing; tell whether it is given."""
@@ -122,10 +105,19 @@ class Section:
         name: str,
         *,
         default: float | None = None,
-        allowed: Interval = FINITE,
+        allowed: Interval | None = None,
         needed: str = '',
     ) -> float:
-        """Return a number; an entry without default must be given."""
+        """Return a number; an entry without default must be given.
+
+        Args:
+            name: its key.
+            default: where it is not given.
+            allowed: narrower than what is declared, where other entries limit it.
+            needed: for the message.
+        """
+        declared = self.allowed(name)
+        allowed = declared if allowed is None else allowed
         what = needed or f'give a number {allowed}'.rstrip()
         if default is not None and not self.has(name):
             return default
@@ -137,15 +129,23 @@ class Section:
             return math.nan
         return value
 
-    def integer(self, name: str, *, low: int, high: int | None = None) -> int:
-        """Return a whole number, which must be given."""
-        top = math.inf if high is None else high
-        allowed = Interval(low, top)
-        value = self.number(name, allowed=allowed, needed=f'give a whole number {allowed}')
-        if math.isnan(value):
+    def integer(self, name: str, *, high: int | None = None) -> int:
+        """Return a whole number, which must be given.
+
+        Args:
+            name: its key.
+            high: below the largest that is declared, where other entries limit it.
+        """
+        declared = self._expect(name, Whole)
+        low = 0 if declared.low is None else declared.low
+        top = declared.high if high is None else high
+        allowed = Interval(low, math.inf if top is None else top)
+        needed = f'give a whole number {allowed}'
+        if not self.required(name, needed):
             return low
-        if not value.is_integer():
-            self.wrong(name, f'give a whole number {allowed}')
+        value = as_number(self._content[name])
+        if value is None or not allowed.holds(value) or not value.is_integer():
+            self.wrong(name, needed)
             return low
         return int(value)
 
@@ -171,8 +171,9 @@ class Section:
             return ''
         return str(value)
 
-    def choice(self, name: str, choices: Sequence[str], *, default: str | None = None) -> str:
-        """Return one of some names."""
+    def choice(self, name: str, *, default: str | None = None) -> str:
+        """Return one of the names that are declared."""
+        choices = self._expect(name, Choice).names
         needed = f'allowed: {listed(choices)}'
         value = self.text(name, default=default, needed=needed)
         if value in choices:
@@ -181,15 +182,16 @@ class Section:
             self.wrong(name, needed + suggestion(value, choices))
         return default or choices[0]
 
-    def vector(
-        self, name: str, size: int, *, needed: str, allowed: Interval = FINITE
-    ) -> FloatArray:
-        """Return finite numbers, shape (size,); the entry must be given."""
+    def vector(self, name: str, *, needed: str) -> FloatArray:
+        """Return finite numbers, as many as are declared; the entry must be given."""
+        declared = self._expect(name, ListOf)
+        size, item = declared.fewest, declared.item
+        assert isinstance(item, Number)
         stand_in = np.zeros(size)
         if not self.required(name, needed):
             return stand_in
         numbers = finite_numbers(self._content[name], size)
-        if numbers is None or not all(allowed.holds(number) for number in numbers):
+        if numbers is None or not all(item.allowed.holds(number) for number in numbers):
             self.wrong(name, needed)
             return stand_in
         return numbers
@@ -202,7 +204,7 @@ class Section:
         if not isinstance(value, dict):
             self.wrong(name, 'a mapping is needed here, `key: value`')
             return None
-        return Section(value, self.at(name), self.problems)
+        return Section(value, self.at(name), self.problems, self._expect(name, Keys))
 
     def refuse_unknown(self) -> None:
         """Note each entry that nobody asked for, with the nearest one that somebody did."""
@@ -214,6 +216,28 @@ class Section:
                     f'is no key that is known here{suggestion(name, known)} '
                     f'(allowed: {listed(known)})',
                 )
+
+    def _ask(self, name: str) -> None:
+        """Keep in mind that a key is known."""
+        self._declared(name)
+        self._known.append(name)
+
+    def _declared(self, name: str) -> Shape:
+        """Return the shape of an entry."""
+        shape = self._shape.entries.get(name, self._shape.named)
+        if shape is None:
+            raise LookupError(
+                f'{self.at(name)} is not declared: add it to the shape of {self.key!r}'
+            )
+        return shape
+
+    def _expect(self, name: str, kind: type[_Kind]) -> _Kind:
+        """Return the shape of an entry that is, or may be, of a kind."""
+        shape = self._declared(name)
+        for one in shape.shapes if isinstance(shape, OneOf) else (shape,):
+            if isinstance(one, kind):
+                return one
+        raise LookupError(f'{self.at(name)} is declared as {shape}, not as {kind.__name__}')
 
 
 def finite_numbers(value: Any, size: int) -> FloatArray | None:

@@ -7,6 +7,7 @@ import math
 
 from diffcal_ros.scene.problems import shown
 from diffcal_ros.scene.section import as_number, Section, whole_numbers
+from diffcal_ros.scene.shapes import Keys, ListOf, Number, Shape, Whole
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,17 @@ IntArray = NDArray[np.int32]
 # A face of the box that runs through mesh vertices takes them along: mesh files of single
 # precision are off by 1e-7 of the body's size.
 _FACE_TOLERANCE = 1e-6
+
+_LIMITS = ListOf(Number(), '[low, high] in m; .inf and -.inf: no limit', fewest=2, most=2)
+BOX_SHAPE = Keys(
+    dict.fromkeys('xyz', _LIMITS), about='object frame; an axis left out has no limit', fewest=1
+)
+
+
+def selection_shape(list_name: str) -> dict[str, Shape]:
+    """Return what selects a part of the mesh: a box or a list."""
+    listed = ListOf(Whole(low=0), 'instead of a box, counted from 0', fewest=1)
+    return {'box': BOX_SHAPE, list_name: listed}
 
 
 @dataclass(frozen=True)
