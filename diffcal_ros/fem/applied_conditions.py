@@ -66,12 +66,23 @@ class AppliedConditions:
         mesh: TetMesh,
         solver: EquilibriumSolver,
         axes: BodyAxes,
-        cables: Sequence[CableTerm] = (),
+        cables: Sequence[CableTerm],
+        origin: FloatArray,
     ) -> None:
+        """Prepare a body without effects.
+
+        Args:
+            mesh: the body at rest, like all positions here in the body's own frame.
+            solver: of its equilibria.
+            axes: of the body.
+            cables: that run through it.
+            origin: of its own frame in the world [m], shape (3,): planes are given there.
+        """
         self.now = NO_CONDITIONS
         self.cables = tuple(cables)
         self._mesh = mesh
         self._solver = solver
+        self._origin = origin
         self._stiffening: StiffeningTerm | None = None
         self._fibres: FibreTerm | None = None
         self._contact: ContactTerm | None = None
@@ -108,7 +119,7 @@ class AppliedConditions:
         if conditions.plane is not None:
             body = self._solver.body
             self._contact = ContactTerm(
-                body.discretisation, self._solver.pattern, conditions.plane
+                body.discretisation, self._solver.pattern, conditions.plane, self._origin
             )
             terms.append(self._contact)
         terms += self._pulling_cables(conditions)
