@@ -20,6 +20,7 @@ from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, Equilibri
 from diffcal_ros.fem.force_changes import Change, ForceChanges, gravity_loads, StaticGradient
 from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.fem.own_frame import moved_mesh, own_origin
+from diffcal_ros.fem.static_derivatives import StaticDerivatives
 from diffcal_ros.material import Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -273,92 +274,39 @@ class StaticBody:
 
     def tangents(self, changes: Sequence[Change]) -> FloatArray:
         """Return the displacement per unit of each change [m], shape (k, N, 3)."""
-        positions = self.own_state.positions
-        material, gravity = self._current_material(), self._gravity
-        explicit = np.stack(
-            [self.force_changes.along(positions, change, material, gravity) for change in changes]
-        )
-        forces, held = explicit.copy(), np.zeros_like(explicit)
-        for number, change in enumerate(changes):
-            motion = self._held_change(change)
-            if motion is not None:
-                held[number, self.held_nodes] = motion
-                forces[number] -= self.solver.force_tangent(positions, held[number])
-        fields = self.solver.linear_solve(positions, forces) + held
-        compliance = self._conditions.now.clamp_compliance
-        if compliance == 0.0:
-            return fields
-        # The clamp turns with the moment on it, and that follows every change.
-        turns = self._clamp_tangents()
-        by_turn = self._moment_changes(turns, np.zeros_like(turns)).T
-        answers = compliance * np.linalg.inv(np.eye(3) - compliance * by_turn)
-        response = self._moment_changes(fields, explicit) @ answers.T
-        return fields + np.einsum('kj,jni->kni', response, turns)
+        return self._derivatives().tangents(changes)
 
     def factor(self) -> None:
         """Factor the stiffness at the last equilibrium: pays before many single solves."""
         self.solver.factor_at(self.own_state.positions)
 
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
-        """Pull a derivative by node positions back to the inputs (one adjoint solve).
+        """Pull a derivative by node positions back to the inputs, effects included.
+
+        One adjoint solve, and three more where the clamp gives way.
 
         Args:
             by_positions: derivative of a scalar by node positions [1/m], shape (N, 3).
         """
-        positions = self.own_state.positions
-        adjoint = self.solver.linear_solve(positions, by_positions[None])[0]
-        return self.force_changes.pull_back(
-            positions, adjoint, self._current_material(), self._gravity
+        return self._derivatives().gradient(by_positions)
+
+    def _derivatives(self) -> StaticDerivatives:
+        return StaticDerivatives(
+            state=self.own_state,
+            solver=self.solver,
+            force_changes=self.force_changes,
+            conditions=self._conditions,
+            clamp=self.clamp,
+            held_nodes=self.held_nodes,
+            held_targets=self.held_positions(self._held_vertices_at(1.0)),
+            material=self._current_material(),
+            gravity=self._gravity,
         )
 
     def _current_material(self) -> Material:
         if self._material is None:
             raise RuntimeError('no material yet: call settle first')
         return self._material
-
-    def _held_change(self, change: Change) -> FloatArray | None:
-        """Return how held nodes move with a change [m], shape (h, 3)."""
-        effects, now = change.conditions, self._conditions.now
-        if effects is None:
-            return None
-        if effects.clamp_motion is None and effects.clamp_compliance == 0.0:
-            return None
-        nominal = self.held_positions(self._held_vertices_at(1.0))
-        moves = np.zeros_like(nominal)
-        if effects.clamp_motion is not None:
-            moves += self.clamp.change(nominal, now.clamp_motion, effects.clamp_motion)
-        if effects.clamp_compliance != 0.0:
-            turn = effects.clamp_compliance * self.clamp_moment()
-            for axis in range(3):
-                moves += turn[axis] * self.clamp.turn_change(nominal, now.clamp_motion, axis)
-        return moves
-
-    def _clamp_tangents(self) -> FloatArray:
-        """Return how the body follows a turn of the clamp about each axis [m], (3, N, 3)."""
-        positions = self.own_state.positions
-        nominal = self.held_positions(self._held_vertices_at(1.0))
-        motion = self._conditions.now.clamp_motion
-        held = np.zeros((3, *positions.shape))
-        for axis in range(3):
-            held[axis, self.held_nodes] = self.clamp.turn_change(nominal, motion, axis)
-        forces = np.stack([-self.solver.force_tangent(positions, field) for field in held])
-        return self.solver.linear_solve(positions, forces) + held
-
-    def _moment_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
-        """Return how the moment on the clamp follows displacements [N m], shape (k, 3).
-
-        Args:
-            fields: displacements [m], shape (k, N, 3).
-            explicit: change of loads less forces at fixed positions [N], shape (k, N, 3).
-        """
-        positions, held = self.own_state.positions, self.held_nodes
-        reactions = self.own_state.reactions[held]
-        arms = positions[held] - self.clamp.center
-        changes = []
-        for field, force in zip(fields, explicit, strict=True):
-            moved = (self.solver.force_tangent(positions, field) - force)[held]
-            changes.append(-np.cross(arms, moved) - np.cross(field[held], reactions))
-        return np.stack(changes).sum(axis=1)
 
     def _from_last(
         self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None

@@ -61,9 +61,10 @@ def _asked(scene, seen, coordinates) -> tuple[list, list, np.ndarray]:
     parameters = make_parameters(scene, with_edge_bias=False)
     model = ForwardModel(scene, seen, parameters)
     tangents = model.tangents(coordinates)
+    at_rest = seen[0].instant is None  # No motion's adjoint knows effects.
     points = [view.points for view in model.views(coordinates)]
     weights = [(np.arange(p.size).reshape(p.shape) % 5).astype(float) for p in points]
-    return points, tangents, model.pull_back(weights, coordinates)
+    return points, tangents, model.pull_back(weights, coordinates) if at_rest else np.zeros(0)
 
 
 def _assert_same(found, expected) -> None:
