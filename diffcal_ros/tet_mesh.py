@@ -19,6 +19,7 @@ TET_FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 # A body outside these sizes is almost always a wrong unit: 5 mm to 5 m.
 _SMALLEST_BODY = 0.005
 _LARGEST_BODY = 5.0
+_EQUAL = 1.0 + 1e-6  # Lengths whose ratio is less are equal.
 # Volume over the cube of the mean edge; 0.1179 for a regular tetrahedron.
 _DEGENERATE_QUALITY = 1e-4
 
@@ -113,7 +114,8 @@ class TetMesh:
         lengths = np.stack(
             [np.linalg.norm(positions[a] - positions[b], axis=1) for a, b in diagonals]
         )
-        shortest = lengths.argmin(axis=0)
+        # Of equal ones the first: rounding, and so the frame, must not choose.
+        shortest = (lengths < _EQUAL * lengths.min(axis=0)).argmax(axis=0)
         inner = []
         for k in range(4):
             candidates = np.stack(

@@ -10,10 +10,13 @@ from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS, Plane
 from diffcal_ros.fem.creep import Creep
+from diffcal_ros.fem.own_frame import own_origin
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import apply, rotation_matrix
 from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.posing import world_positions
+from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,6 +71,9 @@ class EffectModel:
         share = self._object_axes[0].share(centroids)
         self._modes = _modulus_modes(scene, share)
         self._second_region = _second_region(scene, share, 'depth_bias_by_region')
+        # A tilt about a world origin far away would lift a plane off the body, or bury it.
+        rest = world_positions(scene.mesh, scene.observations[0])
+        self._plane_pivot = own_origin(TetMesh(rest, scene.mesh.tets))
 
     def amplitudes(self, coordinates: FloatArray) -> Amplitudes:
         """Return the amplitudes at some coordinates, SI units, by effect and component."""
@@ -105,7 +111,7 @@ class EffectModel:
         return total
 
     def conditions(
-        self, amplitudes: Amplitudes, setup_index: int, rest_nodes: FloatArray, gravity: FloatArray
+        self, amplitudes: Amplitudes, setup_index: int, rest_nodes: FloatArray
     ) -> Conditions:
         """Return what acts on the body in one posture.
 
@@ -113,7 +119,6 @@ class EffectModel:
             amplitudes: see `amplitudes`.
             setup_index: of the posture.
             rest_nodes: nodes at rest in the world frame [m], shape (N, 3).
-            gravity: in the world frame [m/s^2], shape (3,).
         """
         conditions = NO_CONDITIONS
         clamp = amplitudes.get('clamp_offset', {})
@@ -146,8 +151,11 @@ class EffectModel:
             conditions = replace(conditions, air_drag=area)
         plane = amplitudes.get('contact_plane')
         if plane is not None:
-            normal = plane_normal(gravity, plane)
-            conditions = replace(conditions, plane=Plane(normal, plane['height']))
+            # What tilts gravity in a fit does not tilt the plane.
+            stated = self._scene.observations[setup_index].gravity
+            normal = plane_normal(stated, plane)
+            level = float((normal - upwards(stated)) @ self._plane_pivot)
+            conditions = replace(conditions, plane=Plane(normal, plane['height'] + level))
         return conditions
 
     def change(
@@ -199,7 +207,10 @@ class EffectModel:
             plane_normal(gravity, {**plane, component: plane.get(component, 0.0) + step})
             for step in (_NORMAL_STEP, -_NORMAL_STEP)
         ]
-        return ConditionsChange(plane_normal=(normals[0] - normals[1]) / (2.0 * _NORMAL_STEP))
+        turned = (normals[0] - normals[1]) / (2.0 * _NORMAL_STEP)
+        return ConditionsChange(
+            plane_normal=turned, plane_height=float(turned @ self._plane_pivot)
+        )
 
     def time_offset(self, amplitudes: Amplitudes) -> float:
         """Return by how much the stamps of depth images are late [s]."""

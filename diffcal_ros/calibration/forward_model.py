@@ -329,13 +329,12 @@ class ForwardModel:
         return tangents
 
     def _posture_inputs(self, index: int, coordinates: FloatArray) -> PostureInputs:
-        gravity = self.inputs.gravity(index, coordinates)
         rest = self.bodies[index].body.discretisation.rest_nodes
         amplitudes = self.effects.amplitudes(coordinates)
-        conditions = self.effects.conditions(amplitudes, index, rest, gravity)
+        conditions = self.effects.conditions(amplitudes, index, rest)
         return PostureInputs(
             material=self.inputs.material(coordinates),
-            gravity=gravity,
+            gravity=self.inputs.gravity(index, coordinates),
             conditions=replace(conditions, cables=self.inputs.cables(index, coordinates)),
             damping=self.inputs.damping(coordinates),
             release_time=self.inputs.release_time(index, coordinates),

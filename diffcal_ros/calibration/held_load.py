@@ -5,13 +5,14 @@
 A clamp that is elsewhere takes the support along.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.posture import clamped_body, PostureInputs
 from diffcal_ros.fem.creep import Creep, CreepChange
 from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.mesh_error import MeshError
+from diffcal_ros.fem.motion.inputs import MotionChange
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.scene.model import ObservationSetup, Scene
@@ -19,6 +20,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _FramesGradient(StaticGradient):
+    """Derivative by the inputs of all frames.
+
+    Attributes:
+        frames: of each frame by its own inputs.
+        own_change: returns what a change of the inputs is to a frame, given by number.
+    """
+
+    frames: tuple[StaticGradient, ...]
+    own_change: Callable[[int, Change], Change]
+
+    def along(self, change: Change) -> float:
+        """Return the derivative along a change of the inputs, creep included.
+
+        Raises:
+            NotImplementedError: for a change of effects.
+        """
+        numbered = enumerate(self.frames)
+        return sum(part.along(self.own_change(frame, change)) for frame, part in numbered)
 
 
 class HeldLoadPosture:
@@ -71,20 +94,23 @@ class HeldLoadPosture:
         return np.stack(fields, axis=1)
 
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
-        """Pull a derivative by positions, shape (S, N, 3), back to the inputs; creep is left out.
+        """Pull a derivative by positions, shape (S, N, 3), back to the inputs but effects.
 
         Moduli count in full: what creep makes of them is part of each frame.
         """
         parts = []
         for frame in self._all():
-            part = self._at(frame).gradient(by_positions[frame])
-            factor = self._creep().factor(self._held(frame))
-            parts.append(replace(part, youngs_modulus=factor * part.youngs_modulus))
-        return StaticGradient(
-            youngs_modulus=np.sum([part.youngs_modulus for part in parts], axis=0),
+            # Each frame settles the body anew: what it says of effects would not last.
+            parts.append(replace(self._at(frame).gradient(by_positions[frame]), by_effects=None))
+        factors = [self._creep().factor(self._held(frame)) for frame in self._all()]
+        pairs = list(zip(factors, parts, strict=True))
+        return _FramesGradient(
+            youngs_modulus=np.sum([f * part.youngs_modulus for f, part in pairs], axis=0),
             poissons_ratio=np.sum([part.poissons_ratio for part in parts], axis=0),
             density=np.sum([part.density for part in parts], axis=0),
             gravity=np.sum([part.gravity for part in parts], axis=0),
+            frames=tuple(parts),
+            own_change=self._own_change,
         )
 
     def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
@@ -139,11 +165,13 @@ class HeldLoadPosture:
 
     def _own_change(self, frame: int, change: Change) -> Change:
         """Return what a change of the inputs is to the body in a frame."""
-        held = self._held(frame)
+        held, modulus = self._held(frame), self._now().material.youngs_modulus
         if isinstance(change, CreepChange):
-            modulus = self._now().material.youngs_modulus
             return Change(youngs_modulus=change.along(held) * modulus)
-        if change.youngs_modulus is None:
-            return change
-        factor = self._creep().factor(held)
-        return replace(change, youngs_modulus=factor * change.youngs_modulus)
+        slower = np.zeros_like(modulus)
+        if isinstance(change, MotionChange):
+            # What is let go later has been held for less.
+            slower = -change.release_time * self._creep().rate(held) * modulus
+        if change.youngs_modulus is not None:
+            slower = slower + self._creep().factor(held) * change.youngs_modulus
+        return replace(change, youngs_modulus=slower) if slower.any() else change

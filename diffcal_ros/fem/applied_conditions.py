@@ -59,19 +59,37 @@ class ConditionsChange:
 
 
 class AppliedConditions:
-    """Keeps a body's equilibrium solver up to date with the effects on it."""
+    """Keeps a body's equilibrium solver up to date with the effects on it.
+
+    Attributes:
+        now: the effects.
+        count: how often they were applied.
+        cables: that run through the body.
+    """
 
     def __init__(
         self,
         mesh: TetMesh,
         solver: EquilibriumSolver,
         axes: BodyAxes,
-        cables: Sequence[CableTerm] = (),
+        cables: Sequence[CableTerm],
+        origin: FloatArray,
     ) -> None:
+        """Prepare a body without effects.
+
+        Args:
+            mesh: the body at rest, like all positions here in the body's own frame.
+            solver: of its equilibria.
+            axes: of the body.
+            cables: that run through it.
+            origin: of its own frame in the world [m], shape (3,): planes are given there.
+        """
         self.now = NO_CONDITIONS
+        self.count = 0
         self.cables = tuple(cables)
         self._mesh = mesh
         self._solver = solver
+        self._origin = origin
         self._stiffening: StiffeningTerm | None = None
         self._fibres: FibreTerm | None = None
         self._contact: ContactTerm | None = None
@@ -94,6 +112,7 @@ class AppliedConditions:
     def apply(self, conditions: Conditions, numbers: NeoHookeanNumbers) -> None:
         """Put effects to work; the material is set already."""
         self.now = conditions
+        self.count += 1
         self._shear_moduli = numbers.neo_hookean_mu
         terms: list[PotentialTerm] = []
         if conditions.strain_stiffening != 0.0:
@@ -108,7 +127,7 @@ class AppliedConditions:
         if conditions.plane is not None:
             body = self._solver.body
             self._contact = ContactTerm(
-                body.discretisation, self._solver.pattern, conditions.plane
+                body.discretisation, self._solver.pattern, conditions.plane, self._origin
             )
             terms.append(self._contact)
         terms += self._pulling_cables(conditions)
@@ -177,14 +196,6 @@ class AppliedConditions:
         if self._fibres is None or not np.array_equal(self._fibres.direction, direction):
             self._fibres = FibreTerm(self._shape, self._solver.pattern, body.device, direction)
         return self._fibres
-
-    def cable_gradient(
-        self, positions: FloatArray, adjoint: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return -adjoint . d forces by rest lengths and by stiffnesses, shape (c,) each."""
-        lengths = [-(adjoint * c.force_of_rest_length(positions)).sum() for c in self.cables]
-        stiffnesses = [-(adjoint * c.force_of_stiffness(positions)).sum() for c in self.cables]
-        return np.array(lengths), np.array(stiffnesses)
 
     def _pulling_cables(self, conditions: Conditions) -> list[CableTerm]:
         """Take the cables' states; return those that have any stiffness."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The body's own axes: along it from the clamp to the tip, and across it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,10 @@ class BodyAxes:
     def share(self, points: FloatArray) -> FloatArray:
         """Return how far along the free part points are, 0 at the clamp, 1 at the tip."""
         return np.clip((points - self.root) @ self.axes[0] / self.length, 0.0, 1.0)
+
+    def moved(self, shift: FloatArray) -> 'BodyAxes':
+        """Return the axes of a body that is shifted [m], shape (3,)."""
+        return replace(self, root=self.root + shift, center=self.center + shift)
 
 
 def body_axes(rest: FloatArray, held: NDArray[np.int32]) -> BodyAxes:

@@ -13,6 +13,7 @@ are left out.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from diffcal_ros.fem.force_changes import Change
 import numpy as np
@@ -50,6 +51,14 @@ class Creep:
         factor = self.factor(held)
         return -(factor**2) * by_share, -(factor**2) * by_time
 
+    def rate(self, held: float) -> float:
+        """Return the derivative of the factor by how long a load is held [1/s]."""
+        if held <= 0.0 or self.share == 0.0:
+            return 0.0
+        tau = max(self.time, _SHORTEST)
+        fall = float(np.exp(-(1.0 - self.share) * held / tau))
+        return -(self.factor(held) ** 2) * self.share / tau * fall
+
     def _strained(self, held: float) -> float:
         left, tau = 1.0 - self.share, max(self.time, _SHORTEST)
         return self.share / left * float(1.0 - np.exp(-left * held / tau))
@@ -68,6 +77,7 @@ class CreepChange(Change):
         time: change of tau [s].
     """
 
+    beyond_gradient: ClassVar[str] = 'creep'
     creep: Creep = NO_CREEP
     share: float = 0.0
     time: float = 0.0

@@ -9,6 +9,7 @@ from diffcal_ros.fem.conjugate_gradient import conjugate_gradient
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.potential_terms import PotentialTerm
 from diffcal_ros.fem.rotation_step import RotationStep
+from diffcal_ros.fem.rounding import rounding_of_forces
 from diffcal_ros.fem.sparse_pattern import make_pattern
 from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError
 import numpy as np
@@ -23,9 +24,6 @@ _FORCE_TOLERANCE = 1e-7
 # A step that promises less than this share of the energy follows rounding errors: on fine meshes
 # those exceed the force tolerance.
 _LEAST_PROMISE = 1e-20
-# The forces of a stiff body round at more than the tolerance. Within this times it, a force that
-# so many steps on end did not halve is rounding.
-_ROUNDED, _IDLE_STEPS = 100.0, 3
 _MAX_STEPS = 100
 # So many steps on end, each with less than this share of what its slope promises, lead nowhere:
 # an element is about to turn inside out.
@@ -105,6 +103,7 @@ class EquilibriumSolver:
         self._factor_positions: FloatArray | None = None
         self._factor_material = -1
         self._has_factor = False
+        self._stiffest = 0.0  # Entry of the last stiffness that was factored [N/m].
         self.terms: tuple[PotentialTerm, ...] = ()
 
     @property
@@ -224,6 +223,7 @@ class EquilibriumSolver:
         self._factor_positions = None
         values = self.stiffness_values(positions)
         diagonal = self.pattern.diagonal_slots
+        self._stiffest = float(values[diagonal].max())
         shift = 0.0
         for attempt in range(_MAX_SHIFTS):
             try:
@@ -249,8 +249,8 @@ class EquilibriumSolver:
     ) -> Equilibrium:
         """Step until forces balance; a factorisation is held while each step pays."""
         energy = self._potential(positions, loads)
-        newton_steps = held_steps = poor_steps = idle_steps = 0
-        before = float('inf')
+        newton_steps = held_steps = poor_steps = 0
+        before, last, is_rounded = float('inf'), positions, False
         for _ in range(_MAX_STEPS):
             force = self._unbalanced(positions, loads)
             largest = float(np.abs(force).max())
@@ -258,10 +258,10 @@ class EquilibriumSolver:
                 break
             if largest < tolerance:
                 return self._finish(positions, loads, newton_steps, held_steps)
-            is_idle = 0.5 * before < largest < _ROUNDED * tolerance
-            idle_steps = idle_steps + 1 if is_idle else 0
-            if idle_steps == _IDLE_STEPS:
-                return self._finish(positions, loads, newton_steps, held_steps)
+            if is_rounded and largest > 0.5 * before:
+                calmer = positions if largest < before else last
+                return self._finish(calmer, loads, newton_steps, held_steps)
+            is_rounded = largest < rounding_of_forces(self._stiffest, positions)
             step = None
             if is_warm:
                 # Iterations begin with the old factorisation as it is, and say if that will do.
@@ -283,6 +283,9 @@ class EquilibriumSolver:
             slope = float(force @ direction[self._free].ravel())
             if slope < _LEAST_PROMISE * abs(energy):
                 return self._finish(positions, loads, newton_steps, held_steps)
+            if is_rounded:  # The energy tells nothing any more.
+                last, positions = positions, self._advance(positions, direction, 1.0)
+                continue
             higher = energy
             positions, energy = self._line_search(positions, direction, slope, energy, loads)
             poor_steps = poor_steps + 1 if higher - energy < _POOR_GAIN * slope else 0

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """How the forces on a body at given positions follow its material, its weight and effects."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
 from diffcal_ros.fem.elastic_body import ElasticBody
@@ -24,8 +26,11 @@ class Change:
         density: [kg/m^3], shape (T,).
         gravity: [m/s^2], shape (3,).
         conditions: of effects.
+        beyond_gradient: what a kind of change has that no `StaticGradient` knows of; empty for
+            nothing.
     """
 
+    beyond_gradient: ClassVar[str] = ''
     youngs_modulus: FloatArray | None = None
     poissons_ratio: FloatArray | None = None
     density: FloatArray | None = None
@@ -42,29 +47,40 @@ class StaticGradient:
         poissons_ratio: shape (T,).
         density: [m^3/kg], shape (T,).
         gravity: [s^2/m], shape (3,).
-        cable_rest_lengths: by the rest length of each cable [1/m], shape (c,).
-        cable_stiffnesses: [m/N], shape (c,).
+        by_effects: returns the derivative along a change of effects, which are too many to have
+            one number each; as long as the body has not been settled anew. None: not known.
     """
 
     youngs_modulus: FloatArray
     poissons_ratio: FloatArray
     density: FloatArray
     gravity: FloatArray
-    cable_rest_lengths: FloatArray = field(default_factory=lambda: np.zeros(0), kw_only=True)
-    cable_stiffnesses: FloatArray = field(default_factory=lambda: np.zeros(0), kw_only=True)
+    by_effects: Callable[[ConditionsChange], float] | None = field(default=None, kw_only=True)
 
     def along(self, change: Change) -> float:
-        """Return the derivative along a change of the inputs; of effects, only by cables."""
-        conditions = change.conditions or ConditionsChange()
+        """Return the derivative along a change of the inputs.
+
+        Raises:
+            NotImplementedError: for a change of which this gradient knows only a part.
+        """
+        if change.beyond_gradient:
+            raise NotImplementedError(_beyond(change.beyond_gradient))
         pairs = (
             (self.youngs_modulus, change.youngs_modulus),
             (self.poissons_ratio, change.poissons_ratio),
             (self.density, change.density),
             (self.gravity, change.gravity),
-            (self.cable_rest_lengths, conditions.cable_rest_lengths),
-            (self.cable_stiffnesses, conditions.cable_stiffnesses),
         )
-        return sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
+        total = sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
+        if change.conditions is None:
+            return total
+        if self.by_effects is None:
+            raise NotImplementedError(_beyond('effects'))
+        return total + self.by_effects(change.conditions)
+
+
+def _beyond(what: str) -> str:
+    return f'this gradient does not know {what}: use `tangents`, which follow every change'
 
 
 def gravity_loads(
@@ -118,7 +134,7 @@ class ForceChanges:
         material: Material,
         gravity: FloatArray,
     ) -> StaticGradient:
-        """Return adjoint . d (loads less forces) by every input; effects stay as they are.
+        """Return adjoint . d (loads less forces) by every input but effects.
 
         Args:
             positions: node positions [m], shape (N, 3).
@@ -126,9 +142,7 @@ class ForceChanges:
             material: one value per tetrahedron.
             gravity: [m/s^2], shape (3,).
         """
-        gradient = self.collect(self.by_numbers(positions, adjoint), adjoint, material, gravity)
-        by_rest_length, by_stiffness = self._conditions.cable_gradient(positions, adjoint)
-        return replace(gradient, cable_rest_lengths=by_rest_length, cable_stiffnesses=by_stiffness)
+        return self.collect(self.by_numbers(positions, adjoint), adjoint, material, gravity)
 
     def by_numbers(self, positions: FloatArray, adjoint: FloatArray) -> NeoHookeanNumbers:
         """Return adjoint . d internal forces by the energy's numbers, shape (T,) each."""

@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 _TOLERANCE = 0.05
 _MAX_STEPS = 80
-# So large a move, as a share of the body's diagonal, is no small one: a linear step tells no more.
+# So large a move, as a share of the body's size, is no small one: a linear step tells no more.
 _TRUSTED = 0.1
 
 
@@ -69,10 +69,11 @@ class MeshError:
         if self._refined is not None:
             return self._refined.displacement(material, gravity, cables)
         assert self._quadratic is not None
-        better = self._quadratic.settle(
+        self._quadratic.settle(
             material, gravity, held_path=held_path, conditions=Conditions(cables=cables)
         )
-        return better.positions[: self._body.mesh.vertex_count] - self._body.state.positions
+        better = self._quadratic.own_state.positions[: self._body.mesh.vertex_count]
+        return better - self._body.own_state.positions
 
 
 class _RefinedBody:
@@ -80,14 +81,14 @@ class _RefinedBody:
 
     def __init__(self, body: StaticBody, device: str) -> None:
         self._body = body
-        self._enrichment: Enrichment = refine(body.mesh, body.discretisation)
+        self._enrichment: Enrichment = refine(body.own_mesh, body.own_discretisation)
         fine = self._enrichment.fine
         self._elastic = ElasticBody(fine, law=body.elastic.law, device=device)
         self._cables = _cables_through(body, fine)
         is_held = np.zeros(body.discretisation.node_count, dtype=bool)
         is_held[body.held_nodes] = True
-        size = np.ptp(fine.rest_nodes, axis=0)
-        self._trusted = _TRUSTED * float(np.linalg.norm(size))
+        from_middle = fine.rest_nodes - fine.rest_nodes.mean(axis=0)
+        self._trusted = _TRUSTED * 2.0 * float(np.linalg.norm(from_middle, axis=1).max())
         self._free = _depends_on_free(self._enrichment.fine_from_coarse, ~is_held)
         self._coarse_places = self._find_coarse_places()
 
@@ -100,7 +101,7 @@ class _RefinedBody:
         self._elastic.set_numbers(
             NeoHookeanNumbers(numbers.neo_hookean_mu[parents], numbers.neo_hookean_lambda[parents])
         )
-        positions = enrichment.fine_from_coarse @ self._body.state.positions
+        positions = enrichment.fine_from_coarse @ self._body.own_state.positions
         shares = fine.load_shares * material.density[parents][:, None]
         masses = np.bincount(fine.nodes.ravel(), shares.ravel(), fine.node_count)
         unbalanced = masses[:, None] * gravity - self._elastic.forces(positions)
@@ -158,7 +159,7 @@ def _cables_through(body: StaticBody, fine: Discretisation) -> tuple[CableTerm, 
     mesh = TetMesh(fine.rest_nodes, fine.nodes[:, :4])
     routes = [
         route_through(
-            mesh, cable.via_positions(body.discretisation.rest_nodes), may_cross_gaps=True
+            mesh, cable.via_positions(body.own_discretisation.rest_nodes), may_cross_gaps=True
         )
         for cable in body.cables
     ]

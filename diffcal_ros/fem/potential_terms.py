@@ -127,16 +127,23 @@ class ContactTerm:
     """A plane that pushes back in proportion to how deep the surface is in it."""
 
     def __init__(
-        self, discretisation: Discretisation, pattern: SparsePattern, plane: Plane
+        self,
+        discretisation: Discretisation,
+        pattern: SparsePattern,
+        plane: Plane,
+        origin: FloatArray,
     ) -> None:
         """Prepare one plane.
 
         Args:
             discretisation: whose surface may touch.
             pattern: of the stiffness.
-            plane: the obstacle.
+            plane: the obstacle, world frame.
+            origin: where positions are counted from in the world [m], shape (3,).
         """
         self.plane = plane
+        self._origin = origin
+        self._height = plane.height - float(origin @ plane.normal)
         self._weights = _OBSTACLE * surface_areas(discretisation)
         self._pattern = pattern
 
@@ -160,7 +167,7 @@ class ContactTerm:
 
     def force_of_normal(self, positions: FloatArray, change: FloatArray) -> FloatArray:
         """Return the derivative of the forces along a change of the normal [N], shape (N, 3)."""
-        deeper = -(positions @ change)
+        deeper = -(positions @ change + self._origin @ change)
         turned = np.outer(self._weights * self._depth(positions), change)
         return -np.outer(self._rates(positions) * deeper, self.plane.normal) - turned
 
@@ -176,7 +183,7 @@ class ContactTerm:
         return values
 
     def _depth(self, positions: FloatArray) -> FloatArray:
-        return np.maximum(self.plane.height - positions @ self.plane.normal, 0.0)
+        return np.maximum(self._height - positions @ self.plane.normal, 0.0)
 
     def _rates(self, positions: FloatArray) -> FloatArray:
         return self._weights * (self._depth(positions) > 0.0)

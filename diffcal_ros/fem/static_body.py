@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from types import ModuleType
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions
@@ -18,6 +19,8 @@ from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
 from diffcal_ros.fem.force_changes import Change, ForceChanges, gravity_loads, StaticGradient
 from diffcal_ros.fem.laws import stable_neo_hookean
+from diffcal_ros.fem.own_frame import moved_mesh, own_origin
+from diffcal_ros.fem.static_derivatives import StaticDerivatives
 from diffcal_ros.material import Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -35,7 +38,16 @@ _MAX_YIELDS = 60
 
 
 class StaticBody:
-    """One body in one posture; keeps its last state and factorisation for the next solve."""
+    """One body in one posture; keeps its last state and factorisation for the next solve.
+
+    Attributes:
+        mesh: the body at rest, world frame.
+        discretisation: of that mesh.
+        origin: of the body's own frame in the world [m], shape (3,), see `own_frame`. Whatever
+            is called `own` is in that frame; `elastic`, `solver` and `clamp` know no other.
+        own_mesh: the body at rest.
+        own_discretisation: of `own_mesh`.
+    """
 
     def __init__(
         self,
@@ -60,14 +72,19 @@ class StaticBody:
             cables: that run through the body; their states are among the conditions.
         """
         self.mesh = mesh
-        self.discretisation = discretise(mesh, element)
+        self.origin = own_origin(mesh)
+        self.own_mesh = moved_mesh(mesh, -self.origin)
+        self.own_discretisation = discretise(self.own_mesh, element)
+        self.discretisation = replace(
+            self.own_discretisation, rest_nodes=self.own_discretisation.rest_nodes + self.origin
+        )
         self.held_vertices = np.unique(held_vertices).astype(np.int32)
         is_held = np.zeros(mesh.vertex_count, dtype=bool)
         is_held[self.held_vertices] = True
         self.held_nodes = np.flatnonzero(
             is_held[self.discretisation.node_parents].all(axis=1)
         ).astype(np.int32)
-        self.elastic = ElasticBody(self.discretisation, law=law, device=device)
+        self.elastic = ElasticBody(self.own_discretisation, law=law, device=device)
         self.cable_routes = tuple(cables)
         self.cables = tuple(CableTerm(route, self.discretisation) for route in cables)
         self.solver = EquilibriumSolver(
@@ -78,10 +95,12 @@ class StaticBody:
         )
         for cable in self.cables:
             cable.use_pattern(self.solver.pattern)
-        axes = body_axes(self.discretisation.rest_nodes, self.held_nodes)
-        self._conditions = AppliedConditions(mesh, self.solver, axes, self.cables)
+        rest = self.own_discretisation.rest_nodes
+        self._conditions = AppliedConditions(
+            self.own_mesh, self.solver, body_axes(rest, self.held_nodes), self.cables, self.origin
+        )
         self.force_changes = ForceChanges(self.elastic, self._conditions)
-        self.clamp = Clamp(self.discretisation.rest_nodes[self.held_nodes])
+        self.clamp = Clamp(rest[self.held_nodes])
         self._clamp_was_moved = False
         self._held_path: HeldPath | None = None
         self._make_guide: Callable[[], StaticBody] = lambda: StaticBody(
@@ -100,15 +119,25 @@ class StaticBody:
     @property
     def axes(self) -> BodyAxes:
         """The body's own axes in the world frame; whoever knows better ones may set them."""
-        return self._conditions.axes
+        return self._conditions.axes.moved(self.origin)
 
     @axes.setter
     def axes(self, axes: BodyAxes) -> None:
-        self._conditions.axes = axes
+        self._conditions.axes = axes.moved(-self.origin)
 
     @property
     def state(self) -> Equilibrium:
-        """The last equilibrium.
+        """The last equilibrium, in the world frame.
+
+        Raises:
+            RuntimeError: before the first one.
+        """
+        own = self.own_state
+        return replace(own, positions=own.positions + self.origin)
+
+    @property
+    def own_state(self) -> Equilibrium:
+        """The last equilibrium, in the body's own frame.
 
         Raises:
             RuntimeError: before the first one.
@@ -131,14 +160,39 @@ class StaticBody:
         Args:
             material: one value per tetrahedron.
             gravity: acceleration in the world frame [m/s^2], shape (3,).
-            held_path: positions of the held vertices [m], shape (h, 3), at a fraction 0..1 of
-                their motion; followed from rest the first time. None: they stay.
+            held_path: positions of the held vertices in the world frame [m], shape (h, 3), at a
+                fraction 0..1 of their motion; followed from rest the first time. None: they stay.
             prediction: expected displacement from the last equilibrium [m], shape (N, 3).
             conditions: effects on the body.
+
+        Returns:
+            The equilibrium in the world frame.
 
         Raises:
             EquilibriumError: when no equilibrium was found.
         """
+        own_path: HeldPath | None = None
+        if held_path is not None:
+            path = held_path  # What a function holds must not change.
+
+            def own_path(fraction: float) -> FloatArray:
+                return path(fraction) - self.origin
+
+        self.settle_own(
+            material, gravity, held_path=own_path, prediction=prediction, conditions=conditions
+        )
+        return self.state
+
+    def settle_own(
+        self,
+        material: Material,
+        gravity: FloatArray,
+        *,
+        held_path: HeldPath | None = None,
+        prediction: FloatArray | None = None,
+        conditions: Conditions = NO_CONDITIONS,
+    ) -> Equilibrium:
+        """Do as `settle` in the body's own frame: `held_path` is there, and so is the result."""
         loads = self.prepare(material, gravity, conditions)
         self._held_path = held_path
         if conditions.clamp_compliance == 0.0:
@@ -147,7 +201,7 @@ class StaticBody:
         if conditions.clamp_compliance != 0.0:
             self._yield_clamp(loads)
         self._clamp_was_moved = conditions.moves_clamp
-        return self.state
+        return self.own_state
 
     def prepare(
         self, material: Material, gravity: FloatArray, conditions: Conditions = NO_CONDITIONS
@@ -166,7 +220,7 @@ class StaticBody:
     def clamp_moment(self) -> FloatArray:
         """Return the moment of the body on the clamp about its middle [N m], shape (3,)."""
         return self.clamp.moment(
-            self.state.positions[self.held_nodes], -self.state.reactions[self.held_nodes]
+            self.own_state.positions[self.held_nodes], -self.own_state.reactions[self.held_nodes]
         )
 
     def _settle(
@@ -207,7 +261,7 @@ class StaticBody:
     def _held_vertices_at(self, fraction: float) -> FloatArray:
         """Return where held vertices should be after a fraction of their motion [m], (h, 3)."""
         if self._held_path is None:
-            return self.mesh.rest_positions[self.held_vertices]
+            return self.own_mesh.rest_positions[self.held_vertices]
         return self._held_path(fraction)
 
     def forget(self) -> None:
@@ -220,42 +274,33 @@ class StaticBody:
 
     def tangents(self, changes: Sequence[Change]) -> FloatArray:
         """Return the displacement per unit of each change [m], shape (k, N, 3)."""
-        positions = self.state.positions
-        material, gravity = self._current_material(), self._gravity
-        explicit = np.stack(
-            [self.force_changes.along(positions, change, material, gravity) for change in changes]
-        )
-        forces, held = explicit.copy(), np.zeros_like(explicit)
-        for number, change in enumerate(changes):
-            motion = self._held_change(change)
-            if motion is not None:
-                held[number, self.held_nodes] = motion
-                forces[number] -= self.solver.force_tangent(positions, held[number])
-        fields = self.solver.linear_solve(positions, forces) + held
-        compliance = self._conditions.now.clamp_compliance
-        if compliance == 0.0:
-            return fields
-        # The clamp turns with the moment on it, and that follows every change.
-        turns = self._clamp_tangents()
-        by_turn = self._moment_changes(turns, np.zeros_like(turns)).T
-        answers = compliance * np.linalg.inv(np.eye(3) - compliance * by_turn)
-        response = self._moment_changes(fields, explicit) @ answers.T
-        return fields + np.einsum('kj,jni->kni', response, turns)
+        return self._derivatives().tangents(changes)
 
     def factor(self) -> None:
         """Factor the stiffness at the last equilibrium: pays before many single solves."""
-        self.solver.factor_at(self.state.positions)
+        self.solver.factor_at(self.own_state.positions)
 
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
-        """Pull a derivative by node positions back to the inputs (one adjoint solve).
+        """Pull a derivative by node positions back to the inputs, effects included.
+
+        One adjoint solve, and three more where the clamp gives way.
 
         Args:
             by_positions: derivative of a scalar by node positions [1/m], shape (N, 3).
         """
-        positions = self.state.positions
-        adjoint = self.solver.linear_solve(positions, by_positions[None])[0]
-        return self.force_changes.pull_back(
-            positions, adjoint, self._current_material(), self._gravity
+        return self._derivatives().gradient(by_positions)
+
+    def _derivatives(self) -> StaticDerivatives:
+        return StaticDerivatives(
+            state=self.own_state,
+            solver=self.solver,
+            force_changes=self.force_changes,
+            conditions=self._conditions,
+            clamp=self.clamp,
+            held_nodes=self.held_nodes,
+            held_targets=self.held_positions(self._held_vertices_at(1.0)),
+            material=self._current_material(),
+            gravity=self._gravity,
         )
 
     def _current_material(self) -> Material:
@@ -263,54 +308,10 @@ class StaticBody:
             raise RuntimeError('no material yet: call settle first')
         return self._material
 
-    def _held_change(self, change: Change) -> FloatArray | None:
-        """Return how held nodes move with a change [m], shape (h, 3)."""
-        effects, now = change.conditions, self._conditions.now
-        if effects is None:
-            return None
-        if effects.clamp_motion is None and effects.clamp_compliance == 0.0:
-            return None
-        nominal = self.held_positions(self._held_vertices_at(1.0))
-        moves = np.zeros_like(nominal)
-        if effects.clamp_motion is not None:
-            moves += self.clamp.change(nominal, now.clamp_motion, effects.clamp_motion)
-        if effects.clamp_compliance != 0.0:
-            turn = effects.clamp_compliance * self.clamp_moment()
-            for axis in range(3):
-                moves += turn[axis] * self.clamp.turn_change(nominal, now.clamp_motion, axis)
-        return moves
-
-    def _clamp_tangents(self) -> FloatArray:
-        """Return how the body follows a turn of the clamp about each axis [m], (3, N, 3)."""
-        positions = self.state.positions
-        nominal = self.held_positions(self._held_vertices_at(1.0))
-        motion = self._conditions.now.clamp_motion
-        held = np.zeros((3, *positions.shape))
-        for axis in range(3):
-            held[axis, self.held_nodes] = self.clamp.turn_change(nominal, motion, axis)
-        forces = np.stack([-self.solver.force_tangent(positions, field) for field in held])
-        return self.solver.linear_solve(positions, forces) + held
-
-    def _moment_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
-        """Return how the moment on the clamp follows displacements [N m], shape (k, 3).
-
-        Args:
-            fields: displacements [m], shape (k, N, 3).
-            explicit: change of loads less forces at fixed positions [N], shape (k, N, 3).
-        """
-        positions, held = self.state.positions, self.held_nodes
-        reactions = self.state.reactions[held]
-        arms = positions[held] - self.clamp.center
-        changes = []
-        for field, force in zip(fields, explicit, strict=True):
-            moved = (self.solver.force_tangent(positions, field) - force)[held]
-            changes.append(-np.cross(arms, moved) - np.cross(field[held], reactions))
-        return np.stack(changes).sum(axis=1)
-
     def _from_last(
         self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
     ) -> Equilibrium:
-        last = self.state.positions
+        last = self.own_state.positions
         held = None if held_path is None else self.held_positions(held_path(1.0))
         if prediction is None:
             return self.solver.solve(loads, last, held_positions=held, is_warm=True)
@@ -318,7 +319,7 @@ class StaticBody:
         return self.solver.solve(loads, start, held_positions=held, is_warm=True)
 
     def _from_rest(self, loads: FloatArray, held_path: HeldPath | None) -> Equilibrium:
-        rest = self.discretisation.rest_nodes
+        rest = self.own_discretisation.rest_nodes
         if not needs_steps(self.cables, rest):
             return self._with_slack_cables(loads, held_path)
         if self.discretisation.element is Element.QUADRATIC:
@@ -330,7 +331,7 @@ class StaticBody:
         return tighten(self.cables, wanted, self.solver, loads, slack.positions)
 
     def _with_slack_cables(self, loads: FloatArray, held_path: HeldPath | None) -> Equilibrium:
-        rest = self.discretisation.rest_nodes
+        rest = self.own_discretisation.rest_nodes
         if held_path is None:
             return self.solver.solve(loads, rest)
         if self.discretisation.element is Element.QUADRATIC:
@@ -343,7 +344,7 @@ class StaticBody:
         self, loads: FloatArray, held_path: HeldPath | None, cables: tuple[CableState, ...]
     ) -> Equilibrium:
         """Start where linear elements end: they take steps 20 times faster, and end close."""
-        followed = self._make_guide().settle(
+        followed = self._make_guide().settle_own(
             self._current_material(),
             self._gravity,
             held_path=held_path,
@@ -357,7 +358,7 @@ class StaticBody:
         """Load the body at rest, then move the clamp in steps that grow while they succeed."""
         state = self.solver.solve(
             loads,
-            self.discretisation.rest_nodes,
+            self.own_discretisation.rest_nodes,
             held_positions=self.held_positions(held_path(0.0)),
         )
         fraction, step = 0.0, _FIRST_FRACTION

@@ -152,7 +152,8 @@ _ALL = (
         'contact_plane',
         'load',
         (
-            Component('height', 'm', -2.0, 2.0, 0.010, 'mm', 1e3, 0.4),
+            # As far from the world's origin as a body may be placed.
+            Component('height', 'm', -100.0, 100.0, 0.010, 'mm', 1e3, 0.4),
             *(
                 Component(
                     a, 'rad', -np.pi / 4, np.pi / 4, 5.0 * _DEGREE, 'deg', 1.0 / _DEGREE, 0.6

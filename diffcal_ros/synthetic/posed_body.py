@@ -87,7 +87,7 @@ def pose_body(
         index = [other.name for other in scene.observations].index(setup.name)
         body.axes = model.axes(index)
         nodes = body.discretisation.rest_nodes
-        conditions = model.conditions(effects, index, nodes, setup.gravity)
+        conditions = model.conditions(effects, index, nodes)
     conditions = replace(conditions, cables=start_cables(scene, setup))
     try:
         state = body.settle(

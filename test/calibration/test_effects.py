@@ -56,6 +56,9 @@ def test_points_follow_amplitudes(effect, roll):
     model = ForwardModel(scene, [observation(true_depth())], parameters)
     here = _coordinates(parameters)
     tangents = model.tangents(here)[0]
+    weights = 1.0 + (np.arange(tangents[0].size).reshape(tangents[0].shape) % 7)
+    by_adjoint = model.pull_back([weights], here)
+    np.testing.assert_allclose(by_adjoint, (tangents * weights).sum(axis=(1, 2)), rtol=1e-6)
     for place, parameter in enumerate(parameters):
         assert np.abs(tangents[place]).max() > 0.0, parameter.name
         usual = 1.0 if parameter.component is None else parameter.component.scale

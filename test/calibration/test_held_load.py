@@ -8,6 +8,7 @@ from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.scene.model import QUASI_STATIC, Scene
 import numpy as np
+import pytest
 from support.moving_beams import moving_model, moving_scene
 
 TIMES = (0.02, 1.0, 4.0, 20.0)
@@ -36,7 +37,7 @@ def test_the_body_sags_on_while_it_creeps() -> None:
 
 
 def test_tangents_of_all_frames() -> None:
-    model, start = _model(('youngs_modulus', 'creep', 'gravity_tilt'))
+    model, start = _model(('youngs_modulus', 'creep', 'release_time', 'gravity_tilt'))
     tangents = np.stack(model.tangents(start))
     for place, parameter in enumerate(model.parameters):
         errors = []
@@ -59,13 +60,20 @@ def test_no_creep_is_rest_bit_for_bit() -> None:
 
 
 def test_the_adjoint_agrees_with_the_tangents() -> None:
-    model, start = _model(('youngs_modulus', 'density', 'creep'))
+    model, start = _model(('youngs_modulus', 'density', 'creep', 'release_time'))
     tangents = np.stack(model.tangents(start))
     random = np.random.default_rng(1)
     by_points = [random.normal(size=tangents.shape[2:]) for _ in TIMES]
     pulled = model.pull_back(by_points, start)
     forward = np.einsum('skni,sni->k', tangents, np.stack(by_points))
-    np.testing.assert_allclose(pulled[:2], forward[:2], rtol=1e-6)
+    np.testing.assert_allclose(pulled, forward, rtol=1e-6)
+
+
+def test_the_adjoint_says_that_it_knows_no_effects() -> None:
+    model, start = _model(('youngs_modulus', 'clamp_offset'))
+    points = [view.points for view in model.views(start)]
+    with pytest.raises(NotImplementedError, match='does not know effects: use `tangents`'):
+        model.pull_back(points, start)
 
 
 def test_a_stated_pair_is_the_fitted_one() -> None:

@@ -16,12 +16,19 @@ import numpy as np
 import pytest
 
 GRAVITY = np.array([0.4, -9.7, 0.8])
+# Tangents and adjoint by the same linear solver.
+_SAME = 1e-7
 
 
 @pytest.fixture
 def body(beam_mesh) -> StaticBody:
     held = np.flatnonzero(beam_mesh.rest_positions[:, 0] > 0.07).astype(np.int32)
     return StaticBody(beam_mesh, Element.QUADRATIC, held)
+
+
+def _weights(body: StaticBody) -> np.ndarray:
+    """A derivative by positions, of held nodes too, that does not vanish for any change."""
+    return 1.0 + np.random.default_rng(8).random(body.discretisation.rest_nodes.shape)
 
 
 def material(body: StaticBody) -> Material:
@@ -91,15 +98,20 @@ def test_tangents_with_every_effect_there(body, name):
     settled(here)
     tangent = body.tangents([Change(conditions=change)])[0]
     assert np.abs(tangent).max() > 0.0
+    weights = _weights(body)
+    by_adjoint = body.gradient(weights).along(Change(conditions=change))
+    assert by_adjoint == pytest.approx(float((weights * tangent).sum()), rel=_SAME)
     size = STEPS.get(name, 1e-3)
-    errors = []
+    errors, slopes = [], []
     for step in (size, size / 2.0, size / 4.0):
         ahead = settled(stepped(here, change, step))
         behind = settled(stepped(here, change, -step))
         difference = (ahead - behind) / (2.0 * step)
         errors.append(np.linalg.norm(difference - tangent) / np.linalg.norm(tangent))
+        slopes.append(float((weights * difference).sum()))
     assert min(errors) < 2e-3, errors
     assert errors[-1] < 0.5 * errors[0] or max(errors) < 2e-3, errors
+    assert slopes[-1] == pytest.approx(by_adjoint, rel=4e-3), slopes
 
 
 @pytest.mark.parametrize('name', ['added mass', 'modulus', 'tilt'])
@@ -124,11 +136,28 @@ def test_other_tangents_with_every_effect_there(body, name):
 
     settled(0.0)
     tangent = body.tangents([change])[0]
+    weights = _weights(body)
+    by_adjoint = body.gradient(weights).along(change)
+    assert by_adjoint == pytest.approx(float((weights * tangent).sum()), rel=_SAME)
     size = 2e-4 if name == 'added mass' else 2e-3
     for step in (size, size / 2.0, size / 4.0):
         difference = (settled(step) - settled(-step)) / (2.0 * step)
         error = np.linalg.norm(difference - tangent) / np.linalg.norm(tangent)
         assert error < 2e-3, (step, error)
+        assert float((weights * difference).sum()) == pytest.approx(by_adjoint, rel=4e-3)
+
+
+def test_a_gradient_answers_for_its_own_state_only(body):
+    here, numbers = everything(body), material(body)
+    body.settle(numbers, GRAVITY, conditions=here)
+    gradient = body.gradient(_weights(body))
+    by_mass = Change(conditions=ConditionsChange(added_masses=masses(body)))
+    before = gradient.along(by_mass)
+    body.settle(numbers, 0.9 * GRAVITY, conditions=here)
+    assert gradient.along(Change(gravity=GRAVITY)) != 0.0
+    with pytest.raises(RuntimeError, match='settled anew since this gradient was found'):
+        gradient.along(by_mass)
+    assert body.gradient(_weights(body)).along(by_mass) != before
 
 
 def test_forces_on_nodes_act_as_the_weight_that_they_are(body):

@@ -7,6 +7,7 @@ from itertools import pairwise
 from diffcal_ros.fem.creep import Creep, CreepChange, NO_CREEP
 import numpy as np
 import pytest
+from support.bodies import GRAVITY, hanging_beam, uniform_material
 
 PAIR = Creep(0.3, 4.0)
 
@@ -47,3 +48,11 @@ def test_slopes(held: float) -> None:
     change = CreepChange(creep=PAIR, share=2.0, time=-0.5)
     assert change.along(held) == pytest.approx(2.0 * by_share - 0.5 * by_time)
     assert PAIR.slopes(-1.0) == (0.0, 0.0)
+
+
+def test_no_static_gradient_knows_creep() -> None:
+    body = hanging_beam()
+    body.settle(uniform_material(body.mesh), GRAVITY)
+    gradient = body.gradient(np.ones_like(body.state.positions))
+    with pytest.raises(NotImplementedError, match='does not know creep: use `tangents`'):
+        gradient.along(CreepChange(creep=Creep(0.2, 4.0), share=1.0))

@@ -4,6 +4,7 @@ from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.rigid_transform import rotation_matrix
+from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 import pytest
 from support.beams import beam_mesh, held_end
@@ -157,3 +158,17 @@ def test_a_hopelessly_soft_body_says_so() -> None:
     body = StaticBody(mesh, Element.LINEAR, held_end(mesh))
     with pytest.raises(EquilibriumError, match='soft'):
         body.settle(uniform_material(mesh, 0.02), GRAVITY * 100.0)
+
+
+@pytest.mark.parametrize('modulus', [1e6, 5e6, 50e6])
+def test_stiff_bodies_of_uneven_meshes_settle(modulus, random) -> None:
+    # Nearly incompressible: where the rounding of one mesh stays below the tolerance, that of
+    # another exceeds it.
+    even = beam_mesh((5, 2, 2))
+    for _ in range(6):
+        shaken = random.uniform(-0.0015, 0.0015, even.rest_positions.shape)
+        mesh = TetMesh(even.rest_positions + shaken, even.tets)
+        body = StaticBody(mesh, Element.LINEAR, held_end(even))
+        state = body.settle(uniform_material(mesh, modulus, nu=0.4999), GRAVITY)
+        weight = 1080.0 * mesh.volumes.sum() * GRAVITY
+        np.testing.assert_allclose(state.reactions.sum(axis=0), -weight, rtol=1e-4)

@@ -16,7 +16,7 @@ def conditions(scene):
     model = EffectModel(scene, make_parameters(scene, ('youngs_modulus',)))
     amplitudes = model.amplitudes(np.zeros(2))
     rest = scene.mesh.rest_positions
-    return model.conditions(amplitudes, 0, rest, scene.observations[0].gravity)
+    return model.conditions(amplitudes, 0, rest)
 
 
 def test_direction_is_the_object_s(write_scene):

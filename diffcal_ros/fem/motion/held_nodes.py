@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the clamp takes the held nodes over time, and how that follows the parameters."""
+"""Where the clamp takes the held nodes over time, and how that follows the parameters.
+
+The motion is given in the world frame; all else is in the body's own.
+"""
 
 from dataclasses import dataclass
 
@@ -82,8 +85,8 @@ class HeldNodes:
 
     def _nominal(self, time: float) -> FloatArray:
         if self._motion is None:
-            return self._body.mesh.rest_positions[self._body.held_vertices]
-        return np.asarray(self._motion(time), dtype=np.float64)
+            return self._body.own_mesh.rest_positions[self._body.held_vertices]
+        return np.asarray(self._motion(time), dtype=np.float64) - self._body.origin
 
     def _place(self, points: FloatArray) -> FloatArray:
         if not self._clamp_motion.any():

@@ -59,6 +59,8 @@ class MotionInputs:
 class MotionChange(Change):
     """A direction in the space of parameters of a motion; parts left out do not change.
 
+    Only a `MotionGradient` knows them.
+
     Attributes:
         damping: strain-rate damping [Pa s] per unit of the parameter, shape (T,).
         mass_damping: [1/s].
@@ -89,7 +91,11 @@ class MotionGradient(StaticGradient):
     time_offset: float = 0.0
 
     def along(self, change: Change) -> float:
-        """Return the derivative along a change of the inputs; effects are left out."""
+        """Return the derivative along a change of the inputs.
+
+        Raises:
+            NotImplementedError: for a change of effects.
+        """
         total = super().along(change)
         if isinstance(change, MotionChange):
             total += self.mass_damping * change.mass_damping

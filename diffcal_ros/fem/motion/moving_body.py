@@ -144,9 +144,9 @@ class MovingBody:
             damping: one value per tetrahedron.
             gravity: acceleration in the world frame [m/s^2], shape (3,).
             stamps: [s], shape (F,), in any order; the body rests until its release.
-            held_motion: positions of the held vertices [m], shape (h, 3), at a time on the axis
-                of the stamps; smooth. They rest where they are at the release until then. None:
-                they stay.
+            held_motion: positions of the held vertices in the world frame [m], shape (h, 3), at
+                a time on the axis of the stamps; smooth. They rest where they are at the release
+                until then. None: they stay.
             conditions: effects on the body; added masses count as inertia too.
             release_time: [s], in place of the release's own.
             time_offset: by which the stamps are late [s]: the body is where it was so long before.
@@ -172,7 +172,7 @@ class MovingBody:
         reader = self.integrator.march(start, since, self._held_at, rungs)
         self._motion = Motion(
             stamps,
-            reader.frames,
+            reader.frames + self.static_body.origin,
             reader.rates,
             self.integrator.step_count,
             self.integrator.halvings,

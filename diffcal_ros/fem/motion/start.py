@@ -32,7 +32,7 @@ class Start:
             positions = release.support_positions
             if positions is None:
                 positions = body.mesh.rest_positions[self._supported]
-            self._support_positions = np.asarray(positions, dtype=np.float64)
+            self._support_positions = np.asarray(positions, dtype=np.float64) - body.origin
         if len(self._support_positions) != len(self._supported):
             raise ValueError(
                 f'{len(self._support_positions)} support positions are given for '
@@ -52,11 +52,11 @@ class Start:
         self._inputs: MotionInputs | None = None
 
     def settle(self, inputs: MotionInputs, clamp_positions: FloatArray) -> FloatArray:
-        """Return node positions at rest [m], shape (N, 3).
+        """Return node positions at rest in the body's own frame [m], shape (N, 3).
 
         Args:
             inputs: of the motion.
-            clamp_positions: of the clamped vertices [m], shape (h, 3).
+            clamp_positions: of the clamped vertices there [m], shape (h, 3).
 
         Raises:
             EquilibriumError: when no equilibrium was found.
@@ -64,7 +64,7 @@ class Start:
         self._inputs = inputs
         # The clamp's own motion is in its positions: the support does not follow it.
         conditions = replace(inputs.conditions, clamp_motion=np.zeros(6), clamp_compliance=0.0)
-        state = self.static.settle(
+        state = self.static.settle_own(
             inputs.material,
             inputs.gravity,
             held_path=self._held_path(clamp_positions),
@@ -80,7 +80,7 @@ class Start:
             held: how clamped nodes follow them, zero elsewhere [m], shape (k, N, 3).
         """
         static, inputs = self.static, self._current()
-        positions = static.state.positions
+        positions = static.own_state.positions
         forces = np.stack(
             [
                 static.force_changes.along(positions, change, inputs.material, inputs.gravity)
@@ -103,7 +103,7 @@ class Start:
             free ones.
         """
         static, inputs = self.static, self._current()
-        positions = static.state.positions
+        positions = static.own_state.positions
         adjoint = static.solver.linear_solve(positions, by_positions[None])[0]
         by_held = np.zeros_like(by_positions)
         reaction = by_positions - static.solver.force_tangent(positions, adjoint)
@@ -120,7 +120,7 @@ class Start:
 
     def _held_path(self, clamp_positions: FloatArray) -> HeldPath | None:
         """Return the straight way of held vertices from rest; None: they never left it."""
-        rest = self.static.mesh.rest_positions
+        rest = self.static.own_mesh.rest_positions
         target = rest.copy()
         target[self._clamped] = clamp_positions
         target[self._supported] = self._support_positions

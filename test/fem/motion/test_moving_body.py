@@ -172,6 +172,14 @@ def test_adjoint_with_effects_agrees_with_the_tangents(random) -> None:
         assert gradient.along(change) == pytest.approx(forward, rel=1e-6), name
 
 
+def test_a_gradient_of_a_motion_refuses_effects(random) -> None:
+    case = released_beam(Element.LINEAR, random, counts=(3, 1, 1))
+    motion = case.run()
+    gradient = case.body.gradient(np.ones_like(motion.positions))
+    with pytest.raises(NotImplementedError, match='does not know effects: use `tangents`'):
+        gradient.along(MotionChange(conditions=ConditionsChange(air_drag=1.0)))
+
+
 def test_a_step_that_does_not_converge_is_halved_and_said_so() -> None:
     mesh = beam_mesh((4, 1, 1))
     support = np.flatnonzero(mesh.rest_positions[:, 0] > 0.11).astype(np.int32)
