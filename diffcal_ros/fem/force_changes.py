@@ -4,7 +4,8 @@
 
 from dataclasses import dataclass, field, replace
 
-from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
+from diffcal_ros.fem.applied_conditions import AppliedConditions
+from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.material import Material, NeoHookeanNumbers
@@ -30,7 +31,7 @@ class Change:
     poissons_ratio: FloatArray | None = None
     density: FloatArray | None = None
     gravity: FloatArray | None = None
-    conditions: ConditionsChange | None = None
+    conditions: Conditions | None = None
 
 
 @dataclass(frozen=True)
@@ -55,16 +56,18 @@ class StaticGradient:
 
     def along(self, change: Change) -> float:
         """Return the derivative along a change of the inputs; of effects, only by cables."""
-        conditions = change.conditions or ConditionsChange()
+        cables = () if change.conditions is None else change.conditions.cables
         pairs = (
             (self.youngs_modulus, change.youngs_modulus),
             (self.poissons_ratio, change.poissons_ratio),
             (self.density, change.density),
             (self.gravity, change.gravity),
-            (self.cable_rest_lengths, conditions.cable_rest_lengths),
-            (self.cable_stiffnesses, conditions.cable_stiffnesses),
         )
-        return sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
+        total = sum(float(mine @ theirs) for mine, theirs in pairs if theirs is not None)
+        if cables:
+            total += float(self.cable_rest_lengths @ [rates.rest_length for rates in cables])
+            total += float(self.cable_stiffnesses @ [rates.stiffness for rates in cables])
+        return total
 
 
 def gravity_loads(

@@ -161,6 +161,8 @@ class StaticBody:
         loads = self.gravity_loads(material.density, self._gravity)
         if conditions.added_masses is not None:
             loads += conditions.added_masses[:, None] * self._gravity
+        if conditions.forces is not None:
+            loads += conditions.forces
         return loads
 
     def clamp_moment(self) -> FloatArray:
@@ -266,14 +268,10 @@ class StaticBody:
     def _held_change(self, change: Change) -> FloatArray | None:
         """Return how held nodes move with a change [m], shape (h, 3)."""
         effects, now = change.conditions, self._conditions.now
-        if effects is None:
-            return None
-        if effects.clamp_motion is None and effects.clamp_compliance == 0.0:
+        if effects is None or not effects.moves_clamp:
             return None
         nominal = self.held_positions(self._held_vertices_at(1.0))
-        moves = np.zeros_like(nominal)
-        if effects.clamp_motion is not None:
-            moves += self.clamp.change(nominal, now.clamp_motion, effects.clamp_motion)
+        moves = self.clamp.change(nominal, now.clamp_motion, effects.clamp_motion)
         if effects.clamp_compliance != 0.0:
             turn = effects.clamp_compliance * self.clamp_moment()
             for axis in range(3):

@@ -5,7 +5,7 @@
 import math
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.scene.model import DepthSensor, Masks, RigidOffset
 from diffcal_ros.scene.problems import shown
 from diffcal_ros.scene.section import (
