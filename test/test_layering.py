@@ -7,6 +7,7 @@ from pathlib import Path
 import subprocess
 import sys
 
+from diffcal_ros.effects.library import EFFECTS
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1] / 'diffcal_ros'
@@ -80,6 +81,22 @@ def _package(path: Path) -> str:
     return relative.parts[0] if len(relative.parts) > 1 else ''
 
 
+def _texts(path: Path) -> set[str]:
+    """Return the strings of a module; those of an enumeration are names of its own."""
+    tree = ast.parse(path.read_text())
+    own = [
+        n
+        for c in ast.walk(tree)
+        if isinstance(c, ast.ClassDef) and c.name == 'Kind'
+        for n in ast.walk(c)
+    ]
+    return {
+        node.value.partition('.')[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in own
+    }
+
+
 FILES = sorted(ROOT.rglob('*.py'))
 
 
@@ -93,6 +110,16 @@ def test_imports_go_one_way(path: Path) -> None:
         if parts[0] != 'diffcal_ros' or len(parts) < 2 or not (ROOT / parts[1]).is_dir():
             continue
         assert parts[1] in {package, *ALLOWED[package]}, f'{package} must not import {name}'
+
+
+@pytest.mark.parametrize('package', ['diagnosis', 'calibration', 'report'])
+def test_nobody_asks_which_effect_it_is(package: str) -> None:
+    found = {
+        str(path.relative_to(ROOT)): named
+        for path in sorted((ROOT / package).rglob('*.py'))
+        if (named := _texts(path) & set(EFFECTS))
+    }
+    assert not found, f'an effect says itself what is special about it: {found}'
 
 
 @pytest.mark.parametrize('path', FILES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -10,6 +10,7 @@ screens, it does not judge: an amplitude that is not small has another signature
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.block import Block
 from diffcal_ros.diagnosis.candidates import Candidate, shown_effects
@@ -117,14 +118,9 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
     start = wide.start()
     start[: len(nominal)] = coordinates
     model = evidence.model.with_parameters(scene, wide)
-    # Those that are no candidates, too: what noise explains does not depend on them.
-    standing_in: dict[str, tuple[Change, ...]] = {}
-    further = model.tangents_of(_stand_ins(evidence, standing_in), start)
-    blocks = evidence.of(model).blocks(start, further)
-    names = (
-        *wide.names[len(nominal) :],
-        *(name for name, changes in standing_in.items() for _ in changes),
-    )
+    owners, changes = _stand_ins(model)
+    blocks = evidence.of(model).blocks(start, model.tangents_of(changes, start))
+    names = (*wide.names[len(nominal) :], *owners)
     beyond = _beyond_prior(nominal, coordinates + evidence.numerics.shifts_of(nominal))
     plain = _seen_through(blocks, nominal, names, beyond, 0.0)
     slack = tangent_slack(blocks)
@@ -203,18 +199,21 @@ def _beyond_prior(parameters: ParameterSet, coordinates: FloatArray) -> FloatArr
 
 
 def _stand_ins(
-    evidence: Evidence, found: dict[str, tuple[Change, ...]]
-) -> Callable[[int, StaticBody], list[Change]]:
-    """Return what stands in for effects in a posture, which tells whose changes they are."""
-    model = evidence.model
+    model: ForwardModel,
+) -> tuple[list[str], Callable[[int, StaticBody], list[Change]]]:
+    """Return what stands in for effects in a posture, and whose each is.
+
+    Those that are no candidates are there, too: the noise is what nothing explains.
+    """
     shown = shown_effects(model.scene, ())
 
-    def changes(index: int, body: StaticBody) -> list[Change]:
+    def of_all(index: int, body: StaticBody) -> list[tuple[str, Change]]:
         site = model.effects.site(index, body.discretisation.rest_nodes)
-        found.update({effect.identifier: effect.stand_ins(site) for effect in shown})
-        return [change for own in found.values() for change in own]
+        return [(own.identifier, change) for own in shown for change in own.stand_ins(site)]
 
-    return changes
+    index, posture = next(iter(model.bodies.items()))
+    owners = [owner for owner, _ in of_all(index, posture.body)]
+    return owners, lambda index, body: [change for _, change in of_all(index, body)]
 
 
 class Projection:

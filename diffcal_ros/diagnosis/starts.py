@@ -8,7 +8,8 @@ from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.refit import Refit
-from diffcal_ros.effects.site import SeenResiduals, SeenSurface
+from diffcal_ros.effects.site import SeenPixels
+from diffcal_ros.rigid_motion import upwards
 from diffcal_ros.rigid_transform import apply, inverse
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class _NominalFit:
         self.begin: Mapping[str, float] = dict(zip(names, first.tolist(), strict=True))
         self.end: Mapping[str, float] = dict(zip(names, base.coordinates.tolist(), strict=True))
 
-    def residuals(self, values: Mapping[str, float]) -> list[SeenResiduals]:
+    def residuals(self, values: Mapping[str, float]) -> list[SeenPixels]:
         """Return what each view leaves at some parameters; none where they are not simulated."""
         nominal, coordinates = self._nominal, np.array(list(values.values()))
         try:
@@ -56,11 +57,11 @@ class _NominalFit:
         for comparer, view, comparison in zip(nominal.comparers, views, compared, strict=True):
             counted = np.isfinite(comparison.difference) & comparison.counted
             is_second = comparer.is_second(view.trace)[counted]
-            found.append(SeenResiduals(comparison.difference[counted], is_second))
+            found.append(SeenPixels(comparison.difference[counted], is_second))
         return found
 
-    def surfaces(self) -> list[SeenSurface]:
-        """Return what each view measured of the body, where the fit ended."""
+    def heights(self) -> list[FloatArray]:
+        """Return how high the body's surface is in each view, in the world [m], (n,) each."""
         model, found = self._nominal.model, []
         views = model.views(np.array(list(self.end.values())))
         for observation, view in zip(model.observations, views, strict=True):
@@ -73,7 +74,6 @@ class _NominalFit:
             across, down = (columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy
             points = np.stack([across * depth, down * depth, depth], axis=1)[near]
             if len(points):
-                gravity = model.scene.observations[observation.setup_index].gravity
-                there = apply(inverse(observation.depth_from_world), points)
-                found.append(SeenSurface(there, gravity))
+                up = upwards(model.scene.observations[observation.setup_index].gravity)
+                found.append(apply(inverse(observation.depth_from_world), points) @ up)
         return found

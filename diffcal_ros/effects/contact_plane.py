@@ -13,7 +13,7 @@ from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.potential_terms import AddedTerm, surface_areas
 from diffcal_ros.fem.sparse_pattern import SparsePattern
-from diffcal_ros.rigid_motion import tilt_axes
+from diffcal_ros.rigid_motion import tilt_axes, upwards
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
 
@@ -71,21 +71,12 @@ class ContactPlane(Effect):
 
     def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
         """Propose planes at the lowest point of the body, and above it."""
-        lowest = min(
-            float(np.quantile(surface.points @ upwards(surface.gravity), _LOWEST_SHARE))
-            for surface in seen.surfaces()
-        )
+        lowest = min(float(np.quantile(view, _LOWEST_SHARE)) for view in seen.heights())
         return [{self.amplitude_name('height'): lowest + rise} for rise in _RISES]
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """Its `normal` is given in the world."""
         return {'normal': _normal(own, site.stated_gravity)}
-
-
-def upwards(gravity: FloatArray) -> FloatArray:
-    """Return the unit vector against gravity, shape (3,)."""
-    length = float(np.linalg.norm(gravity))
-    return -gravity / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
 def _normal(own: Numbers, gravity: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 
 from diffcal_ros.effects.effect import Component, Effect, FloatArray
-from diffcal_ros.effects.site import FitsSeen, SeenPixels, SeenResiduals
+from diffcal_ros.effects.site import FitsSeen, SeenPixels
 import numpy as np
 
 # Steps of depth that lead to the same fit [m].
@@ -53,9 +53,9 @@ class DepthBiasByRegion(Effect):
             found.append(start)
         return found
 
-    def _step(self, views: Sequence[SeenResiduals]) -> tuple[float, float] | None:
+    def _step(self, views: Sequence[SeenPixels]) -> tuple[float, float] | None:
         """Return the step's height and what the first material is off by [m]; None: not seen."""
-        parts = [(v.values[~v.is_second], v.values[v.is_second]) for v in views]
+        parts = [(v.depth[~v.is_second], v.depth[v.is_second]) for v in views]
         seen = [pair for pair in parts if min(map(len, pair)) > _LEAST_PIXELS]
         if not seen:
             return None

@@ -89,35 +89,11 @@ class SeenPixels(NamedTuple):
     """Pixels that show the body.
 
     Attributes:
-        depth: true one [m].
+        depth: true one, or what a model leaves of it [m].
         is_second: which show another material than the first, as `depth`.
     """
 
     depth: FloatArray
-    is_second: BoolArray
-
-
-class SeenSurface(NamedTuple):
-    """The body as one view measured it.
-
-    Attributes:
-        points: world frame [m], shape (n, 3).
-        gravity: [m/s^2], shape (3,).
-    """
-
-    points: FloatArray
-    gravity: FloatArray
-
-
-class SeenResiduals(NamedTuple):
-    """One view compared with a model.
-
-    Attributes:
-        values: measured less simulated depth [m], shape (n,).
-        is_second: which show another material than the first, shape (n,).
-    """
-
-    values: FloatArray
     is_second: BoolArray
 
 
@@ -132,8 +108,8 @@ class FitsSeen(Protocol):
     begin: Mapping[str, float]
     end: Mapping[str, float]
 
-    def surfaces(self) -> list[SeenSurface]:
-        """Return what each view measured of the body, where it ended."""
+    def heights(self) -> list[FloatArray]:
+        """Return how high the body's surface is in each view, in the world [m], (n,) each."""
 
-    def residuals(self, values: Mapping[str, float]) -> list[SeenResiduals]:
+    def residuals(self, values: Mapping[str, float]) -> list[SeenPixels]:
         """Return what each view leaves at some parameters; none where they are not simulated."""
