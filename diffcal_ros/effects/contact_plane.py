@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The body lies on a plane, which pushes back in proportion to how deep the surface is in it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from diffcal_ros.effects.effect import Component, DEGREE, Effect, FloatArray, Numbers
@@ -35,7 +35,7 @@ class ContactPlane(Effect):
     group = 'load'
     components = (
         Component('height', 'm', -2.0, 2.0, 0.010, 'mm', 1e3, 0.4, has_prior=False),
-        *tilt_components(5.0 * DEGREE, longest_step=0.6),
+        *(replace(part, longest_step=0.6) for part in tilt_components(5.0 * DEGREE)),
     )
     sentence = 'the body lies on something'
     settles = ('a pose in which it cannot touch',)

@@ -142,11 +142,8 @@ class Effect:
 
     def fit_names(self, components: tuple[str, ...]) -> tuple[str, ...]:
         """Return what a scene's `fit` says to have amplitudes fitted."""
-        return (
-            (self.fit_name,)
-            if self.is_fitted_whole
-            else tuple(self.amplitude_name(name) for name in components)
-        )
+        single = tuple(map(self.amplitude_name, components))
+        return (self.fit_name,) if self.is_fitted_whole else single
 
     def is_there(self, own: Numbers) -> bool:
         """Tell whether it does anything."""

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gravity is tilted against the rig, about two axes across it."""
 
+from dataclasses import replace
+
 from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import pair_of, ROLLED, tilt_components
 from diffcal_ros.effects.site import Site
@@ -17,7 +19,9 @@ class GravityTilt(Effect):
     identifier = 'gravity_tilt'
     group = 'load'
     # A rig levelled by eye is off by two degrees.
-    components = tilt_components(8.0 * DEGREE, nominal_std=2.0 * DEGREE)
+    components = tuple(
+        replace(part, nominal_std=2.0 * DEGREE) for part in tilt_components(8.0 * DEGREE)
+    )
     sentence = 'the rig is not level, or something steady pushes the body sideways'
     settles = ('a spirit level', ROLLED)
     twins = ('camera_offset', 'clamp_offset')

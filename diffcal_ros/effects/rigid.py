@@ -20,25 +20,10 @@ def rigid_components(shift: float, turn: float) -> tuple[Component, ...]:
     return (*shifts, *turns)
 
 
-def tilt_components(
-    scale: float, longest_step: float = 3.0, nominal_std: float | None = None
-) -> tuple[Component, ...]:
-    """Return two turns about axes across gravity, of a usual size [rad]; see `Component`."""
-    most = float(np.pi / 4)
-    return tuple(
-        Component(
-            axis,
-            'rad',
-            -most,
-            most,
-            scale,
-            'deg',
-            1.0 / DEGREE,
-            longest_step=longest_step,
-            nominal_std=nominal_std,
-        )
-        for axis in ('a', 'b')
-    )
+def tilt_components(scale: float) -> tuple[Component, ...]:
+    """Return two turns of a usual size [rad] about axes across gravity."""
+    most, shown = float(np.pi / 4), 1.0 / DEGREE
+    return tuple(Component(a, 'rad', -most, most, scale, 'deg', shown) for a in ('a', 'b'))
 
 
 def six_of(own: Numbers) -> FloatArray:
