@@ -54,9 +54,7 @@ class Component:
 
 
 class Effect:
-    """One effect of the library.
-
-    What it is:
+    """One effect of the library: what it is, does and looks like.
 
     Attributes:
         identifier: as in verdicts and scene files.
@@ -71,10 +69,6 @@ class Effect:
         kind: what its parameters act on, for a fit.
         is_fitted_whole: whether a fit names no single amplitudes.
         is_of_recording: whether it is another one in every recording.
-
-    How a diagnosis looks for it:
-
-    Attributes:
         variants: amplitudes that are tried together; all of them by default, and none where it
             is not looked for.
         screened_at: places along the body, or times, that are each screened by `stand_ins`.

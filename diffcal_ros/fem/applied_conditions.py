@@ -57,9 +57,12 @@ class AppliedConditions:
         """Put effects to work; the material is set already."""
         self.now = conditions
         self._shear_moduli = numbers.neo_hookean_mu
-        self._acting = [self._term(potential) for potential in conditions.potentials]
-        for term, potential in zip(self._acting, conditions.potentials, strict=True):
-            term.take(potential, self._shear_moduli)
+        terms = {p.kind: self._term(p) for p in conditions.potentials}
+        if len(terms) < len(conditions.potentials):
+            raise ValueError(f'two potentials of one kind act at once: {conditions.potentials}')
+        for potential in conditions.potentials:
+            terms[potential.kind].take(potential, self._shear_moduli)
+        self._acting = list(terms.values())
         self._solver.terms = (*self._acting, *self._pulling_cables(conditions))
         if not np.array_equal(conditions.rest_curvature, self._curvature):
             self._bend(conditions.rest_curvature)

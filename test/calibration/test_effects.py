@@ -20,7 +20,7 @@ _NAMES = [name for name, effect in EFFECTS.items() if not effect.is_fitted_whole
 # Values away from zero, in usual sizes of each component.
 _AWAY = (0.5, -0.3, 0.4, 0.6, -0.4, 0.3)
 _PLANE_HEIGHT = -0.060
-_BODY_EFFECTS = [n for n in _NAMES if not n.startswith('depth_') and not EFFECTS[n].needs_motion]
+_BODY_EFFECTS = [n for n in _NAMES if EFFECTS[n].group != 'sensor' and not EFFECTS[n].needs_motion]
 
 
 def _coordinates(parameters) -> np.ndarray:

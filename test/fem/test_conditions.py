@@ -157,6 +157,12 @@ def test_conditions_that_are_joined_act_together(body):
     assert other.joined(other).forces is None
 
 
+def test_two_potentials_of_one_kind_are_refused(body):
+    twice = Conditions(potentials=(PLANE, replace(PLANE, height=0.1)))
+    with pytest.raises(ValueError, match='of one kind'):
+        body.settle(material(body), GRAVITY, conditions=twice)
+
+
 def test_absent_effects_change_nothing_at_all(beam_mesh):
     held = np.flatnonzero(beam_mesh.rest_positions[:, 0] > 0.07).astype(np.int32)
     plain, given = (StaticBody(beam_mesh, Element.QUADRATIC, held) for _ in range(2))
