@@ -11,14 +11,19 @@ FloatArray = NDArray[np.float64]
 
 def tilt_axes(gravity: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return two unit axes across gravity, the first as close to world x as can be."""
-    length = float(np.linalg.norm(gravity))
-    down = gravity / length if length > 0.0 else np.array([0.0, -1.0, 0.0])
+    down = -upwards(gravity)
     seed = np.eye(3)[int(np.argmin(np.abs(down)))]
     if abs(down[0]) < 0.9:
         seed = np.array([1.0, 0.0, 0.0])
     first = seed - (seed @ down) * down
     first /= np.linalg.norm(first)
     return first, np.cross(down, first)
+
+
+def upwards(gravity: FloatArray) -> FloatArray:
+    """Return the unit vector against gravity, shape (3,); world y without any."""
+    length = float(np.linalg.norm(gravity))
+    return -gravity / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
 def moved(points: FloatArray, six: FloatArray, pivot: FloatArray) -> FloatArray:

@@ -7,20 +7,22 @@ from pathlib import Path
 import subprocess
 import sys
 
+from diffcal_ros.effects.library import EFFECTS
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1] / 'diffcal_ros'
 # Who may import whom: a package may import those listed, and the nouns at the top.
 ALLOWED = {
-    'scene': {'fem'},
+    'effects': {'fem'},
+    'scene': {'fem', 'effects'},
     'fem': set(),
     'depth': set(),
     'pose': set(),
-    'calibration': {'fem', 'depth', 'scene'},
+    'calibration': {'fem', 'depth', 'effects', 'scene'},
     'recording': {'scene', 'pose', 'calibration', 'depth', 'fem'},
     'observing': {'pose', 'calibration', 'depth', 'fem', 'scene'},
-    'synthetic': {'recording', 'pose', 'calibration', 'depth', 'fem', 'scene'},
-    'diagnosis': {'calibration', 'fem', 'depth', 'scene', 'recording'},
+    'synthetic': {'recording', 'pose', 'calibration', 'depth', 'fem', 'effects', 'scene'},
+    'diagnosis': {'calibration', 'fem', 'depth', 'effects', 'scene', 'recording'},
     'reproduction': {
         'offline',
         'synthetic',
@@ -32,6 +34,7 @@ ALLOWED = {
     },
     'planning': {'synthetic', 'calibration', 'fem', 'depth', 'scene'},
     'report': {
+        'effects',
         'planning',
         'reproduction',
         'diagnosis',
@@ -41,7 +44,16 @@ ALLOWED = {
         'scene',
         'recording',
     },
-    'prediction': {'report', 'synthetic', 'recording', 'calibration', 'fem', 'depth', 'scene'},
+    'prediction': {
+        'report',
+        'synthetic',
+        'recording',
+        'calibration',
+        'fem',
+        'depth',
+        'effects',
+        'scene',
+    },
 }
 NOUN_PACKAGES = {'scene'}
 HEAVY = {
@@ -69,6 +81,22 @@ def _package(path: Path) -> str:
     return relative.parts[0] if len(relative.parts) > 1 else ''
 
 
+def _texts(path: Path) -> set[str]:
+    """Return the strings of a module; those of an enumeration are names of its own."""
+    tree = ast.parse(path.read_text())
+    own = [
+        n
+        for c in ast.walk(tree)
+        if isinstance(c, ast.ClassDef) and c.name == 'Kind'
+        for n in ast.walk(c)
+    ]
+    return {
+        node.value.partition('.')[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in own
+    }
+
+
 FILES = sorted(ROOT.rglob('*.py'))
 
 
@@ -82,6 +110,16 @@ def test_imports_go_one_way(path: Path) -> None:
         if parts[0] != 'diffcal_ros' or len(parts) < 2 or not (ROOT / parts[1]).is_dir():
             continue
         assert parts[1] in {package, *ALLOWED[package]}, f'{package} must not import {name}'
+
+
+@pytest.mark.parametrize('package', ['diagnosis', 'calibration', 'report'])
+def test_nobody_asks_which_effect_it_is(package: str) -> None:
+    found = {
+        str(path.relative_to(ROOT)): named
+        for path in sorted((ROOT / package).rglob('*.py'))
+        if (named := _texts(path) & set(EFFECTS))
+    }
+    assert not found, f'an effect says itself what is special about it: {found}'
 
 
 @pytest.mark.parametrize('path', FILES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -5,18 +5,14 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.effect_model import EffectModel
-from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet, TILT_AXES
-from diffcal_ros.fem.applied_conditions import ConditionsChange
-from diffcal_ros.fem.conditions import CableState
-from diffcal_ros.fem.creep import CreepChange
+from diffcal_ros.calibration.parameters import Kind, Parameter, ParameterSet
+from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.fem.conditions import CableState, Conditions
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.motion.inputs import MotionChange
 from diffcal_ros.material import Material
-from diffcal_ros.rigid_motion import tilt_axes
-from diffcal_ros.rigid_transform import rotation_matrix
 from diffcal_ros.scene.cables import start_cables
-from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +20,6 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _CABLE = (Kind.REST_LENGTH, Kind.CABLE_STIFFNESS)
-_CREEP = {'creep.share': CreepChange(share=1.0), 'creep.tau': CreepChange(time=1.0)}
 _MATERIAL = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY)
 
 
@@ -99,13 +94,7 @@ class BodyInputs:
 
     def gravity(self, setup_index: int, coordinates: FloatArray) -> FloatArray:
         """Return gravity in the world frame of one posture [m/s^2], shape (3,)."""
-        stated = self._scene.observations[setup_index].gravity
-        known = self._scene.effects.get('gravity_tilt', {})
-        angles = np.array([known.get(axis, 0.0) for axis in TILT_AXES])
-        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            if parameter.kind is Kind.GRAVITY_TILT:
-                angles[parameter.target] = coordinate
-        return rotation_matrix(angles @ np.stack(tilt_axes(stated))) @ stated
+        return self._effects.gravity(self._effects.amplitudes(coordinates), setup_index)
 
     def change(
         self, place: int, setup_index: int, rest_nodes: FloatArray, coordinates: FloatArray
@@ -119,12 +108,8 @@ class BodyInputs:
             coordinates: shape (k,).
         """
         parameter: Parameter = self._parameters.parameters[place]
-        if parameter.kind is Kind.EFFECT:
+        if parameter.effect:
             return self._effect_change(parameter, setup_index, rest_nodes, coordinates)
-        if parameter.kind is Kind.GRAVITY_TILT:
-            # To first order in the tilt, which is a few degrees.
-            axis = tilt_axes(self._scene.observations[setup_index].gravity)[parameter.target]
-            return Change(gravity=np.cross(axis, self.gravity(setup_index, coordinates)))
         if parameter.kind in (Kind.DAMPING, Kind.RELEASE_TIME):
             return self._motion_change(parameter, setup_index, coordinates[place])
         if parameter.kind in _CABLE:
@@ -140,11 +125,14 @@ class BodyInputs:
             return Change(density=column * parameter.value(coordinates[place]))
         return Change(poissons_ratio=column)
 
-    def _cable_change(self, parameter: Parameter, coordinate: float) -> ConditionsChange:
-        own = np.eye(len(self._scene.cables))[parameter.target]
-        if parameter.kind is Kind.REST_LENGTH:
-            return ConditionsChange(cable_rest_lengths=own)
-        return ConditionsChange(cable_stiffnesses=parameter.value(coordinate) * own)
+    def _cable_change(self, parameter: Parameter, coordinate: float) -> Conditions:
+        rates = [CableState(0.0, 0.0) for _ in self._scene.cables]
+        rates[parameter.target] = (
+            CableState(1.0, 0.0)
+            if parameter.kind is Kind.REST_LENGTH
+            else CableState(0.0, parameter.value(coordinate))
+        )
+        return Conditions(cables=tuple(rates))
 
     def _motion_change(
         self, parameter: Parameter, setup_index: int, coordinate: float
@@ -165,17 +153,13 @@ class BodyInputs:
         rest_nodes: FloatArray,
         coordinates: FloatArray,
     ) -> Change | None:
-        if EFFECTS[parameter.name.partition('.')[0]].needs_motion:
-            if self._scene.observations[setup_index].motion is None:
-                return None
-            if parameter.name == 'time_offset.late':
-                return MotionChange(time_offset=1.0)
-            if parameter.name in _CREEP:
-                creep = self._effects.creep(self._effects.amplitudes(coordinates))
-                return replace(_CREEP[parameter.name], creep=creep)
-        mode = self._effects.modulus_mode(parameter)
+        is_moving = self._scene.observations[setup_index].motion is not None
+        if EFFECTS[parameter.effect].needs_motion and not is_moving:
+            return None
+        own = self._effects.amplitudes(coordinates)[parameter.effect]
+        mode = self._effects.modulus_mode(parameter, own)
         if mode is not None:
             return Change(youngs_modulus=mode * self.material(coordinates).youngs_modulus)
-        amplitudes = self._effects.amplitudes(coordinates)
-        change = self._effects.change(parameter, setup_index, rest_nodes, amplitudes)
-        return None if change is None else Change(conditions=change)
+        gravity = self.gravity(setup_index, coordinates)
+        site = self._effects.site(setup_index, rest_nodes, gravity)
+        return EFFECTS[parameter.effect].change(parameter.amplitude, own, site)

@@ -5,7 +5,8 @@
 from collections.abc import Sequence
 
 from diffcal_ros.calibration.observation import Observation, pose_owners
-from diffcal_ros.calibration.parameters import Kind, OFFSET_AXES, ParameterSet
+from diffcal_ros.calibration.parameters import Kind, ParameterSet
+from diffcal_ros.effects.camera_offset import stated_offset
 from diffcal_ros.rigid_motion import moved, moved_by
 from diffcal_ros.rigid_transform import apply, rotation_matrix
 from diffcal_ros.scene.model import Scene
@@ -99,13 +100,9 @@ class CameraOffsets:
         ]
 
     def _six(self, coordinates: FloatArray, kind: Kind, observation: int | None) -> FloatArray:
-        values = self._stated_offset() if kind is Kind.RIGID_OFFSET else np.zeros(6)
+        is_rigid = kind is Kind.RIGID_OFFSET
+        values = stated_offset(self._scene.effects) if is_rigid else np.zeros(6)
         for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
             if parameter.kind is kind and observation in (None, parameter.target):
                 values[parameter.axis] = coordinate
         return values
-
-    def _stated_offset(self) -> FloatArray:
-        """Return the offset that the scene states, shape (6,)."""
-        known = self._scene.effects.get('camera_offset', {})
-        return np.array([known.get(axis, 0.0) for axis in OFFSET_AXES])

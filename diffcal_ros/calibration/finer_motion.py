@@ -25,6 +25,7 @@ def is_affordable(scene: Scene, inputs: PostureInputs) -> bool:
         scene.element is Element.QUADRATIC
         and scene.mesh.tet_count <= _MOST_TETS
         and conditions.added_masses is None
+        and conditions.forces is None
         and not conditions.cables
     )
 

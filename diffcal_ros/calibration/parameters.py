@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeVar
 
+from diffcal_ros.effects.effect import Component, Effect
+from diffcal_ros.effects.library import EFFECTS, effects_by_fit_name
 from diffcal_ros.errors import SceneError
-from diffcal_ros.scene.effects import Component, EFFECTS
-from diffcal_ros.scene.fit_names import CABLE_NAMES, EFFECT_NAMES
+from diffcal_ros.scene.fit_names import CABLE_NAMES
 from diffcal_ros.scene.model import Cable, Quantity, Region, Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,6 @@ FloatArray = NDArray[np.float64]
 _Owner = TypeVar('_Owner', Region, Cable)
 
 OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
-TILT_AXES = ('a', 'b')
-_TILT_LIMIT = np.deg2rad(45.0)
-_TILT_STD = np.deg2rad(2.0)  # What a rig levelled by eye is off by.
 _OFFSET_LIMITS = (0.2, 0.2, 0.2, np.pi / 3, np.pi / 3, np.pi / 3)
 _EDGE_BIAS_STD = 1.0  # A LIDAR's spot smears an edge over about a pixel.
 
@@ -58,14 +56,6 @@ UNITS = {
 }
 _LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY, Kind.DAMPING, Kind.CABLE_STIFFNESS)
 _PER_REGION = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY, Kind.DAMPING)
-FIT_NAMES = (
-    *(kind.value for kind in _PER_REGION),
-    'gravity_tilt',
-    'release_time',
-    'rigid_offset',
-    *CABLE_NAMES,
-    *EFFECT_NAMES,
-)
 
 
 @dataclass(frozen=True)
@@ -80,6 +70,8 @@ class Parameter:
         quantity: start, bounds and prior, in that unit.
         axis: second index, for poses.
         is_nuisance: carried along for honest errors, not asked for.
+        effect: identifier of the effect that it is of; empty for others.
+        amplitude: which of the effect's amplitudes it is.
     """
 
     name: str
@@ -89,15 +81,14 @@ class Parameter:
     quantity: Quantity
     axis: int = 0
     is_nuisance: bool = False
+    effect: str = ''
+    amplitude: str = ''
 
     @property
     def component(self) -> Component | None:
-        """The amplitude that it is, of an effect; None for others."""
-        if self.kind is not Kind.EFFECT:
-            return None
-        head, _, name = self.name.partition('.')
-        # What comes after a blank says whose it is, where several bodies are fitted together.
-        return EFFECTS[head].component(name.partition(' ')[0])
+        """The amplitude that it is, of an effect that is nothing else; None for others."""
+        own = self.kind is Kind.EFFECT
+        return EFFECTS[self.effect].component(self.amplitude) if own else None
 
     @property
     def is_logarithmic(self) -> bool:
@@ -174,6 +165,13 @@ class ParameterSet:
         return [index for index, p in enumerate(self.parameters) if p.kind is kind]
 
 
+def known_names() -> tuple[str, ...]:
+    """Return what a fit may name; also single regions, cables and amplitudes, after a dot."""
+    effects = [effect.fit_name for effect in EFFECTS.values()]
+    regional = (kind.value for kind in _PER_REGION)
+    return (*regional, Kind.RELEASE_TIME.value, *CABLE_NAMES, *effects)
+
+
 def make_parameters(
     scene: Scene,
     fit: Sequence[str] | None = None,
@@ -185,7 +183,7 @@ def make_parameters(
 
     Args:
         scene: gives regions, start values and priors.
-        fit: names as in `FIT_NAMES`, a region's as `youngs_modulus.<region>`; default: the
+        fit: names as in `known_names`, a region's as `youngs_modulus.<region>`; default: the
             scene's.
         pose_covariances: of each observation's camera pose, shape (6, 6), translation [m] first;
             None where the pose is taken as exact.
@@ -197,7 +195,7 @@ def make_parameters(
     names = tuple(scene.fit if fit is None else fit)
     if not names:
         raise SceneError(
-            f"nothing to fit: name at least one of {', '.join(FIT_NAMES)} under 'fit'"
+            f"nothing to fit: name at least one of {', '.join(known_names())} under 'fit'"
         )
     parameters: list[Parameter] = []
     for name in names:
@@ -218,31 +216,18 @@ def make_parameters(
 
 def _named(scene: Scene, name: str) -> list[Parameter]:
     head, _, region_name = name.partition('.')
-    if head in EFFECT_NAMES:
-        return _effect(scene, head, region_name)
+    effect = effects_by_fit_name().get(head)
+    if effect is not None and not (region_name and effect.is_fitted_whole):
+        return _effect(scene, effect, region_name)
     if head in CABLE_NAMES:
         return _cables(scene, head, region_name)
-    if head not in FIT_NAMES or (region_name and head not in [k.value for k in _PER_REGION]):
+    if head not in known_names() or (region_name and head not in [k.value for k in _PER_REGION]):
         raise SceneError(
-            f"cannot fit {name!r}: use one of {', '.join(FIT_NAMES)}; a single region's as "
+            f"cannot fit {name!r}: use one of {', '.join(known_names())}; a single region's as "
             "'youngs_modulus.<region>'"
         )
-    if head == 'rigid_offset':
-        return _rigid_offset(scene)
-    if head == 'release_time':
+    if head == Kind.RELEASE_TIME.value:
         return _release_times(scene)
-    if head == 'gravity_tilt':
-        stated = scene.effects.get('gravity_tilt', {})
-        return [
-            Parameter(
-                f'gravity_tilt.{axis}',
-                Kind.GRAVITY_TILT,
-                index,
-                'rad',
-                Quantity(stated.get(axis, 0.0), -_TILT_LIMIT, _TILT_LIMIT, 0.0, _TILT_STD),
-            )
-            for index, axis in enumerate(TILT_AXES)
-        ]
     kind = Kind(head)
     return _of_owners(
         kind, region_name, scene.regions, 'regions', lambda region: _quantity(region, kind)
@@ -314,50 +299,40 @@ def _release_times(scene: Scene) -> list[Parameter]:
     ]
 
 
-def _rigid_offset(scene: Scene) -> list[Parameter]:
-    prior = scene.rigid_offset
-    stated = scene.effects.get('camera_offset', {})
-    return [
-        Parameter(
-            f'rigid_offset.{axis}',
-            Kind.RIGID_OFFSET,
-            index,
-            'm' if index < 3 else 'rad',
-            Quantity(
-                stated.get(axis, 0.0),
-                -_OFFSET_LIMITS[index],
-                _OFFSET_LIMITS[index],
-                0.0,
-                prior.translation_std if index < 3 else prior.rotation_std,
-            ),
-            axis=index,
-        )
-        for index, axis in enumerate(OFFSET_AXES)
-    ]
-
-
-def _effect(scene: Scene, identifier: str, component_name: str) -> list[Parameter]:
-    effect, known = EFFECTS[identifier], scene.effects.get(identifier, {})
+def _effect(scene: Scene, effect: Effect, component_name: str) -> list[Parameter]:
+    known, identifier = scene.effects.get(effect.identifier, {}), effect.identifier
     chosen = [part for part in effect.components if component_name in ('', part.name)]
     if not chosen:
         names = ', '.join(part.name for part in effect.components)
         raise SceneError(f'cannot fit {identifier}.{component_name!r}: its components are {names}')
+    kind = Kind(effect.kind)
     return [
         Parameter(
-            f'{identifier}.{part.name}',
-            Kind.EFFECT,
+            effect.amplitude_name(part.name),
+            kind,
             index,
             part.unit,
-            _effect_quantity(part, known.get(part.name, 0.0)),
+            _effect_quantity(part, known.get(part.name, 0.0), _nominal_std(scene, kind, part)),
+            axis=index if effect.is_fitted_whole else 0,
+            effect=identifier,
+            amplitude=part.name,
         )
         for index, part in enumerate(chosen)
     ]
 
 
-def _effect_quantity(part: Component, start: float) -> Quantity:
-    if part.name in ('height', 'tau'):  # Nothing is known beforehand.
+def _effect_quantity(part: Component, start: float, std: float) -> Quantity:
+    if not part.has_prior:
         return Quantity(start, part.lower, part.upper)
-    return Quantity(start, part.lower, part.upper, 0.0, part.scale)
+    return Quantity(start, part.lower, part.upper, 0.0, std)
+
+
+def _nominal_std(scene: Scene, kind: Kind, part: Component) -> float:
+    """Return the standard deviation of an amplitude's prior; a rigid offset's is the scene's."""
+    if kind is Kind.RIGID_OFFSET:
+        prior = scene.rigid_offset
+        return prior.translation_std if part.unit == 'm' else prior.rotation_std
+    return part.scale if part.nominal_std is None else part.nominal_std
 
 
 def camera_pose_parameters(observation: int) -> list[Parameter]:

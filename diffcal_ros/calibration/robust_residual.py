@@ -22,6 +22,8 @@ from diffcal_ros.calibration.observation import Observation
 from diffcal_ros.calibration.pixel_masks import facing_cosines, make_view_mask, ViewMask
 from diffcal_ros.depth.trace import Outline, Trace
 from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.site import SeenPixels
 from diffcal_ros.scene.model import Masks
 import numpy as np
 from numpy.typing import NDArray
@@ -200,11 +202,13 @@ class ViewComparer:
     def sensor_columns(self, view: View, places: IntArray) -> dict[str, FloatArray]:
         """Return how the depth read at some pixels follows the sensor's errors, (M,) each."""
         trace = view.trace
-        return {
-            'depth_affine.scale': trace.depth.ravel()[places],
-            'depth_affine.bias': np.ones(len(places)),
-            'depth_bias_by_region.bias': self.is_second(trace).ravel()[places].astype(np.float64),
+        seen = SeenPixels(trace.depth.ravel()[places], self.is_second(trace).ravel()[places])
+        columns = {
+            effect.amplitude_name(part.name): effect.depth_error_mode(part.name, seen)
+            for effect in EFFECTS.values()
+            for part in effect.components
         }
+        return {name: column for name, column in columns.items() if column is not None}
 
     def _depths(
         self,

@@ -94,8 +94,8 @@ def run(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace, scene: Any) -> Any:
     from diffcal_ros.calibration.side_by_side import core_count
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
+    from diffcal_ros.effects.library import EFFECTS
     from diffcal_ros.errors import InputError
-    from diffcal_ros.scene.effects import EFFECTS
 
     unknown = [name for name in args.without if name not in EFFECTS]
     if unknown:

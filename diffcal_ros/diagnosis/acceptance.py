@@ -9,8 +9,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.errors import InputError
-from diffcal_ros.scene.effects import EFFECTS
 from diffcal_ros.scene.model_file import (
     effects_in_force,
     ModelVersion,

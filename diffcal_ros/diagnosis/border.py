@@ -8,14 +8,13 @@ from dataclasses import replace
 from diffcal_ros.calibration.effect_model import EffectModel
 from diffcal_ros.calibration.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.evidence import Evidence
+from diffcal_ros.effects.library import border_effects
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-
-BORDER_EFFECTS = ('depth_bias_by_region', 'stiffness_contrast')
 
 # Borders that are tried, as shares of the free length; the middle is one of them.
 _BORDERS = np.linspace(0.14, 0.86, 37).round(3).tolist()
@@ -53,12 +52,14 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
 
 def knows_border(scene: Scene) -> bool:
     """Tell whether a scene has several regions, or states where effects have their border."""
-    return len(scene.regions) > 1 or any(name in scene.effects for name in BORDER_EFFECTS)
+    return len(scene.regions) > 1 or any(
+        effect.identifier in scene.effects for effect in border_effects()
+    )
 
 
 def with_setting(scene: Scene, at: float) -> Scene:
     """Return a scene whose effects of two materials have their border at a share."""
-    settings = {name: {'at': at} for name in BORDER_EFFECTS}
+    settings = {effect.identifier: {'at': at} for effect in border_effects()}
     return replace(scene, effects={**scene.effects, **settings})
 
 

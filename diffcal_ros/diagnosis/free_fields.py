@@ -11,8 +11,8 @@ from collections.abc import Callable
 from itertools import product
 
 from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.body_axes import BodyAxes
+from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.static_body import StaticBody
 import numpy as np
@@ -70,7 +70,7 @@ def _forces(model: ForwardModel) -> Callable[[int, StaticBody], list[Change]]:
     def changes(index: int, body: StaticBody) -> list[Change]:
         share = model.effects.axes(index).share(body.discretisation.rest_nodes)
         return [
-            Change(conditions=ConditionsChange(forces=hat[:, None] * axis))
+            Change(conditions=Conditions(forces=hat[:, None] * axis))
             for hat, axis in product(_hats(share), np.eye(3))
         ]
 
@@ -98,8 +98,8 @@ def _moduli(
 
 
 def _clamp_motions(index: int, body: StaticBody) -> list[Change]:
-    motions = [Change(conditions=ConditionsChange(clamp_motion=row)) for row in np.eye(6)]
-    return [*motions, Change(conditions=ConditionsChange(clamp_compliance=1.0))]
+    motions = [Change(conditions=Conditions(clamp_motion=row)) for row in np.eye(6)]
+    return [*motions, Change(conditions=Conditions(clamp_compliance=1.0))]
 
 
 def _image_fields(points: FloatArray) -> FloatArray:

@@ -11,7 +11,6 @@ from diffcal_ros.diagnosis.candidates import Candidate
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.refit import Refit, refit
 from diffcal_ros.diagnosis.starts import more_starts
-from diffcal_ros.scene.effects import amplitude_name
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +18,6 @@ from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
 
-# Starts from which patches are fitted also where their noise is a guess.
-_PATCHES_ONLY = {'depth_bias_by_region.bias', 'contact_plane.height'}
 # Of a start that tangents propose, where the whole cannot be simulated.
 _SHARES = (1.0, 0.3, 0.0)
 # Amplitudes that noise alone makes as large with this chance may be zero.
@@ -86,13 +83,9 @@ class Hypothesis:
 
     def _chance_of_zero(self, candidate: Candidate) -> float:
         """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test."""
-        if candidate.identifier == 'contact_plane':
-            return 0.0  # A plane at height zero is there.
-        names = self.fit.parameters.names
-        places = [
-            names.index(amplitude_name(candidate.identifier, component))
-            for component in candidate.components
-        ]
+        if not candidate.effect.has_tangent:
+            return 0.0  # It is there at zero.
+        places = [self.fit.parameters.names.index(name) for name in candidate.names]
         values = self.fit.coordinates[places]
         covariance = self.fit.covariance[np.ix_(places, places)]
         return float(chi2.sf(values @ np.linalg.pinv(covariance) @ values, len(places)))
@@ -101,8 +94,8 @@ class Hypothesis:
         """Return how far usual sizes of an effect move the patch that they move most [m]."""
         names = self.fit.parameters.names
         farthest = 0.0
-        for component in candidate.components:
-            place = names.index(amplitude_name(candidate.identifier, component))
+        for name, component in zip(candidate.names, candidate.components, strict=True):
+            place = names.index(name)
             slopes = [b.patches.jacobian[:, place] for b in self.fit.blocks]
             largest = max((float(np.abs(s).max(initial=0.0)) for s in slopes), default=0.0)
             farthest = max(farthest, largest * candidate.effect.component(component).scale)
@@ -114,8 +107,8 @@ class Hypothesis:
         lower, upper = fit.parameters.bounds()
         names = fit.parameters.names
         found = []
-        for component in candidate.components:
-            place = names.index(amplitude_name(candidate.identifier, component))
+        for name, component in zip(candidate.names, candidate.components, strict=True):
+            place = names.index(name)
             part = candidate.effect.component(component)
             is_inside = lower[place] < fit.coordinates[place] < upper[place]
             value, std_error = fit.of_the_body(place)
@@ -169,10 +162,10 @@ def try_effects(
         The refitted model, or None where it cannot be simulated.
     """
     scene, evidence = with_effects(nominal, base, added)
+    far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
     best: Refit | None = None
     for more in more_starts(nominal, base, added):
-        # A robust fit would fall back from a step beyond its reach, and creep along a plane.
-        is_robust = not evidence.is_measured and not _PATCHES_ONLY & more.keys()
+        is_robust = not evidence.is_measured and not far & more.keys()
         # Of several starts the best is kept.
         least = least_evidence if best is None else max(least_evidence, best.log_evidence)
         begin = {**starts, **more}
@@ -214,9 +207,11 @@ def _refit_from(
     least_evidence: float,
 ) -> Refit | None:
     """Refit from a start; tangents may have promised more than the body can bear."""
-    nominal = set(base.parameters.names)
-    fixed = ('.height', '.tau')
-    amplitudes = {n for n in starts if n not in nominal and not n.endswith(fixed)}
+    amplitudes = {
+        p.name
+        for p in evidence.model.parameters.parameters[len(base.parameters) :]
+        if p.quantity.prior_std is not None
+    }
     for share in _SHARES:
         fewer = {n: share * v if n in amplitudes else v for n, v in starts.items()}
         begin = _start(evidence.model.parameters, base, fewer)
@@ -245,8 +240,7 @@ def _with_amplitudes(
 ) -> ParameterSet:
     names: list[str] = []
     for candidate in added:
-        is_whole = candidate.fit_name in ('rigid_offset', 'gravity_tilt')
-        names.extend([candidate.fit_name] if is_whole else candidate.names)
+        names.extend(candidate.effect.fit_names(candidate.components))
     more = make_parameters(scene, tuple(names), with_edge_bias=False).parameters
     wanted = {name for candidate in added for name in candidate.names}
     usual = {

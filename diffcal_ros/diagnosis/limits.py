@@ -12,7 +12,6 @@ import numpy as np
 Limits = dict[str, dict[str, float]]
 
 _NORMAL_95 = 1.96
-_BEYOND_TANGENTS = ('contact_plane', 'strain_stiffening')
 # Columns shorter than this against their prior are not seen at all.
 _BLIND = 1e-9
 
@@ -22,12 +21,11 @@ def upper_limits(screen: Screen) -> Limits:
 
     To first order, with all nuisances and the effect's other amplitudes free. Infinite where data
     say nothing. An effect with several places or modes has the largest limit of each amplitude.
-    Contact has none, since it has no tangent before it touches, and stiffening neither: what it
-    does levels off, so that a large one can hide where a small one would be seen.
+    Those have none that tangents at zero do not tell.
     """
     found: Limits = {}
     for score in screen.scores:
-        if score.candidate.identifier in _BEYOND_TANGENTS:
+        if not score.candidate.effect.has_limit:
             continue
         own = found.setdefault(score.candidate.identifier, {})
         for name, limit in _of_one(score, screen.noise_scale).items():

@@ -13,7 +13,7 @@ from diffcal_ros.diagnosis.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.selection import Selection
-from diffcal_ros.diagnosis.shortlist import without_contact
+from diffcal_ros.diagnosis.shortlist import with_tangents
 from diffcal_ros.diagnosis.time_course import time_course
 from diffcal_ros.diagnosis.unknown import (
     describe_unknown,
@@ -32,7 +32,7 @@ from diffcal_ros.diagnosis.verdict_figures import (
 )
 from diffcal_ros.diagnosis.whereabouts import where_largest
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
-from diffcal_ros.scene.effects import what_settles
+from diffcal_ros.effects.library import what_settles
 import numpy as np
 
 # An effect is named by itself from this confidence on.
@@ -138,7 +138,7 @@ def _nearest_class(
         if disagreement.verdict is not Verdict.DISAGREE:
             return None
         # Whatever was refitted does nothing.
-        best = next(iter(without_contact(scores).scores), None)
+        best = next(iter(with_tangents(scores).scores), None)
         return 'load' if best is None else best.candidate.effect.group
     fit = choice.hypothesis.fit
     if is_unexplained(nominal, fit, closure, is_measured=evidence.is_measured):

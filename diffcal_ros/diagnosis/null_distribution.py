@@ -33,7 +33,7 @@ def chance_of_clean(nominal: Refit, screen: Screen, draws: int = DRAWS) -> float
         draws: of the noise.
     """
     freedom = max(nominal.patch_count - len(nominal.coordinates), 1)
-    scored = [s for s in screen.scores if s.candidate.identifier != 'contact_plane']
+    scored = [s for s in screen.scores if s.candidate.effect.has_tangent]
     whole = float(chi2.sf(nominal.chi_square, freedom))
     observed = [_tail(s.plain_gain / screen.noise_scale, s) for s in scored]
     least = min([whole, *map(float, observed)])

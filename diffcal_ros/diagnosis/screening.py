@@ -10,14 +10,13 @@ screens, it does not judge: an amplitude that is not small has another signature
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.block import Block
-from diffcal_ros.diagnosis.candidates import Candidate, CREEP_TIMES, MASS_PLACES
+from diffcal_ros.diagnosis.candidates import Candidate, shown_effects
 from diffcal_ros.diagnosis.evidence import Evidence
 from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.whitened import Part, tangent_slack, whiten
-from diffcal_ros.fem.applied_conditions import ConditionsChange
-from diffcal_ros.fem.creep import Creep, CreepChange
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
@@ -27,9 +26,6 @@ from scipy.optimize import nnls
 
 FloatArray = NDArray[np.float64]
 
-_MASS_SPREAD = 0.05
-# Of these, the places of the forces that stand in for contact.
-_CONTACT_PLACES = (0.25, 0.5, 0.75, 1.0)
 _DETECTABLE_SIGMAS = 4.0
 
 
@@ -65,10 +61,10 @@ class Score:
     def times_detectable(self) -> float:
         """Expected amplitude over the smallest detectable one.
 
-        A plane has no amplitude before it touches; of one amplitude the ratio is the root of what
-        it explains in detectable standard deviations, and so it is of the forces that stand in.
+        Of one amplitude the ratio is the root of what it explains in detectable standard
+        deviations, and so it is of what stands in for an effect without a tangent.
         """
-        if self.candidate.identifier == 'contact_plane':
+        if not self.candidate.effect.has_tangent:
             return float(np.sqrt(max(self.gain, 0.0))) / _DETECTABLE_SIGMAS
         return float(np.max(np.abs(self.amplitudes) / self.detectable))
 
@@ -96,16 +92,12 @@ def library_parameters(
     scene: Scene, nominal: ParameterSet, listed: Sequence[Candidate]
 ) -> ParameterSet:
     """Return the nominal parameters followed by every amplitude that has a tangent at zero."""
-    smooth = dict.fromkeys(
+    extra = [
         name
         for candidate in listed
-        if candidate.identifier not in ('contact_plane', 'added_mass', 'creep')
-        for name in candidate.names
-    )
-    extra: list[str] = []
-    for name in smooth:
-        head = name.partition('.')[0]
-        extra.append(head if head in ('rigid_offset', 'gravity_tilt') else name)
+        if candidate.effect.has_tangent and not candidate.effect.screened_at
+        for name in candidate.effect.fit_names(candidate.components)
+    ]
     if not extra:
         return nominal
     more = make_parameters(scene, tuple(dict.fromkeys(extra)), with_edge_bias=False)
@@ -126,13 +118,9 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
     start = wide.start()
     start[: len(nominal)] = coordinates
     model = evidence.model.with_parameters(scene, wide)
-    further = model.tangents_of(_further_changes(evidence), start)
-    blocks = evidence.of(model).blocks(start, further)
-    names = (
-        *wide.names[len(nominal) :],
-        *(f'mass {place}' for place in MASS_PLACES),
-        *(f'creep {time}' for time in CREEP_TIMES),
-    )
+    owners, changes = _stand_ins(model)
+    blocks = evidence.of(model).blocks(start, model.tangents_of(changes, start))
+    names = (*wide.names[len(nominal) :], *owners)
     beyond = _beyond_prior(nominal, coordinates + evidence.numerics.shifts_of(nominal))
     plain = _seen_through(blocks, nominal, names, beyond, 0.0)
     slack = tangent_slack(blocks)
@@ -175,12 +163,15 @@ class _Sight:
 
     def of(self, candidate: Candidate) -> FloatArray:
         """Return the columns of a candidate's amplitudes, shape (n, c)."""
-        if candidate.identifier == 'added_mass':
-            return self.columns[:, [self.names.index(f'mass {candidate.at}')]]
-        if candidate.identifier == 'creep':
-            # Where nothing relaxes, the time in which it does changes nothing.
-            share = self.columns[:, self.names.index(f'creep {candidate.at}')]
-            return np.stack([share, np.zeros_like(share)], axis=1)
+        effect = candidate.effect
+        own = [place for place, name in enumerate(self.names) if name == effect.identifier]
+        if not effect.has_tangent:
+            return self.columns[:, own]
+        if effect.screened_at and candidate.at is not None:
+            # Where nothing is there, its time changes nothing.
+            found = np.zeros((len(self.residual), len(candidate.components)))
+            found[:, 0] = self.columns[:, own[effect.screened_at.index(candidate.at)]]
+            return found
         return self.columns[:, [self.names.index(name) for name in candidate.names]]
 
 
@@ -207,20 +198,22 @@ def _beyond_prior(parameters: ParameterSet, coordinates: FloatArray) -> FloatArr
     return np.where(np.diag(precision) > 0.0, coordinates - mean, 0.0)
 
 
-def _further_changes(evidence: Evidence) -> Callable[[int, StaticBody], list[Change]]:
-    effects = evidence.model.effects
+def _stand_ins(
+    model: ForwardModel,
+) -> tuple[list[str], Callable[[int, StaticBody], list[Change]]]:
+    """Return what stands in for effects in a posture, and whose each is.
 
-    def changes(index: int, body: StaticBody) -> list[Change]:
-        share = effects.axes(index).share(body.discretisation.rest_nodes)
-        found: list[Change] = []
-        for place in MASS_PLACES:
-            weights = np.exp(-0.5 * ((share - place) / _MASS_SPREAD) ** 2)
-            weights[share == 0.0] = 0.0
-            found.append(Change(conditions=ConditionsChange(added_masses=weights / weights.sum())))
-        found.extend(CreepChange(creep=Creep(0.0, time), share=1.0) for time in CREEP_TIMES)
-        return found
+    Those that are no candidates are there, too: the noise is what nothing explains.
+    """
+    shown = shown_effects(model.scene, ())
 
-    return changes
+    def of_all(index: int, body: StaticBody) -> list[tuple[str, Change]]:
+        site = model.effects.site(index, body.discretisation.rest_nodes)
+        return [(own.identifier, change) for own in shown for change in own.stand_ins(site)]
+
+    index, posture = next(iter(model.bodies.items()))
+    owners = [owner for owner, _ in of_all(index, posture.body)]
+    return owners, lambda index, body: [change for _, change in of_all(index, body)]
 
 
 class Projection:
@@ -250,8 +243,8 @@ class Projection:
 
 
 def _score(candidate: Candidate, sight: _Sight) -> Score:
-    if candidate.identifier == 'contact_plane':
-        return _contact_score(candidate, sight)
+    if not candidate.effect.has_tangent:
+        return _one_sided_score(candidate, sight)
     own = sight.of(candidate)
     scales = np.array([candidate.effect.component(name).scale for name in candidate.components])
     information = own.T @ own + np.diag(1.0 / scales**2)
@@ -304,16 +297,11 @@ def gains(candidate: Candidate, columns: FloatArray, residuals: FloatArray) -> F
     return np.asarray((residuals**2).sum(axis=0) - (left**2).sum(axis=0) - price)
 
 
-def _contact_score(candidate: Candidate, sight: _Sight) -> Score:
-    """Stand in for a plane by upward forces, which have a tangent before it touches."""
-    places = [sight.names.index(f'mass {place}') for place in _CONTACT_PLACES]
-    # A pose that does not touch feels nothing: each has forces of its own.
-    own = np.hstack(
-        [
-            -sight.columns[:, places] * (sight.views == view)[:, None]
-            for view in np.unique(sight.views)
-        ]
-    )
+def _one_sided_score(candidate: Candidate, sight: _Sight) -> Score:
+    """Score non-negative amounts of what stands in for an effect without a tangent."""
+    columns = sight.of(candidate)
+    # A pose that does not feel it feels nothing: each has amounts of its own.
+    own = np.hstack([columns * (sight.views == view)[:, None] for view in np.unique(sight.views)])
     unit = own / np.maximum(np.linalg.norm(own, axis=0), 1e-300)
     amplitudes, _ = nnls(unit, sight.residual)
     explained = unit @ amplitudes

@@ -17,15 +17,15 @@ from diffcal_ros.diagnosis.shortlist import (
     front_runners,
     shortlist,
     starts_of,
-    without_contact,
+    with_tangents,
 )
 from diffcal_ros.diagnosis.tasks import Look
 from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap, whiten
 import numpy as np
 
-# Evaluations of the model in a first look, where a plane moves by short steps; and how far behind
-# in log evidence per unit of noise scale a model may be then to be fitted to the end.
-_BRIEF, _BRIEF_CONTACT = 4, 8
+# Evaluations of the model in a first look, and where one of the effects needs a long one; and how
+# far behind in log evidence per unit of noise scale a model may be then to be fitted to the end.
+_BRIEF, _LONG = 4, 8
 # So many times a model that ran out of evaluations, and may still win, is fitted on.
 _ROUNDS = 2
 _OUT_OF_REACH = 40.0
@@ -116,8 +116,8 @@ def select(crew: Crew, scores: Screen) -> Selection:
     is_measured = crew.nominal.is_measured
     singles = _singles(crew, scores)
     if singles and all(h.has_idle_effect for h in singles):
-        # The forces that stood in for a plane kept others out, and it touches nowhere.
-        singles = _singles(crew, without_contact(scores))
+        # What stood in for those without a tangent kept others out, and they do nothing.
+        singles = _singles(crew, with_tangents(scores))
     pairs: list[Hypothesis] = []
     if singles and _is_poor(singles[0], is_measured):
         pairs = _pairs(crew, singles, scores)
@@ -140,8 +140,7 @@ def _first_look(
     added: Sequence[Candidate], starts: dict[str, float], rivals: Sequence[Hypothesis] = ()
 ) -> Look:
     """Return a brief refit, given up where it will hardly come near its rivals."""
-    touches = any(candidate.identifier == 'contact_plane' for candidate in added)
-    most = _BRIEF_CONTACT if touches else _BRIEF
+    most = _LONG if any(candidate.effect.needs_long_look for candidate in added) else _BRIEF
     return Look(tuple(added), starts, most, _within_reach(rivals))
 
 

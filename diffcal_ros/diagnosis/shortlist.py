@@ -6,18 +6,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.screening import Score, Screen
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import EFFECTS
 
 # Effects that are refitted, by the order of their scores; twins of those come on top.
 _FIRST = 4
 _LAST = 7
 # Whoever could explain less than this share of what the best one could is left out.
 _LEAST_GAIN = 0.5
-_LEAST_CONTACT = 0.4
+_LEAST_WITHOUT_TANGENT = 0.4
 # Tangents that explain so much of what the best ones do are those of a twin.
 _NEARLY = 0.9
 _CLOSE, _CLOSE_SHARE = 5.0, 0.1
-_CONTACT = 'contact_plane'
 
 
 def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
@@ -40,9 +39,14 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
         wanted.extend(twin for twin in EFFECTS[identifier].twins if gains.get(twin, 0.0) > least)
     chosen = [name for name in dict.fromkeys(wanted) if name in best][:_LAST]
     chosen = [name for name in chosen if gains[name] > least]
-    # Forces stand in for a plane badly where it lifts much.
-    if gains.get(_CONTACT, 0.0) > _LEAST_CONTACT * least and _CONTACT not in chosen:
-        chosen.append(_CONTACT)
+    # What stands in for an effect does so badly where that does much.
+    chosen += [
+        name
+        for name, gain in gains.items()
+        if not EFFECTS[name].has_tangent
+        and gain > _LEAST_WITHOUT_TANGENT * least
+        and name not in chosen
+    ]
     variants = {name: _variants(best[name]) for name in chosen}
     most = {name: max(map(_amplitude_count, listed)) for name, listed in variants.items()}
     for name, listed in variants.items():
@@ -58,22 +62,18 @@ def _amplitude_count(score: Score) -> int:
     return len(score.candidate.components)
 
 
-def without_contact(scores: Screen) -> Screen:
-    """Return the scores of all other effects."""
-    return replace(scores, scores=_smooth(scores))
-
-
-def _smooth(scores: Screen) -> tuple[Score, ...]:
-    """Return the scores of effects that have tangents of their own."""
-    return tuple(score for score in scores.scores if score.candidate.identifier != _CONTACT)
+def with_tangents(scores: Screen) -> Screen:
+    """Return the scores of effects that are absent at zero, and have tangents there."""
+    smooth = (score for score in scores.scores if score.candidate.effect.has_tangent)
+    return replace(scores, scores=tuple(smooth))
 
 
 def front_runners(scores: Screen) -> frozenset[str]:
     """Return the effects whose tangents explain nearly as much as the best one's: its twins.
 
-    Contact is none of them: the forces that stand in for it explain more than a plane can.
+    Those without tangents are none of them: what stands in explains more than they can.
     """
-    smooth = _smooth(scores)
+    smooth = with_tangents(scores).scores
     most = max((score.gain for score in smooth), default=0.0)
     return frozenset(s.candidate.identifier for s in smooth if s.gain > _NEARLY * most)
 
@@ -90,9 +90,7 @@ def starts_of(score: Score) -> dict[str, float]:
     """Return the amplitudes that tangents expect, SI units by name among the parameters."""
     candidate = score.candidate
     found = {n: float(v) for n, v in zip(candidate.names, score.amplitudes, strict=True)}
-    if candidate.identifier == 'creep' and candidate.at is not None:
-        found['creep.tau'] = candidate.at
-    return found
+    return {**found, **candidate.screened}
 
 
 def _variants(scores: Sequence[Score]) -> list[Score]:

@@ -17,7 +17,7 @@ from diffcal_ros.diagnosis.patches import averaged_by_cell, cell_numbers
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Projection
 from diffcal_ros.diagnosis.whitened import Part, tangent_slack, whiten
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import seen_border
 import numpy as np
 from numpy.typing import NDArray
 
@@ -63,8 +63,8 @@ def step_gains(blocks: Sequence[Block], nominal: Refit) -> tuple[FloatArray, Flo
     # Of a bias of the whole body nothing is known beforehand.
     project = Projection(seen.jacobian[:, : count + 1], np.pad(precision, (0, 1)))
     residual, columns = project(seen.values), project(seen.jacobian[:, count + 1 :])
-    usual = EFFECTS['depth_bias_by_region'].component('bias').scale
-    heights = columns.T @ residual / ((columns**2).sum(axis=0) + 1.0 / usual**2)
+    (step,) = seen_border().components
+    heights = columns.T @ residual / ((columns**2).sum(axis=0) + 1.0 / step.scale**2)
     return heights * (columns.T @ residual), heights, float(residual @ residual)
 
 

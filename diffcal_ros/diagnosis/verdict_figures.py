@@ -5,14 +5,19 @@
 from dataclasses import asdict
 from typing import Any
 
+from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.diagnosis.choice import Choice
-from diffcal_ros.diagnosis.frames import frame_of
 from diffcal_ros.diagnosis.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.refit import Refit
 from diffcal_ros.diagnosis.screening import Screen
 from diffcal_ros.diagnosis.selection import Selection
 from diffcal_ros.diagnosis.verdict import GapFigures, NamedEffect
 from diffcal_ros.diagnosis.whitened import closed_share, Part, patch_gap
+from diffcal_ros.effects.library import EFFECTS
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 
 def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffect, ...]:
@@ -36,6 +41,22 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
             )
         )
     return tuple(found)
+
+
+def frame_of(
+    identifier: str, model: ForwardModel, coordinates: FloatArray
+) -> dict[str, list[float]]:
+    """Return points [m] and unit vectors, each of three numbers, by name.
+
+    Args:
+        identifier: of the effect.
+        model: that has it.
+        coordinates: of the model's parameters, shape (k,).
+    """
+    own = model.effects.amplitudes(coordinates).get(identifier, {})
+    site = model.effects.site(0, camera_pivot=model.cameras.offset_pivot)
+    vectors = EFFECTS[identifier].frame(own, site)
+    return {name: [round(float(x), 9) for x in vector] for name, vector in vectors.items()}
 
 
 def gap_figures(nominal: Refit, added: Refit) -> GapFigures:

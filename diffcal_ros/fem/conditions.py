@@ -4,6 +4,7 @@
 
 from dataclasses import dataclass, field
 
+from diffcal_ros.fem.potential_terms import Potential
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,19 +13,6 @@ FloatArray = NDArray[np.float64]
 
 def _nothing(count: int) -> FloatArray:
     return np.zeros(count)
-
-
-@dataclass(frozen=True)
-class Plane:
-    """A rigid frictionless half-space that the body may lie on.
-
-    Attributes:
-        normal: unit vector out of it in the world frame, shape (3,).
-        height: of its surface along the normal [m].
-    """
-
-    normal: FloatArray
-    height: float
 
 
 @dataclass(frozen=True)
@@ -44,17 +32,17 @@ class CableState:
 class Conditions:
     """Effects on one body; absent ones leave the model bit for bit as it is.
 
+    As a change of the conditions it says what each part changes by.
+
     Attributes:
         clamp_motion: shift of the clamp [m] and turn about its middle [rad], world frame,
             shape (6,).
         clamp_compliance: turn of the clamp per moment on it [rad/(N m)].
         added_masses: mass added at each node [kg], shape (N,); None for none.
+        forces: that stay as they are, on each node [N], world frame, shape (N, 3); None for none.
         rest_curvature: curvature of the shape without stress about the two axes across the body
             [1/m], shape (2,).
-        strain_stiffening: C2 / C1 of a Yeoh term, C1 being half the shear modulus.
-        fibre_ratio: stiffness that fibres add along one direction, over the shear modulus.
-        fibre_direction: of the fibres in the body at rest, world frame, shape (3,).
-        plane: an obstacle, or None.
+        potentials: that are added to the body's energy, one of a kind at most.
         cables: one for each cable of the body, or none: then no cable pulls.
         air_drag: drag coefficient times area of the moving body [m^2]; a body at rest feels none.
     """
@@ -62,11 +50,9 @@ class Conditions:
     clamp_motion: FloatArray = field(default_factory=lambda: _nothing(6))
     clamp_compliance: float = 0.0
     added_masses: FloatArray | None = None
+    forces: FloatArray | None = None
     rest_curvature: FloatArray = field(default_factory=lambda: _nothing(2))
-    strain_stiffening: float = 0.0
-    fibre_ratio: float = 0.0
-    fibre_direction: FloatArray = field(default_factory=lambda: np.eye(3)[0])
-    plane: Plane | None = None
+    potentials: tuple[Potential, ...] = ()
     cables: tuple[CableState, ...] = ()
     air_drag: float = 0.0
 
@@ -74,6 +60,23 @@ class Conditions:
     def moves_clamp(self) -> bool:
         """Tell whether the clamp is elsewhere than it should be."""
         return bool(self.clamp_motion.any()) or self.clamp_compliance != 0.0
+
+    def joined(self, other: 'Conditions') -> 'Conditions':
+        """Return what acts when others do, too; the cables are these."""
+        return Conditions(
+            self.clamp_motion + other.clamp_motion,
+            self.clamp_compliance + other.clamp_compliance,
+            _sum(self.added_masses, other.added_masses),
+            _sum(self.forces, other.forces),
+            self.rest_curvature + other.rest_curvature,
+            (*self.potentials, *other.potentials),
+            self.cables,
+            self.air_drag + other.air_drag,
+        )
+
+
+def _sum(one: FloatArray | None, other: FloatArray | None) -> FloatArray | None:
+    return other if one is None else one if other is None else one + other
 
 
 NO_CONDITIONS = Conditions()

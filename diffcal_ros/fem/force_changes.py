@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
+from diffcal_ros.fem.applied_conditions import AppliedConditions
+from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.material import Material, NeoHookeanNumbers
@@ -35,7 +36,7 @@ class Change:
     poissons_ratio: FloatArray | None = None
     density: FloatArray | None = None
     gravity: FloatArray | None = None
-    conditions: ConditionsChange | None = None
+    conditions: Conditions | None = None
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class StaticGradient:
     poissons_ratio: FloatArray
     density: FloatArray
     gravity: FloatArray
-    by_effects: Callable[[ConditionsChange], float] | None = field(default=None, kw_only=True)
+    by_effects: Callable[[Conditions], float] | None = field(default=None, kw_only=True)
 
     def along(self, change: Change) -> float:
         """Return the derivative along a change of the inputs.

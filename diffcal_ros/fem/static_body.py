@@ -215,6 +215,8 @@ class StaticBody:
         loads = self.gravity_loads(material.density, self._gravity)
         if conditions.added_masses is not None:
             loads += conditions.added_masses[:, None] * self._gravity
+        if conditions.forces is not None:
+            loads += conditions.forces
         return loads
 
     def clamp_moment(self) -> FloatArray:

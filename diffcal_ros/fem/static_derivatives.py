@@ -16,8 +16,9 @@ and e. With t the fields that follow a unit turn about each axis, the whole move
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.fem.applied_conditions import AppliedConditions, ConditionsChange
+from diffcal_ros.fem.applied_conditions import AppliedConditions
 from diffcal_ros.fem.clamp import Clamp
+from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumSolver
 from diffcal_ros.fem.force_changes import Change, ForceChanges, StaticGradient
 from diffcal_ros.material import Material
@@ -90,7 +91,7 @@ class StaticDerivatives:
         gradient = self.force_changes.pull_back(positions, adjoint, self.material, self.gravity)
         count = self.conditions.count
 
-        def by_effects(change: ConditionsChange) -> float:
+        def by_effects(change: Conditions) -> float:
             if self.conditions.count != count:
                 raise RuntimeError(
                     'the body has been settled anew since this gradient was found: ask it for '
@@ -107,16 +108,12 @@ class StaticDerivatives:
     def _compliance(self) -> float:
         return self.conditions.now.clamp_compliance
 
-    def _held_change(self, effects: ConditionsChange | None) -> FloatArray | None:
+    def _held_change(self, effects: Conditions | None) -> FloatArray | None:
         """Return how held nodes move with a change [m], shape (h, 3)."""
-        if effects is None:
-            return None
-        if effects.clamp_motion is None and effects.clamp_compliance == 0.0:
+        if effects is None or not effects.moves_clamp:
             return None
         nominal, motion = self.held_targets, self.conditions.now.clamp_motion
-        moves = np.zeros_like(nominal)
-        if effects.clamp_motion is not None:
-            moves += self.clamp.change(nominal, motion, effects.clamp_motion)
+        moves = self.clamp.change(nominal, motion, effects.clamp_motion)
         if effects.clamp_compliance != 0.0:
             positions, reactions = self.state.positions, self.state.reactions
             moment = self.clamp.moment(positions[self.held_nodes], -reactions[self.held_nodes])

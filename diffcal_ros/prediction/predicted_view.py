@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.effect_model import EffectModel
-from diffcal_ros.calibration.parameters import OFFSET_AXES, ParameterSet
+from diffcal_ros.calibration.parameters import ParameterSet
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
+from diffcal_ros.effects.camera_offset import stated_offset
 from diffcal_ros.errors import SceneError
 from diffcal_ros.prediction.predicted_body import PredictedBody
 from diffcal_ros.rigid_motion import moved
@@ -75,8 +76,7 @@ class PredictedView:
 
     def _points(self, positions: FloatArray) -> FloatArray:
         """Return nodes in the camera's frame [m], shape (N, 3), with the scene's offset."""
-        known = self.scene.effects.get('camera_offset', {})
-        offset = np.array([known.get(axis, 0.0) for axis in OFFSET_AXES])
+        offset = stated_offset(self.scene.effects)
         return moved(apply(self.depth_from_world, positions), offset, self.offset_pivot)
 
 

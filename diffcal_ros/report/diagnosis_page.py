@@ -10,13 +10,13 @@ from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.diagnosis.diagnose import Course
 from diffcal_ros.diagnosis.verdict import Diagnosis, Verdict
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.effects.library import EFFECTS, what_settles
 from diffcal_ros.report.diagnosis_figure import residual_figure, score_figure
 from diffcal_ros.report.figure_png import data_uri, png_bytes
 from diffcal_ros.report.naming import shown, title
 from diffcal_ros.report.page_style import STYLE
 from diffcal_ros.report.page_tables import plain, table
 from diffcal_ros.report.verdict_text import effect_words, verdict_lines
-from diffcal_ros.scene.effects import EFFECTS, what_settles
 
 _KINDS = {Verdict.AGREE: 'good', Verdict.DISAGREE: 'bad'}
 _HEADS = {

@@ -12,12 +12,6 @@ _UNITS = {'Pa': (1e-3, 'kPa'), 'm': (1e3, 'mm'), 'rad': (math.degrees(1.0), 'deg
 _TITLES = {
     'youngs_modulus': "Young's modulus",
     'poissons_ratio': "Poisson's ratio",
-    'gravity_tilt': 'gravity tilt',
-    'rigid_offset': 'rigid offset',
-    'camera_pose': 'camera pose',
-    'edge_bias': 'edge bias',
-    'rest_length': 'rest length',
-    'cable_stiffness': 'cable stiffness',
 }
 _TURNS = {'rx': 'turn about x', 'ry': 'turn about y', 'rz': 'turn about z'}
 _SYMBOLS = {

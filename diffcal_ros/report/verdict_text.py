@@ -5,8 +5,8 @@
 import math
 
 from diffcal_ros.diagnosis.verdict import Diagnosis, NamedEffect, Verdict
+from diffcal_ros.effects.library import EFFECTS, what_settles
 from diffcal_ros.report.naming import shown, title
-from diffcal_ros.scene.effects import EFFECTS, what_settles
 
 _WORDS = {
     Verdict.AGREE: 'AGREE',
@@ -52,7 +52,7 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def effect_words(effect: NamedEffect) -> str:
-    """Write an effect with its amplitudes: `added_mass 4.2 +- 0.3 g at 0.75`."""
+    """Write an effect with its amplitudes: `<effect> 4.2 +- 0.3 g at 0.75`."""
     parts = []
     for name, value in effect.amplitude.items():
         own = shown(value, effect.std_error[name], effect.unit[name]).text()

@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.scene.effects import EFFECTS, FIT_NAME_OF
+from diffcal_ros.effects.library import EFFECTS, effects_by_fit_name
 from diffcal_ros.scene.model import ObservationSetup, Region
 from diffcal_ros.scene.problems import listed, suggestion
 from diffcal_ros.scene.quantities import QUANTITY_RULES
@@ -12,14 +12,11 @@ import numpy as np
 
 MATERIAL_NAMES = tuple(QUANTITY_RULES)
 RIGID_OFFSET = 'rigid_offset'
-GRAVITY_TILT = 'gravity_tilt'
 DAMPING = 'damping'
 RELEASE_TIME = 'release_time'
 REST_LENGTH = 'rest_length'
 CABLE_STIFFNESS = 'cable_stiffness'
 CABLE_NAMES = (REST_LENGTH, CABLE_STIFFNESS)
-# Every other effect of the library has its identifier for a name.
-EFFECT_NAMES = tuple(name for name in EFFECTS if name not in FIT_NAME_OF and name != GRAVITY_TILT)
 DEFAULT_FIT = ('youngs_modulus', RIGID_OFFSET)
 
 
@@ -28,13 +25,12 @@ def allowed_fit_names(
 ) -> tuple[str, ...]:
     """List every name: of a material number in all regions or in one, of cables, of the pose."""
     in_one = [f'{name}.{region}' for name in MATERIAL_NAMES for region in region_names]
+    whole = [effect.fit_name for effect in EFFECTS.values() if effect.is_fitted_whole]
     effects = [
         name
-        for identifier in EFFECT_NAMES
-        for name in (
-            identifier,
-            *(f'{identifier}.{c.name}' for c in EFFECTS[identifier].components),
-        )
+        for effect in EFFECTS.values()
+        if not effect.is_fitted_whole
+        for name in (effect.fit_name, *(effect.amplitude_name(c.name) for c in effect.components))
     ]
     cables = [
         name
@@ -42,7 +38,7 @@ def allowed_fit_names(
         for name in (kind, *(f'{kind}.{cable}' for cable in cable_names))
         if cable_names
     ]
-    return (*MATERIAL_NAMES, *in_one, *cables, RIGID_OFFSET, GRAVITY_TILT, RELEASE_TIME, *effects)
+    return (*MATERIAL_NAMES, *in_one, *cables, *whole, RELEASE_TIME, *effects)
 
 
 def fit_problems(
@@ -82,14 +78,15 @@ def _load_problems(
     problems = []
     for name in names:
         material = name.partition('.')[0]
-        effect = EFFECTS.get(material)
+        effect = effects_by_fit_name().get(material)
         needs_motion = effect is not None and effect.needs_motion
+        needs_gravity = material == 'density' or (effect is not None and effect.needs_gravity)
         if (material in (DAMPING, RELEASE_TIME) or needs_motion) and not has_motion:
             problems.append(
                 f'has {name!r} while the body is at rest in every observation: give a `motion`, '
                 'or leave it out'
             )
-        elif material in ('density', GRAVITY_TILT) and not has_gravity:
+        elif needs_gravity and not has_gravity:
             problems.append(
                 f'has {name!r} while gravity is zero in every observation: give gravity, or '
                 'leave it out'

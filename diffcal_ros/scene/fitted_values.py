@@ -6,24 +6,21 @@ from collections.abc import Mapping
 import copy
 from typing import Any
 
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import effects_by_fit_name
 from diffcal_ros.scene.fit_names import (
     CABLE_NAMES,
     MATERIAL_NAMES,
     RELEASE_TIME,
     REST_LENGTH,
-    RIGID_OFFSET,
 )
 from diffcal_ros.scene.model import Scene
-
-_CAMERA_OFFSET = 'camera_offset'
 
 
 def with_values(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
     """Return the scene's document with fitted values in place of start values.
 
-    Effects that were accepted for the scene become part of the document. An offset of the camera
-    belongs to a recording: it is left out unless the scene states one.
+    Effects that were accepted for the scene become part of the document. One that is of a
+    recording, as the camera's offset, is left out unless the scene states it.
 
     Args:
         scene: as read from a file.
@@ -37,17 +34,18 @@ def with_values(scene: Scene, values: Mapping[str, float]) -> dict[str, Any]:
         document['effects'] = copy.deepcopy(scene.effects)
     if 'fit' in document or scene.effects:
         document['fit'] = list(scene.fit)
+    effects = effects_by_fit_name()
     for name, value in values.items():
         key, _, part = name.partition('.')
         if key == RELEASE_TIME:
             _put_release(document, scene, part, float(value))
         elif key in CABLE_NAMES:
             _put_cable(document, scene, name, float(value))
-        elif key == RIGID_OFFSET and part:
-            if _CAMERA_OFFSET in scene.effects:
-                document['effects'][_CAMERA_OFFSET][part] = float(value)
-        elif key in EFFECTS and part:
-            document.setdefault('effects', {}).setdefault(key, {})[part] = float(value)
+        elif key in effects and part:
+            own = effects[key]
+            if not own.is_of_recording or own.identifier in scene.effects:
+                stated = document.setdefault('effects', {}).setdefault(own.identifier, {})
+                stated[part] = float(value)
         else:
             _put_material(document, scene, name, float(value))
     return document

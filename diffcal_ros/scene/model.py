@@ -324,7 +324,7 @@ class Scene:
         rigid_offset: prior of the rigid offset.
         fixture: rigid part of the rig in view, or None.
         effects: amplitudes and settings of effects that were added to the model, SI units, by
-            identifier and component; see `scene.effects`.
+            identifier and component; see `effects`.
         cables: that run through the body.
         relative_modulus: Young's modulus of each tetrahedron over its region's, shape (T,); None:
             1 everywhere.

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.errors import SceneError
-from diffcal_ros.scene.effects import EFFECTS, FIT_NAME_OF
 import yaml
 
 _FORMAT = 1
@@ -108,11 +108,6 @@ def fit_names_in_force(versions: list[ModelVersion]) -> tuple[str, ...]:
     """Return what a fit must free so that errors of the effects are part of every answer."""
     names: list[str] = []
     for version in versions:
-        if version.is_reverted:
-            continue
-        fit_name = FIT_NAME_OF.get(version.effect, version.effect)
-        if fit_name in ('rigid_offset', 'gravity_tilt'):
-            names.append(fit_name)
-        else:
-            names.extend(f'{fit_name}.{component}' for component in version.std_errors)
+        if not version.is_reverted:
+            names += EFFECTS[version.effect].fit_names(tuple(version.std_errors))
     return tuple(dict.fromkeys(names))

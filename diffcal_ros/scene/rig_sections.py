@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sections about the rig: cameras, masks, sensor and the rigid offset's prior."""
 
+from collections.abc import Iterator, Mapping
 import math
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.scene.model import DepthSensor, Masks, RigidOffset
 from diffcal_ros.scene.problems import shown
 from diffcal_ros.scene.section import as_number, Section, whole_numbers
@@ -95,23 +96,32 @@ RIGID_OFFSET_SHAPE = Keys(
     },
     about='how far the hand-set placement may be off: the prior of rigid_offset',
 )
+
+
+class _EffectShapes(Mapping[str, Shape]):
+    """The sections of the effects that the library has when they are asked for."""
+
+    def __getitem__(self, identifier: str) -> Shape:
+        effect = EFFECTS[identifier]
+        amplitudes: dict[str, Shape] = {
+            part.name: Number(f'in {part.unit}', Interval(part.lower, part.upper))
+            for part in effect.components
+        }
+        settings: dict[str, Shape] = {
+            name: Number(f'default {usual:g}', Interval(*effect.setting_limits))
+            for name, usual in effect.settings.items()
+        }
+        return Keys({**amplitudes, **settings}, about=effect.sentence)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(EFFECTS)
+
+    def __len__(self) -> int:
+        return len(EFFECTS)
+
+
 EFFECTS_SHAPE = Keys(
-    {
-        effect.identifier: Keys(
-            {
-                **{
-                    part.name: Number(f'in {part.unit}', Interval(part.lower, part.upper))
-                    for part in effect.components
-                },
-                **{
-                    name: Number(f'default {usual:g}', Interval(*effect.setting_limits))
-                    for name, usual in effect.settings.items()
-                },
-            },
-            about=effect.sentence,
-        )
-        for effect in EFFECTS.values()
-    },
+    _EffectShapes(),
     about='effects that the model is to have, in SI units; absent ones are left out',
 )
 

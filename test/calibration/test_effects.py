@@ -9,20 +9,18 @@ from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.objective import RobustObjective
 from diffcal_ros.calibration.parameters import make_parameters
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import rotation_matrix, transform
-from diffcal_ros.scene.effects import EFFECTS
-from diffcal_ros.scene.fit_names import EFFECT_NAMES
 import numpy as np
 import pytest
 from support.scenes import beam_scene, noisy, observation, true_depth
 
+_NAMES = [name for name, effect in EFFECTS.items() if not effect.is_fitted_whole]
 # Values away from zero, in usual sizes of each component.
 _AWAY = (0.5, -0.3, 0.4, 0.6, -0.4, 0.3)
 _PLANE_HEIGHT = -0.060
-_BODY_EFFECTS = [
-    n for n in EFFECT_NAMES if not n.startswith('depth_') and not EFFECTS[n].needs_motion
-]
+_BODY_EFFECTS = [n for n in _NAMES if EFFECTS[n].group != 'sensor' and not EFFECTS[n].needs_motion]
 
 
 def _coordinates(parameters) -> np.ndarray:
@@ -95,7 +93,7 @@ def test_depth_follows_the_sensor():
     assert 0.2 < jacobian[:, 2].mean() < 0.8, 'both materials are in view'
 
 
-@pytest.mark.parametrize('effect', EFFECT_NAMES)
+@pytest.mark.parametrize('effect', _NAMES)
 def test_a_stated_effect_is_the_fitted_one(effect):
     scene = beam_scene((6, 2, 2), region_count=2)
     parameters = make_parameters(scene, (effect,), with_edge_bias=False)
@@ -116,7 +114,7 @@ def test_amplitudes_of_zero_are_the_model_without():
     scene, seen = beam_scene((6, 2, 2)), [observation(true_depth())]
     plain = make_parameters(scene, ('rigid_offset',), with_edge_bias=False)
     nothing = ForwardModel(scene, seen, plain).views(plain.start())[0]
-    names = tuple(name for name in EFFECT_NAMES if name != 'contact_plane')
+    names = tuple(name for name in _NAMES if name != 'contact_plane')
     zeros = make_parameters(scene, names, with_edge_bias=False)
     there = ForwardModel(scene, seen, zeros).views(zeros.start())[0]
     np.testing.assert_array_equal(nothing.points, there.points)

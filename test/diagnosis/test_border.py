@@ -4,10 +4,11 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.border import _best_border, BORDER_EFFECTS
+from diffcal_ros.diagnosis.border import _best_border
 from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.verdict import Verdict
+from diffcal_ros.effects.library import border_effects
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS
@@ -65,9 +66,10 @@ def test_the_step_is_named_with_its_place_and_the_modulus_heals():
 
 
 def test_a_border_without_amplitudes_states_no_effect():
-    scene = replace(beam_scene(), effects={name: {'at': 0.3} for name in BORDER_EFFECTS})
+    names = {effect.identifier for effect in border_effects()}
+    scene = replace(beam_scene(), effects={name: {'at': 0.3} for name in names})
     listed = candidates(scene)
-    assert {c.identifier for c in listed} >= set(BORDER_EFFECTS)
-    assert {c.at for c in listed if c.identifier in BORDER_EFFECTS} == {0.3}
+    assert {c.identifier for c in listed} >= names
+    assert {c.at for c in listed if c.identifier in names} == {0.3}
     stated = replace(scene, effects={'stiffness_contrast': {'split': 0.5, 'at': 0.3}})
     assert 'stiffness_contrast' not in {c.identifier for c in candidates(stated)}

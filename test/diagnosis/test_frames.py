@@ -3,7 +3,7 @@
 """Points and axes of a verdict are those that the model uses."""
 
 from diffcal_ros.calibration.parameters import make_parameters
-from diffcal_ros.diagnosis.frames import frame_of
+from diffcal_ros.diagnosis.verdict_figures import frame_of
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
 

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.limits import upper_limits
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import EFFECTS
 import numpy as np
 import pytest
 

@@ -10,7 +10,7 @@ from diffcal_ros.diagnosis.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.naming import conclude
 from diffcal_ros.diagnosis.selection import select, Selection
-from diffcal_ros.diagnosis.shortlist import shortlist, starts_of, without_contact
+from diffcal_ros.diagnosis.shortlist import shortlist, starts_of, with_tangents
 from diffcal_ros.diagnosis.verdict import Verdict
 from diffcal_ros.report.verdict_text import verdict_lines
 import pytest
@@ -24,7 +24,7 @@ def test_without_any_hypothesis_the_effect_is_unknown(screened):
     diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), None, 1.0)
     assert diagnosis.effects == ()
     # Of a single pose the class of the effect with the best score stands.
-    best = max(without_contact(scores).scores, key=lambda score: score.log_evidence)
+    best = max(with_tangents(scores).scores, key=lambda score: score.log_evidence)
     assert diagnosis.unknown_class == best.candidate.effect.group
     assert any('unknown effect' in line for line in verdict_lines(diagnosis))
 
@@ -72,8 +72,7 @@ def test_a_plane_that_touches_nowhere_keeps_nobody_out(loud_plane, monkeypatch):
     first = {score.candidate.identifier for score in shortlist(scores, is_measured=True)}
     assert first == {'contact_plane'}
     assert 'gravity_tilt' in {
-        score.candidate.identifier
-        for score in shortlist(without_contact(scores), is_measured=True)
+        score.candidate.identifier for score in shortlist(with_tangents(scores), is_measured=True)
     }
     monkeypatch.setattr(
         Hypothesis,

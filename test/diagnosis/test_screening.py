@@ -6,7 +6,7 @@ from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.screening import largest_cosines, Projection
 from diffcal_ros.diagnosis.whitened import Part, whiten
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import EFFECTS
 import numpy as np
 import pytest
 from support.scenes import beam_scene
@@ -60,7 +60,7 @@ def test_a_score_is_the_fall_of_chi_square_with_one_more_effect(screened):
 def test_every_effect_has_a_score_and_a_likeness(screened):
     _, _, result = screened
     # One region in the scene: a bias of the second half of it can still be asked for.
-    searched = {n for n, e in EFFECTS.items() if e.is_searched and not e.needs_motion}
+    searched = {n for n, e in EFFECTS.items() if e.variants and not e.needs_motion}
     assert {score.candidate.identifier for score in result.scores} == searched
     likeness = largest_cosines(result.scores)
     assert all(0.0 <= value <= 1.0 + 1e-9 for value in likeness.values())

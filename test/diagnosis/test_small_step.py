@@ -10,7 +10,7 @@ from diffcal_ros.diagnosis.full_prior import full_prior
 from diffcal_ros.diagnosis.small_step import small_step, step_gains, with_steps
 from diffcal_ros.diagnosis.verdict import Verdict
 from diffcal_ros.diagnosis.whitened import Part, tangent_slack, whiten
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import EFFECTS
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS

@@ -4,7 +4,7 @@
 
 from diffcal_ros.diagnosis.hypothesis import try_effects
 from diffcal_ros.diagnosis.verdict_figures import named_effects
-from diffcal_ros.scene.effects import EFFECTS
+from diffcal_ros.effects.library import EFFECTS
 import pytest
 
 SURE = 0.99

@@ -4,7 +4,6 @@
 
 from dataclasses import replace
 
-from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.cable import CableTerm
 from diffcal_ros.fem.cable_route import CableRoute, route_through, RouteError
 from diffcal_ros.fem.conditions import CableState, Conditions
@@ -149,12 +148,9 @@ def test_equilibrium_follows_cables(element, which) -> None:
         return body.settle(material, GRAVITY, conditions=conditions).positions
 
     settled(0.0)
-    unit = np.eye(2)[number]
-    change = (
-        ConditionsChange(cable_stiffnesses=STIFFNESS * unit)
-        if which == 'stiffness'
-        else ConditionsChange(cable_rest_lengths=unit)
-    )
+    rates = [CableState(0.0, 0.0), CableState(0.0, 0.0)]
+    rates[number] = CableState(0.0, STIFFNESS) if which == 'stiffness' else CableState(1.0, 0.0)
+    change = Conditions(cables=tuple(rates))
     tangent = body.tangents([Change(conditions=change)])[0]
     weights = np.random.default_rng(3).normal(size=tangent.shape)
     by_adjoint = body.gradient(weights).along(Change(conditions=change))

@@ -4,11 +4,13 @@
 
 from dataclasses import replace
 
-from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.effects.contact_plane import Plane
+from diffcal_ros.fem import strain_stiffening
 from diffcal_ros.fem.body_axes import body_axes
-from diffcal_ros.fem.conditions import Conditions, Plane
+from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.force_changes import Change, gravity_loads
+from diffcal_ros.fem.potential_terms import ShearRatio
 from diffcal_ros.fem.rest_shape import bent
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
@@ -18,6 +20,8 @@ import pytest
 GRAVITY = np.array([0.4, -9.7, 0.8])
 # Tangents and adjoint by the same linear solver.
 _SAME = 1e-7
+STIFFENING = ShearRatio(0.4, strain_stiffening)
+PLANE = Plane(np.array([0.0, 0.96, 0.28]), -0.045)
 
 
 @pytest.fixture
@@ -50,41 +54,35 @@ def everything(body: StaticBody) -> Conditions:
         clamp_compliance=0.3,
         added_masses=masses(body),
         rest_curvature=np.array([0.6, -0.4]),
-        strain_stiffening=0.4,
-        plane=Plane(np.array([0.0, 0.96, 0.28]), -0.045),
+        potentials=(STIFFENING, PLANE),
     )
 
 
 DIRECTIONS = {
-    **{
-        f'clamp {axis}': ConditionsChange(clamp_motion=np.eye(6)[axis]) for axis in (0, 1, 3, 4, 5)
-    },
-    'compliance': ConditionsChange(clamp_compliance=1.0),
-    'curvature': ConditionsChange(rest_curvature=np.array([0.8, 0.6])),
-    'stiffening': ConditionsChange(strain_stiffening=1.0),
-    'plane': ConditionsChange(plane_height=1.0),
-    'plane normal': ConditionsChange(plane_normal=np.array([0.3, -0.28, 0.96])),
+    **{f'clamp {axis}': Conditions(clamp_motion=np.eye(6)[axis]) for axis in (0, 1, 3, 4, 5)},
+    'compliance': Conditions(clamp_compliance=1.0),
+    'curvature': Conditions(rest_curvature=np.array([0.8, 0.6])),
+    'stiffening': Conditions(potentials=(ShearRatio(1.0, strain_stiffening),)),
+    'plane': Conditions(potentials=(Plane(np.zeros(3), 1.0),)),
+    'plane normal': Conditions(potentials=(Plane(np.array([0.3, -0.28, 0.96]), 0.0),)),
 }
 STEPS = {'compliance': 0.01, 'curvature': 0.01, 'stiffening': 0.01, 'plane': 1e-4}
 
 
-def stepped(conditions: Conditions, change: ConditionsChange, step: float) -> Conditions:
-    moved = {}
-    if change.clamp_motion is not None:
-        moved['clamp_motion'] = conditions.clamp_motion + step * change.clamp_motion
-    if change.clamp_compliance:
-        moved['clamp_compliance'] = conditions.clamp_compliance + step * change.clamp_compliance
-    if change.rest_curvature is not None:
-        moved['rest_curvature'] = conditions.rest_curvature + step * change.rest_curvature
-    if change.strain_stiffening:
-        moved['strain_stiffening'] = conditions.strain_stiffening + step * change.strain_stiffening
-    if change.plane_normal is not None:
-        plane = conditions.plane
-        moved['plane'] = replace(plane, normal=plane.normal + step * change.plane_normal)
-    if change.plane_height:
-        plane = conditions.plane
-        moved['plane'] = replace(plane, height=plane.height + step * change.plane_height)
-    return replace(conditions, **moved)
+def stepped(conditions: Conditions, change: Conditions, step: float) -> Conditions:
+    stiffening, plane = conditions.potentials
+    for along in change.potentials:
+        if isinstance(along, Plane):
+            plane = Plane(plane.normal + step * along.normal, plane.height + step * along.height)
+        else:
+            stiffening = replace(stiffening, ratio=stiffening.ratio + step * along.ratio)
+    return replace(
+        conditions,
+        clamp_motion=conditions.clamp_motion + step * change.clamp_motion,
+        clamp_compliance=conditions.clamp_compliance + step * change.clamp_compliance,
+        rest_curvature=conditions.rest_curvature + step * change.rest_curvature,
+        potentials=(stiffening, plane),
+    )
 
 
 @pytest.mark.parametrize('name', DIRECTIONS)
@@ -119,7 +117,7 @@ def test_other_tangents_with_every_effect_there(body, name):
     here, numbers = everything(body), material(body)
     added = masses(body)
     change = {
-        'added mass': Change(conditions=ConditionsChange(added_masses=added / 0.004)),
+        'added mass': Change(conditions=Conditions(added_masses=added / 0.004)),
         'modulus': Change(youngs_modulus=numbers.youngs_modulus),
         'tilt': Change(gravity=np.cross([1.0, 0.0, 0.0], GRAVITY)),
     }[name]
@@ -151,7 +149,7 @@ def test_a_gradient_answers_for_its_own_state_only(body):
     here, numbers = everything(body), material(body)
     body.settle(numbers, GRAVITY, conditions=here)
     gradient = body.gradient(_weights(body))
-    by_mass = Change(conditions=ConditionsChange(added_masses=masses(body)))
+    by_mass = Change(conditions=Conditions(added_masses=masses(body)))
     before = gradient.along(by_mass)
     body.settle(numbers, 0.9 * GRAVITY, conditions=here)
     assert gradient.along(Change(gravity=GRAVITY)) != 0.0
@@ -166,9 +164,32 @@ def test_forces_on_nodes_act_as_the_weight_that_they_are(body):
     turned = np.array([3.0, 0.5, -1.0])
     weights = gravity_loads(body.discretisation, numbers.density, turned)
     by_gravity, by_forces = body.tangents(
-        [Change(gravity=turned), Change(conditions=ConditionsChange(forces=weights))]
+        [Change(gravity=turned), Change(conditions=Conditions(forces=weights))]
     )
     np.testing.assert_allclose(by_forces, by_gravity, atol=1e-9 * np.abs(by_gravity).max())
+
+
+def test_forces_that_stay_are_a_weight_of_their_own(body):
+    numbers, turned = material(body), np.array([3.0, 0.5, -1.0])
+    weights = gravity_loads(body.discretisation, numbers.density, turned)
+    expected = body.settle(numbers, GRAVITY + turned).positions
+    found = body.settle(numbers, GRAVITY, conditions=Conditions(forces=weights)).positions
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+def test_conditions_that_are_joined_act_together(body):
+    one, other = everything(body), Conditions(added_masses=masses(body), clamp_compliance=0.2)
+    both = one.joined(other)
+    np.testing.assert_array_equal(both.added_masses, 2.0 * masses(body))
+    assert both.clamp_compliance == 0.5
+    assert both.potentials == one.potentials
+    assert other.joined(other).forces is None
+
+
+def test_two_potentials_of_one_kind_are_refused(body):
+    twice = Conditions(potentials=(PLANE, replace(PLANE, height=0.1)))
+    with pytest.raises(ValueError, match='of one kind'):
+        body.settle(material(body), GRAVITY, conditions=twice)
 
 
 def test_absent_effects_change_nothing_at_all(beam_mesh):
@@ -233,13 +254,13 @@ def test_a_plane_carries_what_the_clamp_does_not(body):
     free = body.settle(numbers, down)
     lowest = free.positions[:, 1].min()
     plane = Plane(np.array([0.0, 1.0, 0.0]), lowest + 0.004)
-    resting = body.settle(numbers, down, conditions=Conditions(plane=plane))
+    resting = body.settle(numbers, down, conditions=Conditions(potentials=(plane,)))
     assert resting.positions[:, 1].min() > plane.height - 2e-4
     weight = 9.8 * 1080.0 * body.mesh.volumes.sum()
     # The clamp's share is what the plane leaves.
     assert 0.0 < resting.reactions[:, 1].sum() < 0.999 * weight
     below = replace(plane, height=lowest - 0.01)
-    untouched = body.settle(numbers, down, conditions=Conditions(plane=below))
+    untouched = body.settle(numbers, down, conditions=Conditions(potentials=(below,)))
     np.testing.assert_allclose(untouched.positions, free.positions, atol=1e-8)
 
 

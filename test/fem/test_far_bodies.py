@@ -5,9 +5,9 @@
 from dataclasses import dataclass, replace
 from functools import cache
 
-from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.effects.contact_plane import Plane
 from diffcal_ros.fem.cable_route import route_through
-from diffcal_ros.fem.conditions import CableState, Conditions, Plane
+from diffcal_ros.fem.conditions import CableState, Conditions
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.mesh_error import MeshError
@@ -61,7 +61,7 @@ def _conditions(body: StaticBody, new_from_old: np.ndarray) -> Conditions:
         clamp_motion=np.ravel(np.array([[0.001, 0.002, 0.0], [0.0, 0.03, 0.05]]) @ rotation.T),
         clamp_compliance=0.2,
         rest_curvature=np.array([0.5, -0.4]),
-        plane=Plane(normal, -0.004 + float(normal @ shift)),
+        potentials=(Plane(normal, -0.004 + float(normal @ shift)),),
         cables=tuple(CableState(0.97 * cable.route_length, 40.0) for cable in body.cables),
     )
 
@@ -70,12 +70,12 @@ def _changes(new_from_old: np.ndarray, order: np.ndarray) -> list[Change]:
     rotation, shift = new_from_old[:3, :3], new_from_old[:3, 3]
     turn = rotation @ np.cross([0.3, 0.1, -0.5], _NORMAL)
     effects = [
-        ConditionsChange(clamp_motion=np.concatenate([rotation[:, 2], rotation[:, 0]])),
-        ConditionsChange(clamp_compliance=1.0),
-        ConditionsChange(rest_curvature=np.array([0.6, 0.8])),
+        Conditions(clamp_motion=np.concatenate([rotation[:, 2], rotation[:, 0]])),
+        Conditions(clamp_compliance=1.0),
+        Conditions(rest_curvature=np.array([0.6, 0.8])),
         # A turn of the plane about the old origin.
-        ConditionsChange(plane_normal=turn, plane_height=float(turn @ shift)),
-        ConditionsChange(cable_rest_lengths=np.ones(1)),
+        Conditions(potentials=(Plane(turn, float(turn @ shift)),)),
+        Conditions(cables=(CableState(1.0, 0.0),)),
     ]
     modulus = Change(youngs_modulus=_material(order).youngs_modulus)
     return [modulus, *(Change(conditions=effect) for effect in effects)]

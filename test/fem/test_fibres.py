@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fibres along one direction: derivatives, moduli along and across, turns, absence bit for bit."""
 
-from diffcal_ros.fem.applied_conditions import ConditionsChange
+from diffcal_ros.effects.anisotropy import Fibres, FibreTerm
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.potential_terms import FibreTerm
 from diffcal_ros.fem.sparse_pattern import make_pattern
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.rigid_transform import rotation_matrix
@@ -19,12 +18,16 @@ DIRECTION = np.array([0.8, -0.36, 0.48])
 MODULUS, NU, SIZE = 50e3, 0.3, (0.04, 0.03, 0.02)
 
 
+def fibres_of(ratio: float, direction: np.ndarray = DIRECTION) -> Conditions:
+    return Conditions(potentials=(Fibres(ratio, direction),))
+
+
 def fibres(element: Element, random) -> tuple[FibreTerm, np.ndarray, object]:
     mesh = beam_mesh((3, 2, 2), SIZE)
     shape = discretise(mesh, element)
     pattern = make_pattern(shape, held_end(mesh))
     term = FibreTerm(shape, pattern, 'cpu', DIRECTION)
-    term.set_numbers(random.uniform(1e4, 2e4, size=mesh.tet_count), 1.7)
+    term.take(Fibres(1.7, DIRECTION), random.uniform(1e4, 2e4, size=mesh.tet_count))
     return term, shape.rest_nodes + random.normal(scale=8e-4, size=shape.rest_nodes.shape), pattern
 
 
@@ -62,7 +65,7 @@ def test_small_pull_along_the_fibres_meets_their_stiffness(element) -> None:
     mesh = beam_mesh((3, 2, 2), SIZE)
     shape = discretise(mesh, element)
     term = FibreTerm(shape, make_pattern(shape, held_end(mesh)), 'cpu', DIRECTION)
-    term.set_numbers(np.full(mesh.tet_count, 2e4), 1.5)
+    term.take(Fibres(1.5, DIRECTION), np.full(mesh.tet_count, 2e4))
     volume, strain = mesh.volumes.sum(), 1e-4
     across = np.cross(DIRECTION, [0.0, 0.0, 1.0])
     across /= np.linalg.norm(across)
@@ -97,9 +100,9 @@ def test_fibres_along_a_beam_stiffen_its_bending_and_fibres_across_hardly() -> N
 
     plain = sag(Conditions())
     shear = 200e3 / (2.0 * (1.0 + NU))
-    along = sag(Conditions(fibre_ratio=ratio, fibre_direction=np.eye(3)[0]))
+    along = sag(fibres_of(ratio, np.eye(3)[0]))
     assert along / plain == pytest.approx(200e3 / (200e3 + ratio * shear), rel=0.06)
-    across = sag(Conditions(fibre_ratio=ratio, fibre_direction=np.eye(3)[1]))
+    across = sag(fibres_of(ratio, np.eye(3)[1]))
     assert 0.9 < across / plain <= 1.0
 
 
@@ -108,15 +111,13 @@ def test_equilibrium_follows_the_ratio_and_the_modulus(ratio) -> None:
     own = body()
 
     def settled(by_ratio: float = 0.0, by_modulus: float = 0.0) -> np.ndarray:
-        conditions = Conditions(fibre_ratio=ratio + by_ratio, fibre_direction=DIRECTION)
+        conditions = fibres_of(ratio + by_ratio)
         material = uniform_material(own.mesh, 30e3 * np.exp(by_modulus))
         return own.settle(material, GRAVITY, conditions=conditions).positions
 
     settled()
     changes = {
-        'by_ratio': Change(
-            conditions=ConditionsChange(fibre_ratio=1.0, fibre_direction=DIRECTION)
-        ),
+        'by_ratio': Change(conditions=fibres_of(1.0)),
         'by_modulus': Change(youngs_modulus=np.full(own.mesh.tet_count, 30e3)),
     }
     for name, change in changes.items():
@@ -139,7 +140,7 @@ def test_no_fibres_are_the_same_model_bit_for_bit() -> None:
     plain, given = body(), body()
     material = uniform_material(plain.mesh)
     without = plain.settle(material, GRAVITY).positions
-    turned = Conditions(fibre_ratio=0.0, fibre_direction=DIRECTION)
+    turned = fibres_of(0.0)
     np.testing.assert_array_equal(
         given.settle(material, GRAVITY, conditions=turned).positions, without
     )

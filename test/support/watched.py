@@ -29,7 +29,11 @@ def watched(*, seed: int, tilt: float = 0.0, bias: float = 0.0) -> Observation:
     gravity = 9.8 * np.array([0.0, -np.cos(tilt), np.sin(tilt)])
     exact = true_depth(gravity=gravity) + bias
     smooth = gaussian_filter(random.normal(size=exact.shape), 40.0)
-    exact = exact + 0.00012 * smooth / smooth.std()
+    return several_frames(exact + 0.00012 * smooth / smooth.std(), random)
+
+
+def several_frames(exact: np.ndarray, random: np.random.Generator) -> Observation:
+    """Look at a true depth image [m], shape (H, W), for eight frames."""
     images = [noisy(exact, random).astype(np.float32) for _ in range(_FRAMES)]
     fused = fuse_frames([DepthFrame(image, number) for number, image in enumerate(images)])
     return replace(observation(fused.depth), frame_count=_FRAMES, noise=fused.noise)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit a modulus that varies over the body, beside the ordinary parameters."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 import time
 from typing import Any
@@ -24,6 +25,7 @@ from diffcal_ros.calibration.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
 )
+from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -181,10 +183,16 @@ def check_field(scene: Scene, kind: FieldKind, share: float | None) -> None:
         raise InputError(
             "a field is fitted to bodies at rest: leave observations with 'motion' out"
         )
-    if 'compliant_clamp' in scene.effects:
-        raise InputError(
-            "a field knows no clamp that gives way: take 'compliant_clamp' out of the model"
-        )
+    _check_effects(scene.effects, 'model')
+
+
+def _check_effects(identifiers: Iterable[str], whole: str) -> None:
+    for effect in map(EFFECTS.__getitem__, identifiers):
+        if not effect.has_adjoint:
+            raise InputError(
+                f'a field does not know that {effect.sentence}: take {effect.identifier!r} out '
+                f'of the {whole}'
+            )
 
 
 def _check(calibration: Calibration, uniform: CalibrationResult) -> None:
@@ -192,10 +200,7 @@ def _check(calibration: Calibration, uniform: CalibrationResult) -> None:
         raise InputError(
             f'a field needs the robust loss, not {calibration.settings.loss!r}: leave --loss out'
         )
-    if 'compliant_clamp.compliance' in calibration.parameters.names:
-        raise InputError(
-            "a field knows no clamp that gives way: take 'compliant_clamp' out of the fit"
-        )
+    _check_effects([p.effect for p in calibration.parameters if p.effect], 'fit')
     if uniform.outcome in (Outcome.DIVERGED, Outcome.INTERRUPTED):
         raise InputError(
             f'a field starts from a fit without one, and that ended {uniform.outcome.value}: '

@@ -56,7 +56,8 @@ class HeldNodes:
 
     def change(self, time: float, change: Change) -> HeldState | None:
         """Return how the state follows a change of the inputs at fixed time since the start."""
-        direction = None if change.conditions is None else change.conditions.clamp_motion
+        effects = change.conditions
+        direction = effects.clamp_motion if effects and effects.clamp_motion.any() else None
         shift = change.release_time if isinstance(change, MotionChange) else 0.0
         if direction is None and (shift == 0.0 or self._motion is None):
             return None

@@ -99,7 +99,7 @@ def test_what_makes_no_field_is_refused(kind, share, words) -> None:
 
 def test_a_clamp_that_gives_way_is_refused() -> None:
     scene = replace(beam_scene((4, 2, 2)), effects={'compliant_clamp': {'compliance': 0.1}})
-    with pytest.raises(InputError, match='no clamp that gives way'):
+    with pytest.raises(InputError, match='not know that the clamp gives way'):
         check_field(scene, FieldKind(), None)
 
 

@@ -4,7 +4,6 @@
 
 from dataclasses import replace
 
-from diffcal_ros.fem.applied_conditions import ConditionsChange
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.motion.air_drag import AIR_DENSITY, AirDrag
@@ -56,7 +55,7 @@ def test_drag_takes_more_of_a_larger_swing(random) -> None:
 @pytest.mark.parametrize('integrator', ['implicit', 'semi_implicit'])
 def test_tangents_by_drag(integrator, random) -> None:
     case = with_drag(released_beam(Element.LINEAR, random, integrator=integrator), AREA)
-    by_area = MotionChange(conditions=ConditionsChange(air_drag=AREA))
+    by_area = MotionChange(conditions=Conditions(air_drag=AREA))
     case.run()
     (tangent,) = case.body.tangents([by_area])
     errors = []
@@ -73,7 +72,7 @@ def test_tangents_by_drag(integrator, random) -> None:
 def test_the_tangent_at_no_drag_is_that_of_a_little(random) -> None:
     case = released_beam(Element.LINEAR, random)
     plain = case.run().positions
-    (tangent,) = case.body.tangents([MotionChange(conditions=ConditionsChange(air_drag=1.0))])
+    (tangent,) = case.body.tangents([MotionChange(conditions=Conditions(air_drag=1.0))])
     errors = []
     for area in (1e-3, 1e-4, 1e-5):
         slope = (with_drag(case, area).run().positions - plain) / area

@@ -5,11 +5,13 @@
 from dataclasses import replace
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.applied_conditions import ConditionsChange
-from diffcal_ros.fem.conditions import Conditions, Plane
+from diffcal_ros.effects.contact_plane import Plane
+from diffcal_ros.fem import strain_stiffening
+from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, Release
 from diffcal_ros.fem.motion.moving_body import MovingBody
+from diffcal_ros.fem.potential_terms import ShearRatio
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
 import pytest
@@ -103,15 +105,17 @@ def _effects(case: Case) -> Conditions:
     return Conditions(
         clamp_motion=np.array([0.002, -0.001, 0.003, 0.02, -0.03, 0.05]),
         added_masses=1e-3 * nodes[:, 0] / nodes[:, 0].sum(),
-        strain_stiffening=0.4,
-        plane=Plane(np.array([0.0, 0.96, 0.28]), -0.001),
+        potentials=(
+            ShearRatio(0.4, strain_stiffening),
+            Plane(np.array([0.0, 0.96, 0.28]), -0.001),
+        ),
     )
 
 
 EFFECTS = {
-    'clamp': (ConditionsChange(clamp_motion=np.array([0.1, 0.2, -0.1, 1.0, -2.0, 0.5])), 0.1),
-    'stiffening': (ConditionsChange(strain_stiffening=1.0), 1.0),
-    'plane': (ConditionsChange(plane_height=1.0), 1e-4),
+    'clamp': (Conditions(clamp_motion=np.array([0.1, 0.2, -0.1, 1.0, -2.0, 0.5])), 0.1),
+    'stiffening': (Conditions(potentials=(ShearRatio(1.0, strain_stiffening),)), 1.0),
+    'plane': (Conditions(potentials=(Plane(np.zeros(3), 1.0),)), 1e-4),
 }
 
 
@@ -121,19 +125,22 @@ def test_effects_in_motion(name, random) -> None:
     effects = _effects(case)
     if name != 'plane':
         # A step along the others moves many nodes on to the plane or off it: every one is a kink.
-        effects = replace(effects, plane=None)
+        effects = replace(effects, potentials=effects.potentials[:1])
     case = replace(case, stamps=np.array([0.004, 0.03, 0.05]), conditions=effects)
     effect, size = EFFECTS[name]
 
     def moved(step: float) -> Case:
-        now, plane = case.conditions, case.conditions.plane
+        now = case.conditions
+        stiffening, *planes = now.potentials
         by = step * size
         if name == 'clamp':
             now = replace(now, clamp_motion=now.clamp_motion + by * effect.clamp_motion)
         elif name == 'stiffening':
-            now = replace(now, strain_stiffening=now.strain_stiffening + by)
+            stiffer = replace(stiffening, ratio=stiffening.ratio + by)
+            now = replace(now, potentials=(stiffer, *planes))
         else:
-            now = replace(now, plane=replace(plane, height=plane.height + by))
+            raised = [replace(plane, height=plane.height + by) for plane in planes]
+            now = replace(now, potentials=(stiffening, *raised))
         return replace(case, conditions=now)
 
     case.run()
@@ -151,7 +158,7 @@ def test_added_mass_is_heavy_and_slow(random) -> None:
     nodes = case.body.static_body.discretisation.rest_nodes
     masses = 2e-3 * nodes[:, 0] / nodes[:, 0].sum()
     case = replace(case, conditions=Conditions(added_masses=masses))
-    change = MotionChange(conditions=ConditionsChange(added_masses=masses))
+    change = MotionChange(conditions=Conditions(added_masses=masses))
     _check_tangent(
         case,
         change,
@@ -177,7 +184,7 @@ def test_a_gradient_of_a_motion_refuses_effects(random) -> None:
     motion = case.run()
     gradient = case.body.gradient(np.ones_like(motion.positions))
     with pytest.raises(NotImplementedError, match='does not know effects: use `tangents`'):
-        gradient.along(MotionChange(conditions=ConditionsChange(air_drag=1.0)))
+        gradient.along(MotionChange(conditions=Conditions(air_drag=1.0)))
 
 
 def test_a_step_that_does_not_converge_is_halved_and_said_so() -> None:

@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Something hangs on the body at a place along it, and swings with it."""
+
+from diffcal_ros.effects.effect import Component, Effect, Numbers
+from diffcal_ros.effects.site import Site
+from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.force_changes import Change
+
+# A mass is spread over this share of the body's length; more in the screening, where one of
+# several places must stand for what is between them.
+_WIDTH, _SCREENED_WIDTH = 0.03, 0.05
+
+
+class AddedMass(Effect):
+    """A mass on the body."""
+
+    identifier = 'added_mass'
+    group = 'load'
+    components = (Component('mass', 'kg', 0.0, 0.5, 0.010, 'g', 1e3),)
+    sentence = 'something hangs on the body'
+    settles = ('the weight of the body', 'a pose with the body upside down')
+    twins = ('stiffness_contrast',)
+    settings = {'at': 1.0}  # noqa: RUF012  Share of the free length.
+    # One between two places still looks like one of them, and less like a contrast of stiffness.
+    screened_at = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
+
+    def conditions(self, own: Numbers, site: Site) -> Conditions:
+        """Return the mass at the nodes around its place."""
+        return Conditions(added_masses=own['mass'] * site.weights_at(own['at'], _WIDTH))
+
+    def stand_ins(self, site: Site) -> tuple[Change, ...]:
+        """Return a mass at each place that is screened."""
+        return tuple(
+            Change(conditions=Conditions(added_masses=site.weights_at(place, _SCREENED_WIDTH)))
+            for place in self.screened_at
+        )

@@ -1,0 +1,23 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The air holds the moving body back."""
+
+from diffcal_ros.effects.effect import Component, Effect, Numbers
+from diffcal_ros.effects.site import Site
+from diffcal_ros.fem.conditions import Conditions
+
+
+class AirDrag(Effect):
+    """Drag coefficient times area."""
+
+    identifier = 'air_drag'
+    group = 'dynamics'
+    components = (Component('area', 'm^2', 0.0, 2.0, 0.020, 'cm^2', 1e4),)
+    sentence = 'the air holds the moving body back'
+    settles = ('a second release with half the swing',)
+    twins = ('time_offset',)
+    needs_motion = True
+
+    def conditions(self, own: Numbers, site: Site) -> Conditions:
+        """Return the drag."""
+        return Conditions(air_drag=own['area'])

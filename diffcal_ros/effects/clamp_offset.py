@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The body sits elsewhere in its clamp than the scene says."""
+
+from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
+from diffcal_ros.effects.rigid import RIGID_AXES, rigid_components, ROLLED, SHIFT, six_of, TURN
+from diffcal_ros.effects.site import Site
+from diffcal_ros.fem.conditions import Conditions
+
+
+class ClampOffset(Effect):
+    """A rigid motion of the clamp in the object's frame."""
+
+    identifier = 'clamp_offset'
+    group = 'boundary'
+    components = rigid_components(0.005, 3.0 * DEGREE)
+    sentence = 'the body sits elsewhere in the clamp than the scene says'
+    settles = (ROLLED,)
+    twins = ('camera_offset', 'rest_curvature')
+    variants = (SHIFT, TURN, RIGID_AXES)
+
+    def conditions(self, own: Numbers, site: Site) -> Conditions:
+        """Return the clamp's motion."""
+        return Conditions(clamp_motion=_in_world(six_of(own), site))
+
+    def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
+        """It turns `about` a point in the object's frame."""
+        return {'about': site.object_axes.center}
+
+
+def _in_world(six: FloatArray, site: Site) -> FloatArray:
+    return site.to_world(six.reshape(2, 3)).ravel()

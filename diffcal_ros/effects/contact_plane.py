@@ -1,0 +1,169 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The body lies on a plane, which pushes back in proportion to how deep the surface is in it."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from diffcal_ros.effects.effect import Component, DEGREE, Effect, FloatArray, Numbers
+from diffcal_ros.effects.rigid import pair_of, tilt_components
+from diffcal_ros.effects.site import FitsSeen, Site
+from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.element import Discretisation
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.potential_terms import AddedTerm, Potential, surface_areas
+from diffcal_ros.fem.sparse_pattern import SparsePattern
+from diffcal_ros.rigid_motion import tilt_axes, upwards
+from diffcal_ros.rigid_transform import rotation_matrix
+import numpy as np
+
+# Pressure of an obstacle on what is in it by so much [Pa/m]: a soft body's weight presses it in
+# by hundredths of a millimetre.
+_OBSTACLE = 2e8
+_NORMAL_STEP = 1e-5  # Of a finite difference that is exact to rounding [rad].
+# Places along the body, and their width, of the forces that stand in for it.
+_PUSHED, _PUSHED_WIDTH = (0.25, 0.5, 0.75, 1.0), 0.05
+# A plane is first tried at the lowest point seen, and so much above it [m].
+_RISES = (0.0, 0.003)
+_LOWEST_SHARE = 0.01
+
+
+class ContactPlane(Effect):
+    """A rigid frictionless half-space under the body, nearly level; there at height zero, too."""
+
+    identifier = 'contact_plane'
+    group = 'load'
+    components = (
+        # As far from the world's origin as a body may be placed.
+        Component('height', 'm', -100.0, 100.0, 0.010, 'mm', 1e3, 0.4, has_prior=False),
+        *(replace(part, longest_step=0.6) for part in tilt_components(5.0 * DEGREE)),
+    )
+    sentence = 'the body lies on something'
+    settles = ('a pose in which it cannot touch',)
+    twins = ('added_mass',)
+    has_tangent = has_limit = False
+    beyond_robust_fit = ('height',)
+    needs_long_look = True
+    # The forces that stand in for it would be masses in a motion.
+    is_at_rest_only = True
+
+    def conditions(self, own: Numbers, site: Site) -> Conditions:
+        """Return the plane."""
+        # What tilts gravity in a fit does not tilt the plane; and a tilt about a world origin far
+        # away would lift it off the body, or bury it.
+        normal = _normal(own, site.stated_gravity)
+        level = float((normal - upwards(site.stated_gravity)) @ site.pivot)
+        return Conditions(potentials=(Plane(normal, own['height'] + level),))
+
+    def change(self, component: str, own: Numbers, site: Site) -> Change:
+        """Return a rise of the plane, or a turn of its normal."""
+        change = Plane(np.zeros(3), 1.0)
+        if component != 'height':
+            ahead, behind = (
+                _normal({**own, component: own.get(component, 0.0) + step}, site.stated_gravity)
+                for step in (_NORMAL_STEP, -_NORMAL_STEP)
+            )
+            turned = (ahead - behind) / (2.0 * _NORMAL_STEP)
+            change = Plane(turned, float(turned @ site.pivot))
+        return Change(conditions=Conditions(potentials=(change,)))
+
+    def stand_ins(self, site: Site) -> tuple[Change, ...]:
+        """Return upward forces, which have a tangent before the body touches."""
+        return tuple(
+            Change(conditions=Conditions(added_masses=-site.weights_at(place, _PUSHED_WIDTH)))
+            for place in _PUSHED
+        )
+
+    def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
+        """Propose planes at the lowest point of the body, and above it."""
+        lowest = min(float(np.quantile(view, _LOWEST_SHARE)) for view in seen.heights())
+        return [{self.amplitude_name('height'): lowest + rise} for rise in _RISES]
+
+    def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
+        """Its `normal` is given in the world."""
+        return {'normal': _normal(own, site.stated_gravity)}
+
+
+def _normal(own: Numbers, gravity: FloatArray) -> FloatArray:
+    """Return the normal of a plane that is tilted against the horizontal, shape (3,)."""
+    tilt = pair_of(own)
+    if not tilt.any():
+        return upwards(gravity)
+    return rotation_matrix(tilt @ np.stack(tilt_axes(gravity))) @ upwards(gravity)
+
+
+@dataclass(frozen=True)
+class Plane(Potential):
+    """The half-space.
+
+    Attributes:
+        normal: unit vector out of it in the world frame, shape (3,).
+        height: of its surface along the normal [m].
+    """
+
+    normal: FloatArray
+    height: float
+    kind = 'plane'
+
+    def seen_from(self, origin: FloatArray) -> 'Plane':
+        """Return the same where positions are counted from a point in the world [m], (3,)."""
+        return replace(self, height=self.height - float(origin @ self.normal))
+
+    def term(
+        self, discretisation: Discretisation, pattern: SparsePattern, device: str
+    ) -> 'ContactTerm':
+        """Prepare the term."""
+        return ContactTerm(discretisation, pattern)
+
+
+class ContactTerm(AddedTerm):
+    """Pushes back what of the surface is in a plane."""
+
+    def __init__(self, discretisation: Discretisation, pattern: SparsePattern) -> None:
+        self._plane = Plane(np.zeros(3), -np.inf)  # Touched nowhere.
+        self._weights = _OBSTACLE * surface_areas(discretisation)
+        self._pattern = pattern
+
+    def take(self, potential: Any, shear_moduli: FloatArray) -> None:
+        """Take the plane."""
+        self._plane = potential
+
+    def energy(self, positions: FloatArray) -> float:
+        """Return the energy [J]."""
+        depth = self._depth(positions)
+        return 0.5 * float(self._weights @ depth**2)
+
+    def forces(self, positions: FloatArray) -> FloatArray:
+        """Return its gradient [N], shape (N, 3)."""
+        return -np.outer(self._weights * self._depth(positions), self._plane.normal)
+
+    def force_tangent(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
+        """Return its Hessian times a direction [N], shape (N, 3)."""
+        rates = self._rates(positions) * (direction @ self._plane.normal)
+        return np.outer(rates, self._plane.normal)
+
+    def force_along(
+        self, positions: FloatArray, direction: Any, shear_moduli: FloatArray
+    ) -> FloatArray:
+        """Return how the forces follow height and normal [N], shape (N, 3)."""
+        change = direction.normal
+        deeper = direction.height - positions @ change
+        turned = np.outer(self._weights * self._depth(positions), change)
+        return -np.outer(self._rates(positions) * deeper, self._plane.normal) - turned
+
+    def stiffness(self, positions: FloatArray, *, is_guarded: bool) -> FloatArray:
+        """Return its Hessian's entries in the pattern, shape (nnz,)."""
+        pattern, normal = self._pattern, self._plane.normal
+        values = np.zeros(pattern.entry_count)
+        rates = self._rates(positions)[pattern.free_nodes]
+        for column in range(3):
+            starts = pattern.column_starts[column:-1:3]
+            for row in range(column, 3):
+                values[starts + row - column] += rates * normal[row] * normal[column]
+        return values
+
+    def _depth(self, positions: FloatArray) -> FloatArray:
+        return np.maximum(self._plane.height - positions @ self._plane.normal, 0.0)
+
+    def _rates(self, positions: FloatArray) -> FloatArray:
+        return self._weights * (self._depth(positions) > 0.0)

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The depth camera reads one of two materials too far or too near."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.effects.effect import Component, Effect, FloatArray
+from diffcal_ros.effects.site import FitsSeen, SeenPixels
+import numpy as np
+
+# Steps of depth that lead to the same fit [m].
+_SAME_STEP = 0.003
+# Less is no part of a view [px].
+_LEAST_PIXELS = 50
+# What had followed the larger part of the body; the step is between the two.
+_FOLLOWS = 'rigid_offset.z'
+
+
+class DepthBiasByRegion(Effect):
+    """A step of depth on a continuous surface, independent of the load."""
+
+    identifier = 'depth_bias_by_region'
+    group = 'sensor'
+    components = (Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3),)
+    sentence = 'the depth camera reads one of the materials too far or too near'
+    settles = ('both materials flat on one plane',)
+    twins = ('camera_offset', 'clamp_offset')
+    settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
+    has_border = True
+    beyond_robust_fit = ('bias',)
+
+    def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
+        """Return where it reads too far."""
+        return seen.is_second.astype(np.float64)
+
+    def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
+        """Propose the step between the materials: it may be beyond a robust fit's reach.
+
+        Read at the nominal fit, and where that fit began: it may have turned the body, or bent it
+        to a wrong stiffness, to follow the step.
+        """
+        name, found = self.amplitude_name('bias'), [dict[str, float]()]
+        for values, before in ((seen.end, {}), (seen.begin, seen.begin)):
+            step = self._step(seen.residuals(values))
+            if step is None:
+                continue
+            height, first = step
+            if any(abs(height - other.get(name, np.inf)) < _SAME_STEP for other in found):
+                continue
+            start = {**before, name: height}
+            if _FOLLOWS in values:
+                start[_FOLLOWS] = values[_FOLLOWS] + first
+            found.append(start)
+        return found
+
+    def _step(self, views: Sequence[SeenPixels]) -> tuple[float, float] | None:
+        """Return the step's height and what the first material is off by [m]; None: not seen."""
+        parts = [(v.depth[~v.is_second], v.depth[v.is_second]) for v in views]
+        seen = [pair for pair in parts if min(map(len, pair)) > _LEAST_PIXELS]
+        if not seen:
+            return None
+        firsts, seconds = (
+            [float(np.median(part)) for part in own] for own in zip(*seen, strict=True)
+        )
+        heights = np.subtract(seconds, firsts)
+        return float(np.median(heights)), float(np.median(firsts))

@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What every effect is, and what it does where it says nothing else: nothing.
+
+Amplitudes are in SI units; `shown_unit` and `shown_factor` are for people. All are absent at zero.
+A mode that goes with a place along the body has that place as a setting, not as an amplitude.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from diffcal_ros.effects.site import FitsSeen, SeenPixels, Site, Tets
+from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
+from diffcal_ros.fem.creep import Creep
+from diffcal_ros.fem.force_changes import Change
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+# Amplitudes and settings of one effect by name, SI units.
+Numbers = Mapping[str, float]
+
+DEGREE = float(np.deg2rad(1.0))
+
+
+@dataclass(frozen=True)
+class Component:
+    """One amplitude of an effect.
+
+    Attributes:
+        name: after the dot, as in `clamp_offset.rx`.
+        unit: SI.
+        lower: bound.
+        upper: bound; a lower bound of 0 makes it one-sided.
+        scale: what would be called a usual size: the prior's standard deviation.
+        shown_unit: for people.
+        shown_factor: from SI to that.
+        longest_step: of a fit, in scales; tangents of what touches hold over short ways only.
+        has_prior: whether zero is likely; of a place or a time nothing is known beforehand.
+        nominal_std: the prior's standard deviation in a fit of the model as it is.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    scale: float
+    shown_unit: str
+    shown_factor: float
+    longest_step: float = 3.0
+    has_prior: bool = True
+    nominal_std: float | None = None
+
+
+class Effect:
+    """One effect of the library: what it is, does and looks like.
+
+    Attributes:
+        identifier: as in verdicts and scene files.
+        group: sensor, load, boundary, shape, material or dynamics.
+        components: its amplitudes.
+        sentence: what it means, for a person.
+        settles: recordings or measurements each of which would tell it from its twins.
+        twins: effects that may look the same.
+        settings: fixed numbers that go with it, with their defaults.
+        setting_limits: what each of them may be.
+        fit_name: what a fit calls it; its identifier by default.
+        kind: what its parameters act on, for a fit.
+        is_fitted_whole: whether a fit names no single amplitudes.
+        is_of_recording: whether it is another one in every recording.
+        variants: amplitudes that are tried together; all of them by default, and none where it
+            is not looked for.
+        screened_at: places along the body, or times, that are each screened by `stand_ins`.
+        screened_name: the setting or amplitude that those are values of.
+        has_tangent: whether it is absent at zero. Non-negative amounts of its `stand_ins` are
+            scored in place of one that is not, in each view for itself.
+        has_limit: whether tangents tell how large it may be without standing out.
+        beyond_robust_fit: amplitudes whose proposed start a robust fit would fall back from.
+        needs_long_look: whether it moves by short steps.
+        needs_gravity: whether a body without weight shows nothing of it.
+        needs_motion: whether a body at rest shows nothing of it.
+        needs_hold: whether only a load that is held for long shows it; a swing then does not.
+        is_at_rest_only: whether a motion is simulated without it.
+        hides_in_release: whether a release of which nothing is known does all that it does.
+        has_border: whether its setting `at` is where one of the materials ends, in a scene of one
+            region.
+        has_adjoint: whether derivatives by every element's modulus know of it.
+        most_confidence: that its name deserves where a cause outside the library looks the same.
+    """
+
+    identifier: str
+    group: str
+    components: tuple[Component, ...]
+    sentence: str
+    settles: tuple[str, ...]
+    twins: tuple[str, ...]
+    settings: Numbers = MappingProxyType({})
+    setting_limits: tuple[float, float] = (0.0, 1.0)
+    kind = 'effect'
+    is_fitted_whole = False
+    is_of_recording = False
+
+    screened_at: tuple[float, ...] = ()
+    screened_name = 'at'
+    has_tangent = True
+    has_limit = True
+    beyond_robust_fit: tuple[str, ...] = ()
+    needs_long_look = False
+    needs_gravity = False
+    needs_motion = False
+    needs_hold = False
+    is_at_rest_only = False
+    hides_in_release = False
+    has_border = False
+    has_adjoint = True
+    most_confidence = 1.0
+
+    @property
+    def fit_name(self) -> str:
+        """What a fit calls it."""
+        return self.identifier
+
+    @property
+    def variants(self) -> tuple[tuple[str, ...], ...]:
+        """Amplitudes that are tried together."""
+        return (tuple(part.name for part in self.components),)
+
+    def component(self, name: str) -> Component:
+        """Return a component by name."""
+        return next(part for part in self.components if part.name == name)
+
+    def amplitude_name(self, component: str) -> str:
+        """Return the name of an amplitude among the parameters of a fit."""
+        return f'{self.fit_name}.{component}'
+
+    def fit_names(self, components: tuple[str, ...]) -> tuple[str, ...]:
+        """Return what a scene's `fit` says to have amplitudes fitted."""
+        single = tuple(map(self.amplitude_name, components))
+        return (self.fit_name,) if self.is_fitted_whole else single
+
+    def is_there(self, own: Numbers) -> bool:
+        """Tell whether it does anything."""
+        return not self.has_tangent or any(own.get(part.name, 0.0) for part in self.components)
+
+    # What it does to the body, where it is there.
+
+    def conditions(self, own: Numbers, site: Site) -> Conditions:
+        """Return what it adds to what acts on the body in one posture."""
+        return NO_CONDITIONS
+
+    def gravity(self, own: Numbers, gravity: FloatArray) -> FloatArray:
+        """Return what gravity becomes in the world frame [m/s^2], shape (3,)."""
+        return gravity
+
+    def creep(self, own: Numbers) -> Creep | None:
+        """Return how the material creeps under a load that is held."""
+        return None
+
+    def lateness(self, own: Numbers) -> float:
+        """Return by how much the stamps of depth images are late [s]."""
+        return 0.0
+
+    def change(self, component: str, own: Numbers, site: Site) -> Change | None:
+        """Return what the body's inputs change by per unit of an amplitude; None for nothing.
+
+        By default the conditions of one unit, as they are linear in most amplitudes.
+        """
+        others = dict.fromkeys((part.name for part in self.components), 0.0)
+        added = self.conditions({**own, **others, component: 1.0}, site)
+        return None if added is NO_CONDITIONS else Change(conditions=added)
+
+    def log_modulus_mode(self, component: str, own: Numbers, tets: Tets) -> FloatArray | None:
+        """Return what a unit adds to the logarithm of Young's modulus, shape (T,)."""
+        return None
+
+    # What it does to the reading of the depth camera.
+
+    def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray | None:
+        """Return how much too far a unit makes the camera read [m]; None: it reads right."""
+        return None
+
+    # How a diagnosis finds it.
+
+    def stand_ins(self, site: Site) -> tuple[Change, ...]:
+        """Return what is screened where its amplitudes have no tangent at zero.
+
+        One for each place or time of `screened_at`; where it has none, any number of them.
+        """
+        return ()
+
+    def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
+        """Return starts to be tried on top of what tangents propose, by name of parameter."""
+        return [{}]
+
+    def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
+        """Return points [m] and unit vectors that its numbers refer to, by name, (3,) each."""
+        return {}

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The effects that there are: a new one is added to the list."""
+
+from collections.abc import Iterable, Mapping
+
+from diffcal_ros.effects.added_mass import AddedMass
+from diffcal_ros.effects.air_drag import AirDrag
+from diffcal_ros.effects.anisotropy import Anisotropy
+from diffcal_ros.effects.camera_offset import CameraOffset
+from diffcal_ros.effects.clamp_offset import ClampOffset
+from diffcal_ros.effects.compliant_clamp import CompliantClamp
+from diffcal_ros.effects.contact_plane import ContactPlane
+from diffcal_ros.effects.creep import MaterialCreep
+from diffcal_ros.effects.depth_affine import DepthAffine
+from diffcal_ros.effects.depth_bias_by_region import DepthBiasByRegion
+from diffcal_ros.effects.effect import Effect, Numbers
+from diffcal_ros.effects.gravity_tilt import GravityTilt
+from diffcal_ros.effects.rest_curvature import RestCurvature
+from diffcal_ros.effects.stiffness_contrast import StiffnessContrast
+from diffcal_ros.effects.strain_stiffening import StrainStiffening
+from diffcal_ros.effects.time_offset import TimeOffset
+
+# Amplitudes and settings by identifier of the effect and by name, SI units.
+Amplitudes = Mapping[str, Numbers]
+
+# In this order they are listed, and act.
+_ALL = (
+    CameraOffset(),
+    DepthAffine(),
+    DepthBiasByRegion(),
+    TimeOffset(),
+    GravityTilt(),
+    AddedMass(),
+    ContactPlane(),
+    ClampOffset(),
+    CompliantClamp(),
+    RestCurvature(),
+    StiffnessContrast(),
+    StrainStiffening(),
+    Anisotropy(),
+    MaterialCreep(),
+    AirDrag(),
+)
+EFFECTS: dict[str, Effect] = {effect.identifier: effect for effect in _ALL}
+
+
+def effects_by_fit_name() -> dict[str, Effect]:
+    """Return the effects by what a fit calls them."""
+    return {effect.fit_name: effect for effect in EFFECTS.values()}
+
+
+def border_effects() -> list[Effect]:
+    """Return the effects of two materials, whose border is a setting."""
+    return [effect for effect in EFFECTS.values() if effect.has_border]
+
+
+def seen_border() -> Effect:
+    """Return the one of those whose border the depth camera sees."""
+    return next(effect for effect in border_effects() if effect.group == 'sensor')
+
+
+def what_settles(identifiers: Iterable[str]) -> str:
+    """Say what to record or measure to tell effects from their twins."""
+    ways = (way for name in identifiers for way in EFFECTS[name].settles)
+    return ', or '.join(dict.fromkeys(ways))

@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The body is bent when nothing pulls on it, about two axes across it."""
+
+from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
+from diffcal_ros.effects.rigid import pair_of
+from diffcal_ros.effects.site import Site
+from diffcal_ros.fem.conditions import Conditions
+
+
+class RestCurvature(Effect):
+    """A shape without stress that is an arc."""
+
+    identifier = 'rest_curvature'
+    group = 'shape'
+    components = tuple(Component(a, '1/m', -20.0, 20.0, 2.0, '1/m', 1.0) for a in ('a', 'b'))
+    sentence = 'the body is bent when nothing pulls on it'
+    settles = ('a pose with the body rolled by 180 degrees',)
+    twins = ('clamp_offset', 'gravity_tilt')
+
+    def conditions(self, own: Numbers, site: Site) -> Conditions:
+        """Return the curvature."""
+        return Conditions(rest_curvature=pair_of(own))
+
+    def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
+        """`a` and `b` are axes in the object's frame."""
+        return {'a': site.object_axes.axes[1], 'b': site.object_axes.axes[2]}

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What effects may know of the body, of its pixels, and of the fit they are missing from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Protocol
+
+from diffcal_ros.fem.body_axes import BodyAxes
+from diffcal_ros.rigid_transform import apply
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Site:
+    """The body in one posture.
+
+    Attributes:
+        object_axes: the body's axes in the object frame.
+        world_from_object: shape (4, 4).
+        rest_nodes: at rest, world frame [m], shape (N, 3).
+        stated_gravity: as the scene has it [m/s^2], world frame, shape (3,).
+        gravity: as it acts, shape (3,).
+        pivot: a point at the body of all postures, world frame [m], shape (3,); the origin where
+            that is near.
+        camera_pivot: about which the camera's offset turns, in its frame [m], shape (3,).
+    """
+
+    object_axes: BodyAxes
+    world_from_object: FloatArray
+    rest_nodes: FloatArray
+    stated_gravity: FloatArray
+    gravity: FloatArray
+    pivot: FloatArray
+    camera_pivot: FloatArray | None = None
+
+    @cached_property
+    def axes(self) -> BodyAxes:
+        """The body's axes in the world frame."""
+        own, placed = self.object_axes, self.world_from_object
+        return BodyAxes(
+            root=apply(placed, own.root),
+            axes=own.axes @ placed[:3, :3].T,
+            length=own.length,
+            center=apply(placed, own.center),
+        )
+
+    def to_world(self, vectors: FloatArray) -> FloatArray:
+        """Turn vectors of the object frame into the world frame, shape (..., 3)."""
+        return vectors @ self.world_from_object[:3, :3].T
+
+    def weights_at(self, place: float, width: float) -> FloatArray:
+        """Return weights of the free nodes around a place; they sum to one, shape (N,).
+
+        Args:
+            place: share of the free length.
+            width: standard deviation, as a share of it.
+        """
+        share = self.axes.share(self.rest_nodes)
+        weights: FloatArray = np.exp(-0.5 * ((share - place) / width) ** 2)
+        weights[share == 0.0] = 0.0
+        return weights / weights.sum()
+
+
+@dataclass(frozen=True)
+class Tets:
+    """The body's tetrahedra.
+
+    Attributes:
+        share: how far along the free part each is, 0 at the clamp, 1 at the tip, shape (T,).
+        is_second: which are of another region than the first, shape (T,); None: there is one.
+    """
+
+    share: FloatArray
+    is_second: BoolArray | None
+
+    def second(self, border: float) -> BoolArray:
+        """Tell which are of another material than the first, shape (T,).
+
+        Args:
+            border: share of the free part at which a scene of one region is split.
+        """
+        return self.share > border if self.is_second is None else self.is_second
+
+
+class SeenPixels(NamedTuple):
+    """Pixels that show the body.
+
+    Attributes:
+        depth: true one, or what a model leaves of it [m].
+        is_second: which show another material than the first, as `depth`.
+    """
+
+    depth: FloatArray
+    is_second: BoolArray
+
+
+class FitsSeen(Protocol):
+    """The nominal fit as effects see it that propose starts.
+
+    Attributes:
+        begin: its parameters where it began, by name.
+        end: where it ended.
+    """
+
+    begin: Mapping[str, float]
+    end: Mapping[str, float]
+
+    def heights(self) -> list[FloatArray]:
+        """Return how high the body's surface is in each view, in the world [m], (n,) each."""
+
+    def residuals(self, values: Mapping[str, float]) -> list[SeenPixels]:
+        """Return what each view leaves at some parameters; none where they are not simulated."""

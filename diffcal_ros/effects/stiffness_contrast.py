@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""One part of the body is stiffer than another: a step, or a gradient along it."""
+
+from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
+from diffcal_ros.effects.site import Tets
+import numpy as np
+
+
+class StiffnessContrast(Effect):
+    """What is added to the logarithm of Young's modulus, from one end to the other."""
+
+    identifier = 'stiffness_contrast'
+    group = 'material'
+    components = tuple(
+        Component(name, '1', -4.0, 4.0, 1.0, 'log E', 1.0) for name in ('split', 'along')
+    )
+    sentence = 'one part of the body is stiffer than another'
+    settles = ('a twist besides the bend',)
+    twins = ('added_mass', 'compliant_clamp')
+    settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
+    has_border = True
+    variants = (('split',), ('along',))
+
+    def log_modulus_mode(self, component: str, own: Numbers, tets: Tets) -> FloatArray:
+        """Return a step at the border, or a gradient, shape (T,)."""
+        if component == 'along':
+            return tets.share - 0.5
+        return np.where(tets.second(own['at']), 0.5, -0.5)
