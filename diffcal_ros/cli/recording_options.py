@@ -36,7 +36,9 @@ def add_input_options(group: Any) -> None:
     )
     group.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
     group.add_argument(
-        '--allow-truncated', action='store_true', help='read what is left of a cut-off file'
+        '--allow-truncated',
+        action='store_true',
+        help='read what is left of a damaged or cut-off recording; what is lost is counted',
     )
 
 
