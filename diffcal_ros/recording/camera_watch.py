@@ -59,10 +59,8 @@ class CameraWatch:
                 self._compare(raw)
 
     def _beside(self, image: Entry) -> Entry | None:
-        """Return the camera_info nearest to an image, None where there is none in its file."""
-        place = bisect_right(
-            self._infos, image[:2], key=lambda info: (info.file, info.log_time_ns)
-        )
+        """Return the camera_info that was recorded nearest to an image."""
+        place = bisect_right(self._infos, _order(image), key=_order)
         near = self._infos[max(place - 1, 0) : place + 1]
         return min(near, key=lambda info: _distance(info, image), default=None)
 
@@ -82,6 +80,10 @@ class CameraWatch:
                 f'{_words(now)}: record with one resolution, zoom and focus, or cut the '
                 'recording where they change'
             )
+
+
+def _order(entry: Entry) -> tuple[int, int]:
+    return entry.file, entry.log_time_ns
 
 
 def _distance(info: Entry, image: Entry) -> tuple[int, int]:

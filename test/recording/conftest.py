@@ -93,14 +93,28 @@ def write_bag(
 
 @pytest.fixture
 def rewrite(tmp_path: Path) -> Callable[..., Path]:
-    """Write the messages of a bag anew, arranged as asked for (options of mcap's Writer)."""
+    """Write the messages of a bag anew, arranged as asked for (options of mcap's Writer).
 
-    def write(bag: Path, *, name: str = 'other.mcap', **options) -> Path:
+    `foreign` is one more message before them: topic, type and bytes.
+    """
+
+    def write(
+        bag: Path,
+        *,
+        name: str = 'other.mcap',
+        foreign: tuple[str, str, bytes] | None = None,
+        **options,
+    ) -> Path:
         target = tmp_path / name
         with next(bag.glob('*.mcap')).open('rb') as source, target.open('wb') as stream:
             writer = Writer(stream, **options)
             writer.start('ros2')
             channels = {}
+            if foreign is not None:
+                topic, type_name, content = foreign
+                number = writer.register_schema(type_name, 'ros2msg', b'')
+                channels[topic] = writer.register_channel(topic, 'cdr', number)
+                writer.add_message(channels[topic], START_NS, content, START_NS)
             for schema, channel, record in make_reader(source).iter_messages():
                 if channel.topic not in channels:
                     number = writer.register_schema(schema.name, schema.encoding, schema.data)

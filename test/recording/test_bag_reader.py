@@ -7,7 +7,9 @@ import shutil
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
+from diffcal_ros.recording.recorded_frames import read_frames
 from diffcal_ros.recording.ros_messages import image_message, message, transform_message
+from diffcal_ros.recording.topics import TF_TYPE, TRANSFORM_TYPE
 from diffcal_ros.rigid_transform import inverse
 from mcap.writer import IndexType
 import numpy as np
@@ -292,6 +294,33 @@ def test_unusable_transforms_elsewhere_do_not_matter(write_bag, depth_from_color
 
     recording = open_recording(write_bag(extra=write))
     np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
+
+
+def test_transforms_on_topics_of_their_own_do_not_matter_either(write_bag, depth_from_color):
+    def write(bag):
+        zero = transform_message(np.eye(4), parent='world', child='rig', stamp_ns=START_NS)
+        zero.transform.rotation.w = 0.0
+        bag.write('/vicon/rig', zero, START_NS)
+        lost = transform_message(np.eye(4), parent='', child='', stamp_ns=START_NS)
+        lost.transform.translation.x = np.nan
+        bag.write('/vicon/lost', lost, START_NS)
+
+    recording = open_recording(write_bag(extra=write))
+    np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
+
+
+@pytest.mark.parametrize('topic', ['/tf', '/tf_static', '/arm/tf_static', '/vicon'])
+@pytest.mark.parametrize('content', [b'', b'\x00\x01\x00\x00', b'\xff' * 40])
+def test_garbled_transforms_elsewhere_do_not_matter(
+    write_bag, rewrite, depth_from_color, topic, content
+):
+    type_name = TRANSFORM_TYPE if topic == '/vicon' else TF_TYPE
+    file = rewrite(write_bag(), foreign=(topic, type_name, content))
+    recording = open_recording(file)
+    np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
+    frames = read_frames(recording.messages)
+    found = frames.find('camera_depth_optical_frame', 'camera_color_optical_frame')
+    np.testing.assert_allclose(found, depth_from_color, atol=1e-12)
 
 
 def test_an_unusable_transform_that_is_needed_is_refused(write_bag):
