@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Read the sample's bag in ten layouts, damaged in seven ways, and count what comes of it.
+"""Read the sample's bag in twelve layouts, damaged in eight ways, and count what comes of it.
 
-    python -m benchmarks.faults [--each 15] [--seed 20]
+    python -m benchmarks.faults [--each 11] [--seed 20]
 
 Each damaged file is read strictly and with what --allow-truncated does. Prints a table and every
 fault, writes benchmarks/results/faults.json, and exits with 1 when there was a fault.

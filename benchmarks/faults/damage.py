@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.faults.layouts import Written
 
-KINDS = ('cut', 'bit', 'bit in a head', 'three bits', 'zeros', 'noise', 'removed')
+KINDS = ('cut', 'bit', 'bit in a head', 'three bits', 'zeros', 'noise', 'removed', 'repeated')
 _HEAD = 48  # Bytes of a record that say what and how long it is.
 _LONGEST = 40_000
 
@@ -53,13 +53,14 @@ def draw_damage(written: Written, kind: str, random: np.random.Generator) -> Dam
     end = start + length
     if kind == 'removed':
         return Damage(kind, bytes(content[:start] + content[end:]), ((start, end),))
+    if kind == 'repeated':
+        # A place where bytes were put in between, and none is changed.
+        return Damage(kind, bytes(content[:end] + content[start:]), ((end, end),))
     fill = bytes(length) if kind == 'zeros' else random.bytes(length)
     content[start:end] = fill
-    changed = tuple(
-        (start + int(one), start + int(one) + 1)
-        for one in np.flatnonzero(_array(fill) != _array(written.content[start:end]))
-    )
-    return Damage(kind, bytes(content), ((changed[0][0], changed[-1][1]),) if changed else ())
+    changed = start + np.flatnonzero(_array(fill) != _array(written.content[start:end]))
+    spoilt = ((int(changed[0]), int(changed[-1]) + 1),) if changed.size else ()
+    return Damage(kind, bytes(content), spoilt)
 
 
 def _flipped(

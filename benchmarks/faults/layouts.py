@@ -43,6 +43,7 @@ class Layout:
         has_index: whether chunks are followed by message indexes and the summary lists them.
         has_summary: whether statistics and channels stand behind the data.
         has_end: False for a recorder that was killed.
+        is_split: whether this is the second file of a bag, with a metadata.yaml.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Layout:
     has_index: bool = True
     has_summary: bool = True
     has_end: bool = True
+    is_split: bool = False
 
 
 LAYOUTS = (
@@ -66,6 +68,8 @@ LAYOUTS = (
     Layout('no summary', compression='', has_summary=False),
     Layout('recorder killed', compression='', has_end=False),
     Layout('neither chunks nor summary', None, False, False, False, False, False),
+    Layout('split bag', compression='', is_split=True),
+    Layout('split bag, fastwrite', None, False, False, False, False, is_split=True),
 )
 
 

@@ -3,7 +3,7 @@
 """Read a damaged file and judge what came of it, by what is known of the damage alone."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from diffcal_ros.recording.bag_reader import open_recording
 import numpy as np
 
 from benchmarks.faults.damage import Damage
-from benchmarks.faults.layouts import Written
+from benchmarks.faults.layouts import Recorded, Written
 
 PATIENCE = 10.0  # [s]
 DEPTH, COLOR = '/depth/image_rect_raw', '/color/image_raw'
@@ -27,7 +27,8 @@ class Verdict:
     """What came of reading a file.
 
     Attributes:
-        outcome: refused, read whole, read in part, or one of `FAULTS`.
+        outcome: refused, read whole, read in part, topic renamed (by a flipped bit in a file in
+            which nothing states the name twice), or one of `FAULTS`.
         detail: in words.
         intact: images that the damage did not hit.
         saved: those of them that were read.
@@ -41,16 +42,14 @@ class Verdict:
     seconds: float = 0.0
 
 
-def judge(file: Path, written: Written, damage: Damage, *, is_tolerant: bool) -> Verdict:
-    """Write the damaged file, read it, and judge."""
-    file.write_bytes(damage.content)
+def judge(bag: Path, truth: 'Truth', *, is_tolerant: bool) -> Verdict:
+    """Read a damaged recording and judge."""
     begun = time.perf_counter()
-    truth = _Truth(written, damage)
     try:
         with _time_limit():
-            found = _read(file, is_tolerant=is_tolerant)
+            found = _read(bag, is_tolerant=is_tolerant)
     except InputError as error:
-        outcome, detail = truth.judge_refusal(str(error), is_tolerant=is_tolerant)
+        outcome, detail = truth.judge_refusal(str(error))
         return Verdict(outcome, detail, truth.intact, 0, time.perf_counter() - begun)
     except _HangError:
         return Verdict('hang', '', truth.intact, 0, PATIENCE)
@@ -90,24 +89,32 @@ def _read(file: Path, *, is_tolerant: bool) -> _Found:
     )
 
 
-class _Truth:
-    """What there is to be found."""
+class Truth:
+    """What there is to be found in a damaged recording."""
 
-    def __init__(self, written: Written, damage: Damage) -> None:
+    def __init__(self, written: Written, damage: Damage, beside: Sequence[Recorded] = ()) -> None:
+        """Take what is known.
+
+        Args:
+            written: the file before it was damaged.
+            damage: what happened to it.
+            beside: messages of another file of the bag, which is sound.
+        """
         self._damage = damage
         self._layout = written.layout
-        self._all = Counter(message.topic for message in written.messages)
-        self._intact: dict[str, dict[int, bytes]] = {DEPTH: {}, COLOR: {}}
-        self._whole = _images(written, range(len(written.messages)))
+        self._all = Counter(message.topic for message in (*written.messages, *beside))
+        self._total = self._all.total()
+        self._descriptions = [
+            (place.start, place.end) for place in written.places if place.kind == 'description'
+        ]
+        self._whole = _images((*written.messages, *beside))
         left = [
-            number
+            written.messages[number]
             for place in written.places
             if place.messages and not damage.hits(place.start, place.end)
             for number in place.messages
         ]
-        self._intact = _images(written, left)
-        data_end = max(place.end for place in written.places if place.messages)
-        self._is_data_hit = damage.hits(0, data_end)
+        self._intact = _images((*left, *beside))
 
     @property
     def intact(self) -> int:
@@ -120,14 +127,26 @@ class _Truth:
             for stamp, image in images.items()
         )
 
-    def judge_refusal(self, message: str, *, is_tolerant: bool) -> tuple[str, str]:
-        # What is not even damaged must be read; the damage may have hit nothing.
+    def judge_refusal(self, message: str) -> tuple[str, str]:
+        # Damage may have hit nothing: then the recording must be read.
         is_whole = not self._damage.spoilt and self._layout.has_end
         if is_whole or len(message) > 600:
             return 'refused needlessly', message
         return 'refused', message
 
     def judge(self, found: _Found) -> tuple[str, str]:
+        outcome, detail = self._judge(found)
+        if outcome == 'silent loss' and self._is_renamed and found.counts.total() == self._total:
+            return 'topic renamed', detail
+        return outcome, detail
+
+    @property
+    def _is_renamed(self) -> bool:
+        """Tell whether a topic or type has another name and nothing in the file can show it."""
+        is_bare = self._layout.compression is None and not self._layout.has_summary
+        return is_bare and any(self._damage.hits(*place) for place in self._descriptions)
+
+    def _judge(self, found: _Found) -> tuple[str, str]:
         lost = self._all - found.counts
         if (lost or found.counts - self._all) and not found.is_told:
             return 'silent loss', f'{dict(lost)}'
@@ -156,10 +175,9 @@ class _Truth:
         )
 
 
-def _images(written: Written, numbers) -> dict[str, dict[int, bytes]]:
+def _images(messages: Sequence[Recorded]) -> dict[str, dict[int, bytes]]:
     images: dict[str, dict[int, bytes]] = {DEPTH: {}, COLOR: {}}
-    for number in numbers:
-        message = written.messages[number]
+    for message in messages:
         if message.topic in images:
             stamp, pixels = _pixels(message.data)
             images[message.topic][stamp] = (

@@ -71,7 +71,6 @@ def open_inputs(
     Raises:
         InputError: when a recording or its pose cannot be used.
     """
-    _require_different(bags)
     pairs = _paired(scene, bags)
     recordings: list[Recording] = []
     takes: list[tuple[Observation, ...]] = []
@@ -90,15 +89,6 @@ def open_inputs(
         takes.append(take)
         notes.extend(f'{_name(take)}: {note}' for note in own_notes)
     return OfflineInputs(scene, tuple(recordings), tuple(takes), tuple(notes))
-
-
-def _require_different(bags: Sequence[Path]) -> None:
-    given = [bag.resolve() for bag in bags]
-    for bag, place in zip(bags, given, strict=True):
-        if given.count(place) > 1:
-            raise RecordingError(
-                f'{bag} was given twice, and every frame would count twice: give it once'
-            )
 
 
 def _name(take: Sequence[Observation]) -> str:

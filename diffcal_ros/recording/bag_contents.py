@@ -8,7 +8,7 @@ from pathlib import Path
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.plain_text import listed, plain
 from diffcal_ros.recording.bag_files import BagFiles
-from diffcal_ros.recording.mcap_damage import Rescued
+from diffcal_ros.recording.mcap_damage import Rescued, UNKNOWN_TOPIC
 from diffcal_ros.recording.mcap_index import Entry, FileIndex
 
 _CURE = (
@@ -130,5 +130,6 @@ class BagContents:
             if not self._problems:
                 self._problems.append('metadata.yaml counts more messages than there are')
             self.lost[topic] = max(self.lost[topic], wanted - have)
-        # Now everything is counted, whatever the files themselves tell.
+        # Now everything is counted, by topic, whatever the files themselves tell.
         self._is_counted = True
+        del self.lost[UNKNOWN_TOPIC]

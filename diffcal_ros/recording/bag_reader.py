@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _OWN_TOPIC = 'depth_from_color'
+_SCENE_CURE = 'correct it in the scene, or leave it out to use the camera_info'
 
 
 def open_recording(
@@ -94,9 +95,17 @@ def _depth_camera(
             )
         camera = camera_of(info, topic=topic, image_topic=depth.name)
         require_undistorted(camera, topic=topic, image_topic=depth.name)
+        require_size(camera, depth.width, depth.height, topic=topic, image_topic=depth.name)
     else:
-        topic, camera = "the scene's camera", given
-    require_size(camera, depth.width, depth.height, topic=topic, image_topic=depth.name)
+        camera = given
+        require_size(
+            camera,
+            depth.width,
+            depth.height,
+            topic="the scene's camera",
+            image_topic=depth.name,
+            cure=_SCENE_CURE,
+        )
     return camera
 
 
@@ -109,19 +118,27 @@ def _color(
         return None, None, ''
     color = ranked[0]
     topic = camera_info_of(color.name)
+    info = None if given is not None else _camera_info(messages, topic)
+    if given is None and info is None:
+        return color, None, f'there is no camera_info {topic} for {color.name}'
     try:
-        camera = given
-        if camera is None:
-            info = _camera_info(messages, topic)
-            if info is None:
-                return color, None, f'there is no camera_info {topic} for {color.name}'
+        if given is None:
             camera = camera_of(info, topic=topic, image_topic=color.name)
-        if not color.is_compressed:
-            owner = topic if given is None else "the scene's color_camera"
-            require_size(camera, color.width, color.height, topic=owner, image_topic=color.name)
+            _require_color_size(camera, color, topic)
+        else:
+            camera = given
+            _require_color_size(camera, color, "the scene's color_camera", cure=_SCENE_CURE)
     except RecordingError as error:
         return color, None, str(error)
     return color, camera, ''
+
+
+def _require_color_size(camera: PinholeCamera, color: ImageTopic, owner: str, **cure: str) -> None:
+    # The size of compressed images is known only when they are unpacked.
+    if not color.is_compressed:
+        require_size(
+            camera, color.width, color.height, topic=owner, image_topic=color.name, **cure
+        )
 
 
 def _camera_info(messages: McapMessages, topic: str) -> Any:

@@ -74,7 +74,13 @@ def require_undistorted(camera: PinholeCamera, *, topic: str, image_topic: str) 
 
 
 def require_size(
-    camera: PinholeCamera, width: int, height: int, *, topic: str, image_topic: str
+    camera: PinholeCamera,
+    width: int,
+    height: int,
+    *,
+    topic: str,
+    image_topic: str,
+    cure: str = 'record the camera_info that belongs to the images',
 ) -> None:
     """Refuse a camera of another size than its images.
 
@@ -84,5 +90,5 @@ def require_size(
     if (camera.width, camera.height) != (width, height):
         raise RecordingError(
             f'{topic} is for {camera.width}x{camera.height} pixels, but {image_topic} has '
-            f'{width}x{height}: record the camera_info that belongs to the images'
+            f'{width}x{height}: {cure}'
         )
