@@ -39,12 +39,14 @@ class RawMessage(NamedTuple):
         type_name: for example sensor_msgs/msg/Image.
         log_time_ns: when it was recorded [ns].
         data: CDR bytes.
+        entry: where it stands.
     """
 
     topic: str
     type_name: str
     log_time_ns: int
     data: bytes
+    entry: Entry
 
 
 class McapMessages:
@@ -111,7 +113,7 @@ class McapMessages:
             RecordingError: when their bytes have changed.
         """
         for entry, data in self._data(self.entries(topic) if entries is None else entries):
-            yield RawMessage(topic, self.types[topic], entry.log_time_ns, data)
+            yield RawMessage(topic, self.types[topic], entry.log_time_ns, data, entry)
 
     def read_all(self, topics: Sequence[str] | None = None) -> Iterator[RawMessage]:
         """Read messages of several topics in the order of recording; None for all topics."""
@@ -130,7 +132,7 @@ class McapMessages:
         """
         data = self._data([entry for _, entry in places])
         for (topic, _), (entry, content) in zip(places, data, strict=True):
-            yield RawMessage(topic, self.types[topic], entry.log_time_ns, content)
+            yield RawMessage(topic, self.types[topic], entry.log_time_ns, content, entry)
 
     def _data(self, entries: Sequence[Entry]) -> Iterator[tuple[Entry, bytes]]:
         unpacker = _Unpacker(self._files)

@@ -68,7 +68,7 @@ class Recording:
     messages: McapMessages = field(repr=False)
     is_depth_camera_given: bool = False
     is_color_camera_given: bool = False
-    _skipped: dict[tuple[str, int], str] = field(default_factory=dict, repr=False)
+    _skipped: dict[tuple[str, Entry], str] = field(default_factory=dict, repr=False)
 
     @property
     def depth_count(self) -> int:
@@ -166,7 +166,7 @@ class Recording:
         return CameraWatch(self.messages, topic, camera).read
 
     def _skip(self, raw: RawMessage, reason: ValueError) -> None:
-        self._skipped[raw.topic, raw.log_time_ns] = plain(str(reason), 200)
+        self._skipped[raw.topic, raw.entry] = plain(str(reason), 200)
 
     def _depth_frame(self, raw: RawMessage) -> DepthFrame:
         image = deserialize(raw.data, raw.type_name)

@@ -9,12 +9,14 @@ import zlib
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
+from diffcal_ros.recording.color_frame import decode_compressed
 from diffcal_ros.recording.ros_messages import camera_info_message, image_message, message
 import lz4.frame
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk, DataEnd, Footer, Header
 from mcap.writer import CompressionType
 import numpy as np
+from PIL import Image
 import pytest
 import zstandard
 
@@ -218,3 +220,26 @@ def test_the_true_reason_is_told_where_the_colour_camera_is_unusable(
     assert recording.color_camera is None
     assert problem in recording.color_problem
     assert recording.notes == (recording.color_problem,)
+
+
+def test_bad_frames_of_one_time_are_counted_each(write_bag):
+    def write(bag):
+        for _ in range(3):
+            image = image_message(
+                np.ones((5, 7), np.float32), encoding='32FC1', stamp_ns=START_NS, frame_id='d'
+            )
+            bag.write('/depth/image_rect_raw', image, START_NS)
+
+    recording = open_recording(write_bag(extra=write))
+    assert len(list(recording.depth_frames())) == 12
+    assert sum(recording.skipped.values()) == 3
+
+
+def test_compressed_images_that_claim_too_many_pixels_are_refused(tmp_path):
+    Image.new('1', (12_000, 9_000)).save(tmp_path / 'huge.png')
+    content = (tmp_path / 'huge.png').read_bytes()
+    with pytest.raises(ValueError, match='it would have 12000x9000 pixels'):
+        decode_compressed(content)
+    for end in range(0, len(content), 700):
+        with pytest.raises(ValueError, match='no JPEG or PNG that can be read'):
+            decode_compressed(content[:end])
