@@ -9,6 +9,7 @@ from itertools import combinations
 from pathlib import Path
 
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.plain_text import listed
 from diffcal_ros.recording.bag_information import BagInformation, read_information
 
 _METADATA = 'metadata.yaml'
@@ -65,7 +66,7 @@ def _in_directory(path: Path) -> BagFiles:
     names = sorted({_natural(file)[0] for file in found})
     if len(names) > 1:
         raise RecordingError(
-            f'{path} holds .mcap files of {len(names)} recordings ({_joined(names)}) and no '
+            f'{path} holds .mcap files of {len(names)} recordings ({listed(names)}) and no '
             f'{_METADATA} that tells which belong together: give one of the files, or a folder '
             'for each recording'
         )
@@ -91,9 +92,9 @@ def _listed(path: Path, information: BagInformation) -> BagFiles:
     notes = [f'{name} is not read: {_METADATA} does not list it' for name in others]
     missing = tuple(file.name for file in files if file not in there)
     if not there:
-        have = f'the folder holds {_joined(others)}' if others else 'there is no other .mcap file'
+        have = f'the folder holds {listed(others)}' if others else 'there is no other .mcap file'
         raise RecordingError(
-            f'{path} lacks {_joined(missing)}, which its {_METADATA} lists ({have}): copy the '
+            f'{path} lacks {listed(missing)}, which its {_METADATA} lists ({have}): copy the '
             'whole bag again, or give an .mcap file itself'
         )
     return BagFiles(tuple(there), missing, information.counts, tuple(notes))
@@ -133,11 +134,6 @@ def _natural(file: Path) -> tuple[str, int]:
     """Sort bag_10.mcap behind bag_9.mcap."""
     stem, _, number = file.stem.rpartition('_')
     return (stem, int(number)) if number.isdecimal() else (file.stem, -1)
-
-
-def _joined(names: Sequence[str], most: int = 4) -> str:
-    more = f' and {len(names) - most} more' if len(names) > most else ''
-    return ', '.join(names[:most]) + more
 
 
 def _cure(path: Path) -> str:

@@ -134,6 +134,8 @@ def index_whole(path: Path, number: int, ending: Ending) -> FileIndex:
             if is_described_otherwise(index, summary):
                 raise ValueError('it describes a topic in two ways')
         _check_counts(index, counted)
+        if summary.statistics and summary.statistics.message_count != sum(index.counts.values()):
+            raise ValueError('it counts another number of messages')
     except Exception as error:  # Parsers raise what they happen to raise.
         raise corrupt(path, f'its records cannot be read ({error})') from error
     return index

@@ -11,10 +11,14 @@ from diffcal_ros.recording.recorded_frames import read_frames
 from diffcal_ros.recording.ros_messages import image_message, message, transform_message
 from diffcal_ros.recording.topics import TF_TYPE, TRANSFORM_TYPE
 from diffcal_ros.rigid_transform import inverse
-from mcap.writer import IndexType
+from mcap.reader import make_reader
+from mcap.writer import IndexType, Writer
 import numpy as np
 from PIL import Image
 import pytest
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as RosbagsWriter
+from rosbags.typesys import get_typestore, Stores
 
 START_NS = 1_628_838_841_927_753_400
 PERIOD_NS = 33_333_333
@@ -359,3 +363,51 @@ def test_written_frames_keep_their_own_copy(write_bag):
     assert isinstance(first, DepthFrame)
     first.depth[:] = 0.0
     assert np.nanmax(second.depth) > 0.0
+
+
+@pytest.mark.parametrize('options', [{}, {'enable_crcs': False}, {'use_chunking': False}])
+def test_what_else_a_file_may_hold_is_passed_over(write_bag, tmp_path, options):
+    file = tmp_path / 'more.mcap'
+    with next(write_bag().glob('*.mcap')).open('rb') as source, file.open('wb') as target:
+        writer = Writer(target, **options)
+        writer.start('ros2')
+        writer.add_metadata('rosbag2', {'serialized_metadata': 'x: 1'})
+        writer.add_attachment(1, 2, 'notes.txt', 'text/plain', b'hello')
+        # A channel without a schema, and one without messages.
+        writer.register_channel('/idle', 'cdr', 0)
+        channels = {'/bare': writer.register_channel('/bare', 'json', 0)}
+        writer.add_message(channels['/bare'], START_NS, b'{}', START_NS)
+        for schema, channel, record in make_reader(source).iter_messages():
+            if channel.topic not in channels:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.topic] = writer.register_channel(channel.topic, 'cdr', number)
+            writer.add_message(
+                channels[channel.topic], record.log_time, record.data, record.publish_time
+            )
+        writer.finish()
+    for is_tolerant in (False, True):
+        recording = open_recording(file, allow_truncated=is_tolerant)
+        assert recording.topic_counts['/bare'] == 1
+        assert len(list(recording.depth_frames())) == 12
+        assert recording.notes == ()
+
+
+def test_bags_of_another_writer_are_read(write_bag, tmp_path, depth_images):
+    types = get_typestore(Stores.ROS2_JAZZY)
+    path = tmp_path / 'rosbags'
+    with RosbagsWriter(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections = {}
+        for raw in open_recording(write_bag()).messages.read_all():
+            if raw.topic not in connections:
+                connections[raw.topic] = writer.add_connection(
+                    raw.topic, raw.type_name, typestore=types
+                )
+            writer.write(connections[raw.topic], raw.log_time_ns, raw.data)
+        # Described last: its chunk holds no message.
+        writer.add_connection('/idle', 'std_msgs/msg/Float64', typestore=types)
+    for is_tolerant in (False, True):
+        recording = open_recording(path, allow_truncated=is_tolerant)
+        np.testing.assert_array_equal(
+            [frame.depth for frame in recording.depth_frames()], depth_images
+        )
+        assert recording.notes == ()

@@ -87,9 +87,9 @@ def test_a_message_index_that_is_cut_short(write_bag, rewrite, reach):
     assert open_recording(file, allow_truncated=True).depth_count == 12
 
 
-def test_a_thousand_topics_are_counted_and_not_listed(write_bag):
+def test_many_topics_are_counted_and_not_listed(write_bag):
     def write(bag):
-        for number in range(1000):
+        for number in range(200):
             bag.write(f'/t{number}', message('std_msgs/msg/Float64', data=0.0), START_NS)
 
     with pytest.raises(RecordingError, match=r'no depth topic, only .* and \d+ more: ') as caught:
@@ -236,9 +236,9 @@ def test_bad_frames_of_one_time_are_counted_each(write_bag):
 
 
 def test_compressed_images_that_claim_too_many_pixels_are_refused(tmp_path):
-    Image.new('1', (12_000, 9_000)).save(tmp_path / 'huge.png')
+    Image.new('1', (10_000, 7_000)).save(tmp_path / 'huge.png')
     content = (tmp_path / 'huge.png').read_bytes()
-    with pytest.raises(ValueError, match='it would have 12000x9000 pixels'):
+    with pytest.raises(ValueError, match='it would have 10000x7000 pixels'):
         decode_compressed(content)
     for end in range(0, len(content), 700):
         with pytest.raises(ValueError, match='no JPEG or PNG that can be read'):
