@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Focal length over width or height: less is no lens.
+_SHORTEST = 0.01
+
 
 @dataclass(frozen=True)
 class PinholeCamera:
@@ -45,6 +48,12 @@ class PinholeCamera:
                 f'focal length is fx={self.fx:g}, fy={self.fy:g}: both must be positive; '
                 'an uncalibrated camera publishes zeros, so calibrate it or give the '
                 "intrinsics in the scene file under 'camera'"
+            )
+        if self.fx < self.width * _SHORTEST or self.fy < self.height * _SHORTEST:
+            raise ValueError(
+                f'focal length is fx={self.fx:g}, fy={self.fy:g} px for {self.width}x'
+                f'{self.height} pixels, more than 178 degrees in view: it is counted in pixels, '
+                f'at least {self.width * _SHORTEST:g} and {self.height * _SHORTEST:g}'
             )
 
     @property

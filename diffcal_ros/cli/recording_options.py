@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from diffcal_ros.offline.calibrate_recordings import OfflineInputs
+    from diffcal_ros.recording.recording import Recording
     from diffcal_ros.scene.model import Scene
 
 
@@ -36,7 +39,9 @@ def add_input_options(group: Any) -> None:
     )
     group.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
     group.add_argument(
-        '--allow-truncated', action='store_true', help='read what is left of a cut-off file'
+        '--allow-truncated',
+        action='store_true',
+        help='read what is left of a damaged or cut-off recording; what is lost is counted',
     )
 
 
@@ -48,13 +53,33 @@ def open_asked(args: argparse.Namespace, scene: 'Scene') -> 'OfflineInputs':
     """
     from diffcal_ros.offline.calibrate_recordings import open_inputs
 
-    return open_inputs(
+    inputs = open_inputs(
         scene,
         args.bags,
         pose_source=args.pose,
         depth_topic=args.depth_topic,
         allow_truncated=args.allow_truncated,
     )
+    if args.bags:
+        _require_different(inputs.recordings)
+    return inputs
+
+
+def _require_different(recordings: 'Sequence[Recording]') -> None:
+    """Refuse the same files under whatever names.
+
+    A scene may well name one bag for several observations, such as swings at several times.
+    """
+    from diffcal_ros.errors import RecordingError
+
+    known: dict[str, Recording] = {}
+    for recording in recordings:
+        other = known.setdefault(recording.sha256, recording)
+        if other is not recording:
+            raise RecordingError(
+                f'{other.path} and {recording.path} hold the same, and every frame would count '
+                'twice: give it once'
+            )
 
 
 def asked_fit(args: argparse.Namespace, scene: 'Scene') -> tuple[str, ...] | None:

@@ -32,7 +32,7 @@ class ReplaySettings:
         is_looping: start again at the end, with stamps that go on.
         is_paused: stand still, except for single steps.
         depth_topic: where it has several; empty chooses.
-        allow_truncated: use what stands before the cut of a file.
+        allow_truncated: use what is left of a damaged recording.
         patience: how long to wait at most for subscribers before the first message [s].
     """
 
@@ -130,9 +130,6 @@ class Player:
             )
             self._outlet.opened(recording)
             self._notes = recording.notes
-            if recording.saved_count is not None:
-                saved = f'the file is truncated; {recording.saved_count} messages were saved'
-                self._notes = (*self._notes, saved)
             self._wait_for_listeners()
             self._play(recording)
         except InputError as error:

@@ -65,7 +65,8 @@ def open_inputs(
         pose_source: `estimated` from the marker, `stored`, `tf` or `topic`; None: as the scene
             says, or else `estimated`.
         depth_topic: where a recording has several.
-        allow_truncated: read what is left of a cut-off file.
+        allow_truncated: read what is left of damaged, cut-off and missing files; notes say what
+            is lost.
 
     Raises:
         InputError: when a recording or its pose cannot be used.
@@ -77,7 +78,11 @@ def open_inputs(
     for setup_index, bag in pairs:
         with _naming(bag):
             recording = open_recording(
-                bag, depth_topic=depth_topic, allow_truncated=allow_truncated
+                bag,
+                depth_topic=depth_topic,
+                depth_camera=scene.depth_camera,
+                color_camera=scene.color_camera,
+                allow_truncated=allow_truncated,
             )
             take, own_notes = observe(scene, setup_index, recording, pose_source=pose_source)
         recordings.append(recording)
@@ -155,10 +160,22 @@ def describe_inputs(inputs: OfflineInputs, settings: CalibrationSettings) -> dic
                 'sha256': recording.sha256,
                 'depth_topic': recording.depth_topic,
                 'frames': sum(observation.frame_count for observation in take),
+                **_losses(recording),
             }
             for recording, take in zip(inputs.recordings, inputs.takes, strict=True)
         ],
         'notes': list(inputs.notes),
+    }
+
+
+def _losses(recording: Recording) -> dict[str, object]:
+    """Return what result.json says of a recording that is not whole."""
+    if recording.saved_count is None:
+        return {}
+    return {
+        'damaged': True,
+        'messages_read': recording.saved_count,
+        'messages_lost': recording.lost_counts,
     }
 
 

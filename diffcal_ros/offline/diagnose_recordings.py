@@ -3,6 +3,7 @@
 """Diagnose from recordings and write the verdict."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from diffcal_ros import __version__
@@ -32,6 +33,9 @@ def run_diagnosis(
         InputError: when something given is wrong, or `out` cannot be written.
     """
     course = diagnose(inputs.scene, inputs.observations, settings, tell=tell)
+    damage = tuple(note for one in inputs.recordings for note in one.messages.notes)
+    notes = (*course.diagnosis.notes, *damage)
+    course = replace(course, diagnosis=replace(course.diagnosis, notes=notes))
     described = describe_inputs(inputs, CalibrationSettings(fit=settings.fit))
     course = course.described(
         version=__version__,

@@ -120,7 +120,13 @@ def _source(scene: Scene, setup_index: int, recording: Recording, asked: str | N
 
 def _estimated_pose(scene: Scene, recording: Recording, sight: Sight) -> CameraPose:
     marker = required_marker(scene)
-    color_camera = scene.color_camera or recording.color_camera
+    is_given = recording.is_color_camera_given or scene.color_camera is None
+    color_camera = recording.color_camera if is_given else scene.color_camera
+    if recording.color_topic is not None and color_camera is None:
+        raise PoseError(
+            f'{recording.path}: the marker cannot be looked for in {recording.color_topic}, '
+            f'{recording.color_problem}'
+        )
     if recording.color_topic is None or color_camera is None:
         raise PoseError(
             f'{recording.path} has no colour images with a camera_info to find the marker in: '

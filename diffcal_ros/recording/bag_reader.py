@@ -8,7 +8,8 @@ from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import RecordingError
-from diffcal_ros.recording.bag_files import mcap_files
+from diffcal_ros.plain_text import listed, plain
+from diffcal_ros.recording.bag_files import bag_files
 from diffcal_ros.recording.camera_infos import camera_of, require_size, require_undistorted
 from diffcal_ros.recording.image_topics import choose_color, choose_depth, ImageTopic
 from diffcal_ros.recording.mcap_messages import McapMessages
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _OWN_TOPIC = 'depth_from_color'
+_SCENE_CURE = 'correct it in the scene, or leave it out to use the camera_info'
 
 
 def open_recording(
@@ -43,15 +45,16 @@ def open_recording(
         color_topic: None chooses by name.
         depth_camera: used in place of camera_info.
         color_camera: likewise.
-        allow_truncated: use what stands before the cut of a file without its end.
+        allow_truncated: use what can be read of damaged, cut-off and missing files; a note
+            says what is lost.
 
     Raises:
         RecordingError: when the recording cannot be used; says why and what to do.
     """
-    messages = McapMessages(mcap_files(Path(path)), allow_truncated=allow_truncated)
+    messages = McapMessages(bag_files(Path(path)), allow_truncated=allow_truncated)
     depth = choose_depth(messages, depth_topic)
     camera = _depth_camera(messages, depth, depth_camera)
-    color, seen_by, notes = _color(messages, color_topic, color_camera)
+    color, seen_by, problem = _color(messages, color_topic, color_camera)
     return Recording(
         path=Path(path),
         sha256=messages.sha256,
@@ -63,9 +66,13 @@ def open_recording(
         color_frame_id='' if color is None else color.frame_id,
         depth_from_color=None if color is None else _depth_from_color(messages, depth, color),
         topic_counts={name: len(messages.entries(name)) for name in sorted(messages.types)},
+        color_problem=problem,
         saved_count=messages.saved_count,
-        notes=notes,
+        lost_counts=messages.lost,
+        notes=(*messages.notes, *([problem] if problem else [])),
         messages=messages,
+        is_depth_camera_given=depth_camera is not None,
+        is_color_camera_given=color_camera is not None,
     )
 
 
@@ -77,45 +84,61 @@ def _depth_camera(
         info = _camera_info(messages, topic)
         if info is None:
             others = [
-                name
+                plain(name)
                 for name, type_name in sorted(messages.types.items())
                 if type_name == CAMERA_INFO_TYPE
             ]
-            have = f'the recording has {", ".join(others)}' if others else 'there is none at all'
+            have = f'the recording has {listed(others)}' if others else 'there is none at all'
             raise RecordingError(
                 f'there is no camera_info {topic} for {depth.name} ({have}): record it, or give '
                 "the intrinsics in the scene file under 'camera'"
             )
         camera = camera_of(info, topic=topic, image_topic=depth.name)
         require_undistorted(camera, topic=topic, image_topic=depth.name)
+        require_size(camera, depth.width, depth.height, topic=topic, image_topic=depth.name)
     else:
-        topic, camera = "the scene's camera", given
-    require_size(camera, depth.width, depth.height, topic=topic, image_topic=depth.name)
+        camera = given
+        require_size(
+            camera,
+            depth.width,
+            depth.height,
+            topic="the scene's camera",
+            image_topic=depth.name,
+            cure=_SCENE_CURE,
+        )
     return camera
 
 
 def _color(
     messages: McapMessages, wanted: str | None, given: PinholeCamera | None
-) -> tuple[ImageTopic | None, PinholeCamera | None, tuple[str, ...]]:
-    """Choose the colour topic and its camera; what is wrong there is a note, not an error."""
+) -> tuple[ImageTopic | None, PinholeCamera | None, str]:
+    """Choose the colour topic and its camera; what is wrong there is told, and no error."""
     ranked = choose_color(messages, wanted)
     if not ranked:
-        return None, None, ()
+        return None, None, ''
     color = ranked[0]
     topic = camera_info_of(color.name)
+    info = None if given is not None else _camera_info(messages, topic)
+    if given is None and info is None:
+        return color, None, f'there is no camera_info {topic} for {color.name}'
     try:
-        camera = given
-        if camera is None:
-            info = _camera_info(messages, topic)
-            if info is None:
-                return color, None, (f'there is no camera_info {topic} for {color.name}',)
+        if given is None:
             camera = camera_of(info, topic=topic, image_topic=color.name)
-        if not color.is_compressed:
-            owner = topic if given is None else "the scene's color_camera"
-            require_size(camera, color.width, color.height, topic=owner, image_topic=color.name)
+            _require_color_size(camera, color, topic)
+        else:
+            camera = given
+            _require_color_size(camera, color, "the scene's color_camera", cure=_SCENE_CURE)
     except RecordingError as error:
-        return color, None, (str(error),)
-    return color, camera, ()
+        return color, None, str(error)
+    return color, camera, ''
+
+
+def _require_color_size(camera: PinholeCamera, color: ImageTopic, owner: str, **cure: str) -> None:
+    # The size of compressed images is known only when they are unpacked.
+    if not color.is_compressed:
+        require_size(
+            camera, color.width, color.height, topic=owner, image_topic=color.name, **cure
+        )
 
 
 def _camera_info(messages: McapMessages, topic: str) -> Any:

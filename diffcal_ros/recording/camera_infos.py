@@ -6,9 +6,12 @@ from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.plain_text import listed, plain
 import numpy as np
 
 _MODELS = ('plumb_bob', 'rational_polynomial', '')
+# As many as OpenCV takes.
+_COEFFICIENTS = (4, 5, 8, 12, 14)
 
 
 def camera_of(info: Any, *, topic: str, image_topic: str) -> PinholeCamera:
@@ -33,8 +36,14 @@ def camera_of(info: Any, *, topic: str, image_topic: str) -> PinholeCamera:
         K, distortion = P[:, :3], np.zeros(0)
     if distortion.any() and info.distortion_model not in _MODELS:
         raise RecordingError(
-            f'{topic} has the lens model {info.distortion_model!r}: plumb_bob and '
+            f'{topic} has the lens model {plain(info.distortion_model)!r}: plumb_bob and '
             'rational_polynomial are known; give the rectified image topic'
+        )
+    if distortion.any() and len(distortion) not in _COEFFICIENTS:
+        raise RecordingError(
+            f'{topic} has {len(distortion)} distortion coefficients: a lens model has '
+            f'{listed([str(count) for count in _COEFFICIENTS])}; calibrate the camera again, or '
+            'give the rectified image topic'
         )
     try:
         return PinholeCamera(
@@ -65,7 +74,13 @@ def require_undistorted(camera: PinholeCamera, *, topic: str, image_topic: str) 
 
 
 def require_size(
-    camera: PinholeCamera, width: int, height: int, *, topic: str, image_topic: str
+    camera: PinholeCamera,
+    width: int,
+    height: int,
+    *,
+    topic: str,
+    image_topic: str,
+    cure: str = 'record the camera_info that belongs to the images',
 ) -> None:
     """Refuse a camera of another size than its images.
 
@@ -75,5 +90,5 @@ def require_size(
     if (camera.width, camera.height) != (width, height):
         raise RecordingError(
             f'{topic} is for {camera.width}x{camera.height} pixels, but {image_topic} has '
-            f'{width}x{height}: record the camera_info that belongs to the images'
+            f'{width}x{height}: {cure}'
         )

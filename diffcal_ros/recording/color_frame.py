@@ -19,6 +19,8 @@ _CHANNELS = {
     'mono8': (1, (0, 0, 0)),
 }
 COLOR_ENCODINGS = tuple(_CHANNELS)
+# A few kilobytes may claim to be gigabytes of pixels.
+_MOST_PIXELS = 64_000_000
 
 
 @dataclass(frozen=True)
@@ -78,11 +80,15 @@ def decode_compressed(data: bytes | memoryview | ByteArray) -> ByteArray:
     Raises:
         ValueError: when it is neither.
     """
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     try:
-        with Image.open(BytesIO(bytes(data))) as image:
+        with Image.open(BytesIO(bytes(data)), formats=('JPEG', 'PNG')) as image:
+            if image.width * image.height > _MOST_PIXELS:
+                raise ValueError(f'it would have {image.width}x{image.height} pixels')
             rgb = np.asarray(image.convert('RGB'))
-    except (UnidentifiedImageError, OSError) as error:
-        raise ValueError(f'the compressed image is neither JPEG nor PNG ({error})') from error
+    except Exception as error:  # Decoders raise what they happen to raise.
+        raise ValueError(
+            f'the compressed image is no JPEG or PNG that can be read ({error})'
+        ) from error
     return np.ascontiguousarray(rgb[..., ::-1])

@@ -11,6 +11,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.plain_text import plain
 from diffcal_ros.rigid_transform import inverse, rotation_matrix, rotation_vector, transform
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +70,7 @@ class _Edge:
         if abs(off) > TOLERANCE_NS:
             where = 'before it is first' if off < 0 else 'after it is last'
             raise RecordingError(
-                f'the transform from {self.child} to {self.parent} is needed '
+                f'the transform from {plain(self.child)} to {plain(self.parent)} is needed '
                 f'{abs(off) / _SECOND:.2f} s {where} known ({TOLERANCE_NS / _SECOND:g} s are '
                 'tolerated): record /tf as long as the images, with the same clock'
             )
@@ -131,8 +132,8 @@ class FrameTree:
             for edge, _ in _way(list(self._edges.values()), start, goal) or ():
                 if not edge.is_usable:
                     raise RecordingError(
-                        f'the recorded transform from {edge.child} to {edge.parent} is unusable, '
-                        f'{edge.problem}: record it again'
+                        f'the recorded transform from {plain(edge.child)} to '
+                        f'{plain(edge.parent)} is unusable, {edge.problem}: record it again'
                     )
             return None
         found = np.eye(4)

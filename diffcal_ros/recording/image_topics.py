@@ -8,6 +8,7 @@ from itertools import islice
 
 from diffcal_ros.depth_frame import ENCODINGS as DEPTH_ENCODINGS
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.plain_text import listed, plain
 from diffcal_ros.recording.color_frame import COLOR_ENCODINGS
 from diffcal_ros.recording.mcap_messages import McapMessages
 from diffcal_ros.recording.ros_messages import deserialize
@@ -83,7 +84,7 @@ def choose_depth(messages: McapMessages, wanted: str | None) -> ImageTopic:
     if len(depth) > 1:
         raise RecordingError(
             f'the recording has {len(depth)} depth topics, '
-            f'{" and ".join(topic.name for topic in depth)}: choose one with --depth-topic'
+            f'{listed([plain(topic.name) for topic in depth])}: choose one with --depth-topic'
         )
     if depth:
         return depth[0]
@@ -127,12 +128,12 @@ def choose_color(messages: McapMessages, wanted: str | None) -> tuple[ImageTopic
 
 def listing(messages: McapMessages, topics: Sequence[ImageTopic]) -> str:
     """Name what a recording holds."""
-    encodings = {topic.name: topic.encoding for topic in topics}
+    encodings = {topic.name: f', {plain(topic.encoding)}' for topic in topics if topic.encoding}
     shown = [
-        f'{name} ({type_name}{", " + encodings[name] if encodings.get(name) else ""})'
+        f'{plain(name)} ({plain(type_name)}{encodings.get(name, "")})'
         for name, type_name in sorted(messages.types.items())
     ]
-    return ', '.join(shown) or 'nothing'
+    return listed(shown) or 'nothing'
 
 
 def _wanted_depth(topics: Sequence[ImageTopic], name: str, messages: McapMessages) -> ImageTopic:
@@ -149,8 +150,9 @@ def _wanted_depth(topics: Sequence[ImageTopic], name: str, messages: McapMessage
 
 def _unknown_encoding(topic: ImageTopic) -> RecordingError:
     return RecordingError(
-        f'{topic.name} has the encoding {topic.encoding!r}: depth comes as 32FC1 (metres) or '
-        '16UC1 (millimetres); record it so, or choose another topic with --depth-topic'
+        f'{plain(topic.name)} has the encoding {plain(topic.encoding)!r}: depth comes as 32FC1 '
+        '(metres) or 16UC1 (millimetres); record it so, or choose another topic with '
+        '--depth-topic'
     )
 
 

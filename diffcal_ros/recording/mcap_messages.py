@@ -1,16 +1,34 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of mcap files, read one by one with one unpacked chunk in memory."""
+"""Messages of mcap files, read one by one with few unpacked chunks in memory."""
 
+from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 import hashlib
 import heapq
+import mmap
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 
 from diffcal_ros.errors import RecordingError
-from diffcal_ros.recording.mcap_index import Entry, index_files, read_message, unpack_chunk
-from diffcal_ros.recording.mcap_integrity import check_file, corrupt, RECORD_HEAD
+from diffcal_ros.recording.bag_contents import BagContents
+from diffcal_ros.recording.bag_files import BagFiles
+from diffcal_ros.recording.mcap_damage import rescue
+from diffcal_ros.recording.mcap_index import Entry, index_whole, open_bytes, TOP_LEVEL
+from diffcal_ros.recording.mcap_integrity import check_file, corrupt
+from diffcal_ros.recording.mcap_records import (
+    Bytes,
+    IN_CHUNK,
+    IN_DATA,
+    message_data,
+    message_head,
+    MisfitError,
+    record_at,
+    unpack_chunk,
+)
+
+# A message and the one to be read beside it may stand in two chunks.
+_KEPT_CHUNKS = 2
 
 
 class RawMessage(NamedTuple):
@@ -21,52 +39,72 @@ class RawMessage(NamedTuple):
         type_name: for example sensor_msgs/msg/Image.
         log_time_ns: when it was recorded [ns].
         data: CDR bytes.
+        entry: where it stands.
     """
 
     topic: str
     type_name: str
     log_time_ns: int
     data: bytes
+    entry: Entry
 
 
 class McapMessages:
     """Messages of the files of one recording."""
 
-    def __init__(self, files: Sequence[Path], *, allow_truncated: bool = False) -> None:
+    def __init__(self, bag: BagFiles, *, allow_truncated: bool = False) -> None:
         """Check the files and list their messages.
 
         Args:
-            files: in the order of recording.
-            allow_truncated: take what stands before the cut of a file without its end.
+            bag: the files.
+            allow_truncated: take what can be read of damaged, cut-off and missing files.
 
         Raises:
-            RecordingError: when a file is empty, cut off, corrupt or no mcap.
+            RecordingError: when a file is empty, cut off, corrupt, missing or no mcap.
         """
+        self._files = bag.files
+        self._contents = BagContents(bag)
         content_hash = hashlib.sha256()
-        whole = [check_file(file, content_hash) for file in files]
+        for number, file in enumerate(bag.files):
+            ending = check_file(file, content_hash)
+            if allow_truncated:
+                self._contents.add_rescued(file, rescue(file, number, ending))
+                continue
+            if ending.data_end is None:
+                raise RecordingError(
+                    f'{file} is truncated, its end is missing (the recorder was killed, or the '
+                    'copy failed): add --allow-truncated to use what stands before the cut, or '
+                    'copy it again'
+                )
+            if ending.problem:
+                raise corrupt(file, ending.problem)
+            self._contents.add(index_whole(file, number, ending))
+        self._contents.finish(is_strict=not allow_truncated)
         self.sha256 = content_hash.hexdigest()
-        cut = [file for file, is_whole in zip(files, whole, strict=True) if not is_whole]
-        if cut and not allow_truncated:
-            raise RecordingError(
-                f'{cut[0]} is truncated, its end is missing (the recorder was killed, or the '
-                'copy failed): add --allow-truncated to use what stands before the cut, or copy '
-                'it again'
-            )
-        self._index = index_files(files, whole)
-        self.saved_count = self._index.message_count if cut else None
-        if cut and not self._index.message_count:
-            raise RecordingError(
-                f'{cut[0]} is truncated and no message stands before the cut: record again'
-            )
 
     @property
     def types(self) -> dict[str, str]:
         """Message type of each topic that has messages."""
-        return self._index.types
+        return self._contents.types
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is damaged or missing, in sentences."""
+        return self._contents.notes
+
+    @property
+    def saved_count(self) -> int | None:
+        """Messages that can be read of a damaged recording; None for a whole one."""
+        return self._contents.saved_count
+
+    @property
+    def lost(self) -> dict[str, int]:
+        """Messages that cannot be read, by topic, as far as the recording tells."""
+        return dict(self._contents.lost)
 
     def entries(self, topic: str) -> Sequence[Entry]:
         """Return where a topic's messages stand, in the order of recording."""
-        return self._index.entries.get(topic, [])
+        return self._contents.entries.get(topic, [])
 
     def read(self, topic: str, entries: Sequence[Entry] | None = None) -> Iterator[RawMessage]:
         """Read messages of one topic, all or the given ones.
@@ -75,7 +113,7 @@ class McapMessages:
             RecordingError: when their bytes have changed.
         """
         for entry, data in self._data(self.entries(topic) if entries is None else entries):
-            yield RawMessage(topic, self.types[topic], entry.log_time_ns, data)
+            yield RawMessage(topic, self.types[topic], entry.log_time_ns, data, entry)
 
     def read_all(self, topics: Sequence[str] | None = None) -> Iterator[RawMessage]:
         """Read messages of several topics in the order of recording; None for all topics."""
@@ -84,57 +122,56 @@ class McapMessages:
             *([(entry, topic) for entry in self.entries(topic)] for topic in wanted),
             key=lambda pair: (pair[0].file, pair[0].log_time_ns),
         )
-        pairs = list(merged)
-        data = self._data([entry for entry, _ in pairs])
-        for (entry, topic), (_, content) in zip(pairs, data, strict=True):
-            yield RawMessage(topic, self.types[topic], entry.log_time_ns, content)
+        yield from self.read_each([(topic, entry) for entry, topic in merged])
+
+    def read_each(self, places: Sequence[tuple[str, Entry]]) -> Iterator[RawMessage]:
+        """Read messages of any topics, in the order given.
+
+        Raises:
+            RecordingError: when their bytes have changed.
+        """
+        data = self._data([entry for _, entry in places])
+        for (topic, _), (entry, content) in zip(places, data, strict=True):
+            yield RawMessage(topic, self.types[topic], entry.log_time_ns, content, entry)
 
     def _data(self, entries: Sequence[Entry]) -> Iterator[tuple[Entry, bytes]]:
-        unpacker = _Unpacker(self._index.files)
-        try:
-            for entry in entries:
-                yield entry, unpacker.read(entry)
-        finally:
-            unpacker.close()
+        unpacker = _Unpacker(self._files)
+        for entry in entries:
+            yield entry, unpacker.read(entry)
 
 
 class _Unpacker:
-    """Reads messages and keeps the last file open and the last chunk unpacked."""
+    """Reads messages and keeps the last file open and the last chunks unpacked."""
 
     def __init__(self, files: Sequence[Path]) -> None:
         self._files = files
-        self._stream: BinaryIO | None = None
         self._opened = -1
-        self._unpacked = -1
-        self._chunk = b''
+        self._file: mmap.mmap | None = None
+        self._chunks: OrderedDict[int, bytes] = OrderedDict()
 
     def read(self, entry: Entry) -> bytes:
         path = self._files[entry.file]
         try:
-            stream = self._open(entry.file)
-            if entry.container < 0:
-                return read_message(_top_level(stream, entry.offset), 0).data
-            if self._unpacked != entry.container:
-                self._chunk = unpack_chunk(stream, entry.container)
-                self._unpacked = entry.container
-            return read_message(self._chunk, entry.offset).data
+            data, kinds = self._around(entry), IN_CHUNK
+            if entry.container == TOP_LEVEL:
+                kinds = IN_DATA
+            record = record_at(data, entry.offset, len(data), kinds)
+            if message_head(data, record) != (entry.channel_id, entry.log_time_ns):
+                raise MisfitError('its index leads to another message')
+            return message_data(data, record)
         except Exception as error:  # Decompressors and parsers raise what they happen to raise.
             raise corrupt(path, f'a message cannot be unpacked ({error})') from error
 
-    def close(self) -> None:
-        if self._stream is not None:
-            self._stream.close()
-
-    def _open(self, number: int) -> BinaryIO:
-        if self._stream is None or self._opened != number:
-            self.close()
-            self._stream = self._files[number].open('rb')
-            self._opened, self._unpacked = number, -1
-        return self._stream
-
-
-def _top_level(stream: BinaryIO, start: int) -> bytes:
-    stream.seek(start)
-    head = stream.read(RECORD_HEAD.size)
-    _, length = RECORD_HEAD.unpack(head)
-    return head + stream.read(length)
+    def _around(self, entry: Entry) -> Bytes:
+        """Return what a message stands in: an unpacked chunk, or the file."""
+        if self._file is None or self._opened != entry.file:
+            self._file, self._opened = open_bytes(self._files[entry.file]), entry.file
+            self._chunks.clear()
+        if entry.container == TOP_LEVEL:
+            return self._file
+        if entry.container not in self._chunks:
+            record = record_at(self._file, entry.container, len(self._file), IN_DATA)
+            self._chunks[entry.container] = unpack_chunk(self._file, record)
+            if len(self._chunks) > _KEPT_CHUNKS:
+                self._chunks.popitem(last=False)
+        return self._chunks[entry.container]

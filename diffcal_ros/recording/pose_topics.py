@@ -5,6 +5,7 @@
 from typing import Any
 
 from diffcal_ros.errors import PoseError
+from diffcal_ros.plain_text import listed, plain
 from diffcal_ros.recording.mcap_messages import McapMessages
 from diffcal_ros.recording.ros_messages import deserialize, stamp_ns_of
 from diffcal_ros.recording.topics import POSE_COVARIANCE_TYPE, POSE_TYPE
@@ -43,20 +44,20 @@ def read_poses(messages: McapMessages, wanted: str) -> tuple[str, tuple[StampedP
 
 def _chosen(messages: McapMessages, wanted: str) -> str:
     have = [name for name, kind in sorted(messages.types.items()) if kind in _TYPES]
-    listed = ', '.join(have) or 'none'
+    there = listed([plain(name) for name in have]) or 'none'
     if not wanted and len(have) != 1:
         raise PoseError(
             'a pose topic was asked for, but the scene does not name it, and the recording has '
-            f"{listed}: give 'topic' under 'pose' in the scene (PoseStamped or "
+            f"{there}: give 'topic' under 'pose' in the scene (PoseStamped or "
             'PoseWithCovarianceStamped)'
         )
     name = f'/{wanted.lstrip("/")}' if wanted else have[0]
     if name not in have:
         is_other = name in messages.types
-        what = f'carries {messages.types[name]}' if is_other else 'is not in the recording'
+        what = f'carries {plain(messages.types[name])}' if is_other else 'is not in the recording'
         raise PoseError(
             f'the pose topic {name} {what}: poses come as PoseStamped or '
-            f"PoseWithCovarianceStamped, of which there is {listed}; correct 'topic' under 'pose' "
+            f"PoseWithCovarianceStamped, of which there is {there}; correct 'topic' under 'pose' "
             'in the scene, or record it'
         )
     return name

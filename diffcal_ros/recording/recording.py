@@ -11,7 +11,10 @@ from typing import TypeVar
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import decode_depth, DepthFrame
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.plain_text import plain
+from diffcal_ros.recording.camera_watch import CameraWatch
 from diffcal_ros.recording.color_frame import ColorFrame, decode_color, decode_compressed
+from diffcal_ros.recording.mcap_index import Entry
 from diffcal_ros.recording.mcap_messages import McapMessages, RawMessage
 from diffcal_ros.recording.ros_messages import deserialize, stamp_ns_of
 from diffcal_ros.recording.topics import COMPRESSED_IMAGE_TYPE
@@ -35,13 +38,17 @@ class Recording:
         depth_camera: intrinsics of the depth images, without distortion.
         depth_frame_id: optical frame of the depth images.
         color_topic: name, or None.
-        color_camera: intrinsics of the colour images, or None when not known; `notes` says why.
+        color_camera: intrinsics of the colour images, or None when not known.
         color_frame_id: optical frame of the colour images, or empty.
         depth_from_color: from the colour to the depth camera's frame, shape (4, 4), or None.
         topic_counts: messages of each topic.
-        saved_count: messages before the cut of a truncated file; None for a whole one.
+        color_problem: why `color_camera` is not known; empty where it is.
+        saved_count: messages that can be read of a damaged recording; None for a whole one.
+        lost_counts: messages that cannot be read, by topic, as far as the recording tells.
         notes: what is odd, in sentences.
         messages: everything that was recorded.
+        is_depth_camera_given: whether `depth_camera` comes from elsewhere.
+        is_color_camera_given: likewise.
     """
 
     path: Path
@@ -54,10 +61,14 @@ class Recording:
     color_frame_id: str
     depth_from_color: FloatArray | None
     topic_counts: dict[str, int]
+    color_problem: str
     saved_count: int | None
+    lost_counts: dict[str, int]
     notes: tuple[str, ...]
     messages: McapMessages = field(repr=False)
-    _skipped: dict[tuple[str, int], str] = field(default_factory=dict, repr=False)
+    is_depth_camera_given: bool = False
+    is_color_camera_given: bool = False
+    _skipped: dict[tuple[str, Entry], str] = field(default_factory=dict, repr=False)
 
     @property
     def depth_count(self) -> int:
@@ -114,11 +125,12 @@ class Recording:
     def depth_frames_at(self, places: Sequence[int]) -> Iterator[DepthFrame | None]:
         """Read the depth images at some places of the recording; None for a bad one."""
         entries = self.messages.entries(self.depth_topic)
-        for raw in self.messages.read(self.depth_topic, [entries[place] for place in places]):
+        chosen = [entries[place] for place in places]
+        for raw in self._watch(self.depth_topic)(chosen):
             try:
                 yield self._depth_frame(raw)
             except ValueError as error:
-                self._skipped[self.depth_topic, raw.log_time_ns] = str(error)
+                self._skip(raw, error)
                 yield None
 
     def color_frames(self, limit: int | None = None) -> Iterator[ColorFrame]:
@@ -132,16 +144,29 @@ class Recording:
         if limit is not None and limit < 1:
             raise RecordingError(f'{limit} frames were asked for: at least one is needed')
         entries = self.messages.entries(topic)
+        read = self._watch(topic)
         for places in _places(len(entries), limit):
-            for raw in self.messages.read(topic, [entries[place] for place in places]):
+            for raw in read([entries[place] for place in places]):
                 try:
                     frame = decode(raw)
                 except ValueError as error:
-                    self._skipped[topic, raw.log_time_ns] = str(error)
+                    self._skip(raw, error)
                     continue
                 yield frame
                 if limit is not None:
                     break
+
+    def _watch(self, topic: str) -> Callable[[Sequence[Entry]], Iterator[RawMessage]]:
+        """Return how images are read: with an eye on their camera where it was recorded."""
+        is_depth = topic == self.depth_topic
+        camera = self.depth_camera if is_depth else self.color_camera
+        is_given = self.is_depth_camera_given if is_depth else self.is_color_camera_given
+        if camera is None or is_given:
+            return lambda entries: self.messages.read(topic, entries)
+        return CameraWatch(self.messages, topic, camera).read
+
+    def _skip(self, raw: RawMessage, reason: ValueError) -> None:
+        self._skipped[raw.topic, raw.entry] = plain(str(reason), 200)
 
     def _depth_frame(self, raw: RawMessage) -> DepthFrame:
         image = deserialize(raw.data, raw.type_name)

@@ -41,7 +41,7 @@ SETTINGS = (
     Setting('loop', False, 'start again at the end, with stamps that go on'),
     Setting('paused', False, 'stand still; ~/step sends up to the next depth image'),
     Setting('depth_topic', '', 'depth topic of the recording, where it has several'),
-    Setting('allow_truncated', False, 'use what stands before the cut of a damaged recording'),
+    Setting('allow_truncated', False, 'use what is left of a damaged recording'),
     Setting('publish_clock', False, 'send the time of the recording on /clock', is_read_only=True),
     Setting(
         'wait_for_subscriber',

@@ -149,7 +149,11 @@ def read_camera(scene: Section, name: str, *, may_be_distorted: bool) -> Pinhole
         section.wrong('distortion', 'depth images are rectified: give zeros or leave it out')
     if not section.is_sound:
         return None
-    return PinholeCamera(width, height, fx, fy, cx, cy, distortion)
+    try:
+        return PinholeCamera(width, height, fx, fy, cx, cy, distortion)
+    except ValueError as error:
+        section.wrong('fx', str(error))
+        return None
 
 
 def _read_distortion(section: Section) -> tuple[float, ...]:

@@ -104,7 +104,9 @@ def test_the_recording_at_fault_is_named(scene, recorded_beam, tmp_path):
 
 def test_the_scenes_camera_must_fit_the_images(scene, inputs):
     camera = replace(inputs.recordings[0].depth_camera, width=640)
-    with pytest.raises(RecordingError, match=r'camera is 640x300 but .* holds 400x300 images'):
+    with pytest.raises(
+        RecordingError, match=r'camera is for 640x300 pixels, but .* has 400x300: correct it'
+    ):
         open_inputs(replace(scene, depth_camera=camera), [])
 
 

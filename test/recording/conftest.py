@@ -11,6 +11,8 @@ from diffcal_ros.recording.bag_writer import BagWriter
 from diffcal_ros.recording.color_frame import ColorFrame
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import rotation_matrix, transform
+from mcap.reader import make_reader
+from mcap.writer import Writer
 import numpy as np
 import pytest
 
@@ -85,5 +87,42 @@ def write_bag(
             if extra is not None:
                 extra(bag)
         return path
+
+    return write
+
+
+@pytest.fixture
+def rewrite(tmp_path: Path) -> Callable[..., Path]:
+    """Write the messages of a bag anew, arranged as asked for (options of mcap's Writer).
+
+    `foreign` is one more message before them: topic, type and bytes.
+    """
+
+    def write(
+        bag: Path,
+        *,
+        name: str = 'other.mcap',
+        foreign: tuple[str, str, bytes] | None = None,
+        **options,
+    ) -> Path:
+        target = tmp_path / name
+        with next(bag.glob('*.mcap')).open('rb') as source, target.open('wb') as stream:
+            writer = Writer(stream, **options)
+            writer.start('ros2')
+            channels = {}
+            if foreign is not None:
+                topic, type_name, content = foreign
+                number = writer.register_schema(type_name, 'ros2msg', b'')
+                channels[topic] = writer.register_channel(topic, 'cdr', number)
+                writer.add_message(channels[topic], START_NS, content, START_NS)
+            for schema, channel, record in make_reader(source).iter_messages():
+                if channel.topic not in channels:
+                    number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                    channels[channel.topic] = writer.register_channel(channel.topic, 'cdr', number)
+                writer.add_message(
+                    channels[channel.topic], record.log_time, record.data, record.publish_time
+                )
+            writer.finish()
+        return target
 
     return write

@@ -7,13 +7,18 @@ import shutil
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
+from diffcal_ros.recording.recorded_frames import read_frames
 from diffcal_ros.recording.ros_messages import image_message, message, transform_message
+from diffcal_ros.recording.topics import TF_TYPE, TRANSFORM_TYPE
 from diffcal_ros.rigid_transform import inverse
 from mcap.reader import make_reader
 from mcap.writer import IndexType, Writer
 import numpy as np
 from PIL import Image
 import pytest
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as RosbagsWriter
+from rosbags.typesys import get_typestore, Stores
 
 START_NS = 1_628_838_841_927_753_400
 PERIOD_NS = 33_333_333
@@ -102,22 +107,8 @@ def test_split_bag_is_read_in_order(write_bag, depth_images):
         {'enable_crcs': False},
     ],
 )
-def test_files_without_index_chunks_or_summary_are_read(
-    write_bag, tmp_path, depth_images, options
-):
-    rewritten = tmp_path / 'other.mcap'
-    with next(write_bag().glob('*.mcap')).open('rb') as source, rewritten.open('wb') as target:
-        writer = Writer(target, **options)
-        writer.start('ros2')
-        channels = {}
-        for schema, channel, record in make_reader(source).iter_messages():
-            if channel.topic not in channels:
-                number = writer.register_schema(schema.name, schema.encoding, schema.data)
-                channels[channel.topic] = writer.register_channel(channel.topic, 'cdr', number)
-            writer.add_message(
-                channels[channel.topic], record.log_time, record.data, record.publish_time
-            )
-        writer.finish()
+def test_files_without_index_chunks_or_summary_are_read(write_bag, rewrite, depth_images, options):
+    rewritten = rewrite(write_bag(), **options)
     recording = open_recording(rewritten)
     np.testing.assert_array_equal(
         [frame.depth for frame in recording.depth_frames()], depth_images
@@ -250,7 +241,7 @@ def test_compressed_colour(write_bag, color_images, color_camera, tmp_path):
     assert recording.color_camera == color_camera
     (frame,) = recording.color_frames()
     np.testing.assert_array_equal(frame.image, color_images[0])
-    assert 'neither JPEG nor PNG' in next(iter(recording.skipped))
+    assert 'no JPEG or PNG that can be read' in next(iter(recording.skipped))
 
 
 def test_transform_is_chained_through_other_frames(write_bag, depth_from_color, random):
@@ -309,6 +300,33 @@ def test_unusable_transforms_elsewhere_do_not_matter(write_bag, depth_from_color
     np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
 
 
+def test_transforms_on_topics_of_their_own_do_not_matter_either(write_bag, depth_from_color):
+    def write(bag):
+        zero = transform_message(np.eye(4), parent='world', child='rig', stamp_ns=START_NS)
+        zero.transform.rotation.w = 0.0
+        bag.write('/vicon/rig', zero, START_NS)
+        lost = transform_message(np.eye(4), parent='', child='', stamp_ns=START_NS)
+        lost.transform.translation.x = np.nan
+        bag.write('/vicon/lost', lost, START_NS)
+
+    recording = open_recording(write_bag(extra=write))
+    np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
+
+
+@pytest.mark.parametrize('topic', ['/tf', '/tf_static', '/arm/tf_static', '/vicon'])
+@pytest.mark.parametrize('content', [b'', b'\x00\x01\x00\x00', b'\xff' * 40])
+def test_garbled_transforms_elsewhere_do_not_matter(
+    write_bag, rewrite, depth_from_color, topic, content
+):
+    type_name = TRANSFORM_TYPE if topic == '/vicon' else TF_TYPE
+    file = rewrite(write_bag(), foreign=(topic, type_name, content))
+    recording = open_recording(file)
+    np.testing.assert_allclose(recording.depth_from_color, depth_from_color, atol=1e-12)
+    frames = read_frames(recording.messages)
+    found = frames.find('camera_depth_optical_frame', 'camera_color_optical_frame')
+    np.testing.assert_allclose(found, depth_from_color, atol=1e-12)
+
+
 def test_an_unusable_transform_that_is_needed_is_refused(write_bag):
     def write(bag):
         edge = spoilt('camera_depth_optical_frame', 'camera_color_optical_frame')
@@ -345,3 +363,51 @@ def test_written_frames_keep_their_own_copy(write_bag):
     assert isinstance(first, DepthFrame)
     first.depth[:] = 0.0
     assert np.nanmax(second.depth) > 0.0
+
+
+@pytest.mark.parametrize('options', [{}, {'enable_crcs': False}, {'use_chunking': False}])
+def test_what_else_a_file_may_hold_is_passed_over(write_bag, tmp_path, options):
+    file = tmp_path / 'more.mcap'
+    with next(write_bag().glob('*.mcap')).open('rb') as source, file.open('wb') as target:
+        writer = Writer(target, **options)
+        writer.start('ros2')
+        writer.add_metadata('rosbag2', {'serialized_metadata': 'x: 1'})
+        writer.add_attachment(1, 2, 'notes.txt', 'text/plain', b'hello')
+        # A channel without a schema, and one without messages.
+        writer.register_channel('/idle', 'cdr', 0)
+        channels = {'/bare': writer.register_channel('/bare', 'json', 0)}
+        writer.add_message(channels['/bare'], START_NS, b'{}', START_NS)
+        for schema, channel, record in make_reader(source).iter_messages():
+            if channel.topic not in channels:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.topic] = writer.register_channel(channel.topic, 'cdr', number)
+            writer.add_message(
+                channels[channel.topic], record.log_time, record.data, record.publish_time
+            )
+        writer.finish()
+    for is_tolerant in (False, True):
+        recording = open_recording(file, allow_truncated=is_tolerant)
+        assert recording.topic_counts['/bare'] == 1
+        assert len(list(recording.depth_frames())) == 12
+        assert recording.notes == ()
+
+
+def test_bags_of_another_writer_are_read(write_bag, tmp_path, depth_images):
+    types = get_typestore(Stores.ROS2_JAZZY)
+    path = tmp_path / 'rosbags'
+    with RosbagsWriter(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections = {}
+        for raw in open_recording(write_bag()).messages.read_all():
+            if raw.topic not in connections:
+                connections[raw.topic] = writer.add_connection(
+                    raw.topic, raw.type_name, typestore=types
+                )
+            writer.write(connections[raw.topic], raw.log_time_ns, raw.data)
+        # Described last: its chunk holds no message.
+        writer.add_connection('/idle', 'std_msgs/msg/Float64', typestore=types)
+    for is_tolerant in (False, True):
+        recording = open_recording(path, allow_truncated=is_tolerant)
+        np.testing.assert_array_equal(
+            [frame.depth for frame in recording.depth_frames()], depth_images
+        )
+        assert recording.notes == ()

@@ -154,7 +154,7 @@ def test_two_depth_topics_are_both_named(write_bag, depth_images):
     path = write_bag(extra=add_image('/aligned/image_raw', depth_images[0], '32FC1'))
     with pytest.raises(
         RecordingError,
-        match=r'2 depth topics, /aligned/image_raw and /depth/image_rect_raw: .*--depth-topic',
+        match=r'2 depth topics, /aligned/image_raw, /depth/image_rect_raw: .*--depth-topic',
     ):
         open_recording(path)
     assert open_recording(path, depth_topic='/depth/image_rect_raw').depth_count == 12

@@ -80,6 +80,7 @@ def spoil(bag: BagWriter, topics: Sequence[str], stamp_ns: int) -> None:
     """Write a message that is cut off on each of some topics, which have whole ones."""
     for topic in topics:
         bag._writer.add_message(bag._channels[topic], stamp_ns, b'\x00\x01\x00\x00\x07', stamp_ns)
+        bag._counts[topic] += 1
 
 
 def pose_message(
