@@ -39,8 +39,8 @@ def test_a_bias_of_depth_is_reported_with_what_would_settle_it(biased):
     # With one pose a uniform bias may as well be the camera's place.
     assert 'depth_affine' in diagnosis.ambiguity_set
     assert diagnosis.unknown_class is None
-    if len(diagnosis.ambiguity_set) > 1:
-        assert diagnosis.separating_recording
+    assert len(diagnosis.ambiguity_set) > 1
+    assert diagnosis.separating_recording
     assert diagnosis.closure > 0.9
     assert diagnosis.gap_mm.added < 0.25 * diagnosis.gap_mm.nominal
 
