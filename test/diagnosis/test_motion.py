@@ -23,6 +23,7 @@ _AMPLITUDE = 0.08
 _SURE = 2.5
 
 
+@pytest.mark.slow
 def test_clean_frames_from_another_mesh_and_step_agree() -> None:
     diagnosis = diagnose(filmed_scene(), filmed(seed=1)).diagnosis
     assert diagnosis.verdict is Verdict.AGREE
@@ -32,6 +33,7 @@ def test_clean_frames_from_another_mesh_and_step_agree() -> None:
     assert {'time_offset', 'air_drag'} <= set(diagnosis.limits)
 
 
+@pytest.mark.slow
 def test_late_stamps_are_named_and_the_gap_closes() -> None:
     course = diagnose(filmed_scene(), filmed(seed=1, late=LATE))
     diagnosis = course.diagnosis
@@ -57,6 +59,7 @@ def test_late_stamps_are_named_and_the_gap_closes() -> None:
         assert (block.is_report == seen.is_held_out).all()
 
 
+@pytest.mark.slow
 def test_drag_that_hides_in_the_damping_is_named_and_the_damping_heals() -> None:
     course = diagnose(filmed_scene(SOFT), filmed(seed=2, area=AREA, modulus=SOFT))
     diagnosis = course.diagnosis
@@ -73,6 +76,7 @@ def test_drag_that_hides_in_the_damping_is_named_and_the_damping_heals() -> None
     assert patch_gap(strained, Part.ALL).rms > 2.0 * patch_gap(plain, Part.ALL).rms
 
 
+@pytest.mark.slow
 def test_creep_is_named_with_its_time_and_a_load_that_is_only_held_agrees() -> None:
     share, tau = 0.3, 4.0
     diagnosis = diagnose(held_scene(), filmed_hold(seed=2, share=share, tau=tau)).diagnosis

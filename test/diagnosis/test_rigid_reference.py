@@ -56,26 +56,32 @@ def still():
     return seen(body_shift=nothing, block_shift=nothing)
 
 
-def test_body_and_block_agree_where_nothing_is_off(still):
-    _, nominal = fit_nominal(scene(), [still], None)
+@pytest.fixture(scope='module')
+def agreed(still):
+    """The diagnosis of it, where nothing is off."""
+    return diagnose(scene(), [still])
+
+
+def test_body_and_block_agree_where_nothing_is_off(agreed):
+    nominal = agreed.nominal
     rigid = [block for block in nominal.blocks if block.is_rigid]
     assert {block.kind for block in rigid} == {'depth', 'edge'}
     values = np.concatenate([block.patches.values for block in rigid])
     assert len(values) > 10
     # A tenth of a pixel at the outline, a tenth of the depth's step within.
     assert np.sqrt(np.mean(values**2)) < 1e-4
-    assert diagnose(scene(), [still]).diagnosis.verdict is Verdict.AGREE
+    assert agreed.diagnosis.verdict is Verdict.AGREE
 
 
-def test_the_gap_that_is_told_is_the_bodys(still):
-    _, with_block = fit_nominal(scene(), [still], None)
+def test_the_gap_that_is_told_is_the_bodys(agreed):
+    with_block = agreed.nominal
     bodies = [block for block in with_block.blocks if not block.is_rigid]
     assert len(bodies) < len(with_block.blocks)
     for part in Part:
         assert patch_gap(with_block.blocks, part) == patch_gap(bodies, part)
 
 
-def test_the_picture_of_what_is_left_shows_the_block_before_the_body(still):
+def test_the_picture_of_what_is_left_shows_the_block_before_the_body():
     moved = seen(body_shift=np.zeros(3), block_shift=np.array([0.0, 0.0, 0.003]))
     evidence, nominal = fit_nominal(scene(), [moved], None)
     (left,) = evidence.residual_images(nominal.coordinates)
@@ -85,9 +91,9 @@ def test_the_picture_of_what_is_left_shows_the_block_before_the_body(still):
     assert abs(np.nanmedian(left[np.isfinite(body) & ~np.isfinite(block)])) < 1e-3
 
 
-def test_only_camera_and_reading_move_the_block(still):
+def test_only_camera_and_reading_move_the_block(agreed):
     """Tangents agree with differences of three steps, and are zero for what moves the body."""
-    evidence, nominal = fit_nominal(scene(), [still], None)
+    evidence, nominal = agreed.evidence, agreed.nominal
     names = ('youngs_modulus', 'clamp_offset', 'rigid_offset', 'depth_affine')
     parameters = make_parameters(scene(), names, with_edge_bias=False)
     wide = evidence.of(evidence.model.with_parameters(scene(), parameters))
@@ -119,15 +125,16 @@ def test_only_camera_and_reading_move_the_block(still):
         assert min(errors) < 0.03 * max(float(np.abs(slope).max()), 0.05), (name, errors)
 
 
-def test_a_fixture_that_is_not_seen_is_told(still):
+def test_a_fixture_that_is_not_seen_is_told(still, agreed):
     behind = replace(BLOCK, positions=BLOCK.positions - np.array([0.5, 0.0, 0.0]))
     elsewhere = replace(scene(), fixture=behind)
     course = diagnose(elsewhere, [still])
     assert 'test does not show the fixture' in course.diagnosis.notes
     assert course.diagnosis.verdict is Verdict.AGREE
-    assert not any('fixture' in note for note in diagnose(scene(), [still]).diagnosis.notes)
+    assert not any('fixture' in note for note in agreed.diagnosis.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'block_shift', 'frame'),
     [
