@@ -148,6 +148,7 @@ def test_a_start_that_cannot_be_simulated_is_told(row_file, tmp_path) -> None:
     assert 'cannot be simulated' in (out / 'reproduce.html').read_text()
 
 
+@pytest.mark.slow
 def test_the_hanging_beam_of_the_data_set(diffcal_data, tmp_path) -> None:
     code = _reproduce('h_e_c', '--data', diffcal_data, '--starts', 1, '--out', tmp_path)
     assert code == 0
