@@ -77,7 +77,7 @@ test: lint build ## Lint, build and run every test but the slow ones; fails when
 .PHONY: test-slow
 test-slow: $(VENV)/.test ## Run the slow tests, whole studies; fails when anything failed or nothing ran.
 	@mkdir -p build; rm -f build/slow.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
-	$(BIN)/python -m pytest -m slow -n $(WORKERS) --maxprocesses 4 --dist worksteal --durations 20 \
+	$(BIN)/python -m pytest -m slow -n $(WORKERS) --maxprocesses 4 --dist loadfile --durations 20 \
 	  --junitxml build/slow.xml || failed=1; \
 	$(BIN)/python -c '$(TESTS_RAN)' build/slow.xml; \
 	exit $${failed:-0}

@@ -5,9 +5,10 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.candidates import candidates
-from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
 from diffcal_ros.diagnosis.disagreement import unstrained
 from diffcal_ros.diagnosis.noise_model import CommonError
+from diffcal_ros.diagnosis.screening import screen
 from diffcal_ros.diagnosis.verdict import Verdict
 from diffcal_ros.diagnosis.whitened import Part, patch_gap
 from diffcal_ros.scene.model import Quantity
@@ -21,6 +22,15 @@ LATE, AREA, SOFT = 0.006, 0.06, 100e3
 _AMPLITUDE = 0.08
 # Standard errors within which an amplitude is expected, of a simulation by another mesh and step.
 _SURE = 2.5
+
+
+def test_late_stamps_of_a_small_body_score_best() -> None:
+    """The mesh is too coarse for a verdict, and the swing tells all the same."""
+    scene = filmed_scene(is_small=True)
+    evidence, nominal = fit_nominal(scene, filmed(seed=1, late=LATE, is_small=True), None)
+    best, second, *_ = screen(evidence, nominal.coordinates, candidates(scene)).scores
+    assert best.candidate.identifier == 'time_offset'
+    assert best.log_evidence > second.log_evidence + 100.0 > 100.0
 
 
 @pytest.mark.slow
