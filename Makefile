@@ -36,7 +36,7 @@ $(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: $(VENV)/.runtime
-	$(PIP) -c $(CONSTRAINTS) joblib pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
+	$(PIP) -c $(CONSTRAINTS) import-linter joblib pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
 	touch $@
 
 .PHONY: build
@@ -52,23 +52,35 @@ demo: build ## Replay the sample bag through the three nodes and fit it.
 	python demo/run_demo.py --bag bags/sample --scene bags/sample/scene.yaml --out $(OUT)
 
 .PHONY: lint
-lint: $(VENV)/.test ## Check style and types.
+lint: $(VENV)/.test ## Check style, types and who imports whom.
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache --no-logo
+
+# Says how many tests of a JUnit file ran; fails where none did.
+TESTS_RAN := import sys, xml.etree.ElementTree as t; \
+  suites = list(t.parse(sys.argv[1]).iter("testsuite")); \
+  tests, skipped = (sum(int(s.get(key)) for s in suites) for key in ("tests", "skipped")); \
+  print(f"{tests - skipped} tests ran, {skipped} were skipped"); \
+  sys.exit(0 if tests > skipped else "no test ran")
 
 .PHONY: test
-test: lint build ## Lint, build and run every test; fails when anything failed or nothing ran.
+test: lint build ## Lint, build and run every test but the slow ones; fails when anything failed or nothing ran.
 	@source $(BIN)/activate; rm -rf build/diffcal_ros/pytest.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
 	colcon test --base-paths . --packages-select diffcal_ros --event-handlers console_direct+ \
 	  --return-code-on-test-failure --pytest-args -n $(WORKERS) --maxprocesses 4 --dist loadfile || failed=1; \
 	colcon test-result --test-result-base build/diffcal_ros --verbose; \
-	python -c "import sys, xml.etree.ElementTree as t; n = sum(int(s.get('tests')) for s in t.parse('build/diffcal_ros/pytest.xml').iter('testsuite')); sys.exit(0 if n else 'no test ran')"; \
+	python -c '$(TESTS_RAN)' build/diffcal_ros/pytest.xml; \
 	exit $${failed:-0}
 
 .PHONY: test-slow
-test-slow: $(VENV)/.test ## Run the tests that take minutes each.
-	$(BIN)/python -m pytest -m slow
+test-slow: $(VENV)/.test ## Run the slow tests, whole studies; fails when anything failed or nothing ran.
+	@mkdir -p build; rm -f build/slow.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
+	$(BIN)/python -m pytest -m slow -n $(WORKERS) --maxprocesses 4 --dist loadfile --durations 20 \
+	  --junitxml build/slow.xml || failed=1; \
+	$(BIN)/python -c '$(TESTS_RAN)' build/slow.xml; \
+	exit $${failed:-0}
 
 BLIND ?= out/blind
 .PHONY: blind

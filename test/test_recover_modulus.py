@@ -10,6 +10,7 @@ from support.scenes import beam_scene, MODULUS, noisy, observation, true_depth
 _DRAWS = 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('fit', [('youngs_modulus',), ('youngs_modulus', 'rigid_offset')])
 def test_truth_lies_in_the_interval(fit) -> None:
     depth = true_depth(counts=(14, 4, 4))

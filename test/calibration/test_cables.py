@@ -31,7 +31,9 @@ def is_found(parameter, truth: float) -> bool:
     return error <= CLOSE * truth or error <= 1.96 * parameter.std_error
 
 
-@pytest.mark.parametrize('start', [0.002, 0.045, -0.02])
+@pytest.mark.parametrize(
+    'start', [0.002, *(pytest.param(far, marks=pytest.mark.slow) for far in (0.045, -0.02))]
+)
 def test_rest_length_is_found_from_far_starts_and_from_slack(seen, start) -> None:
     result = calibrate(finger_scene(cable('tendon', start, via_points())), [seen])
     truth = cable('tendon', PULL, via_points()).rest_length.start
@@ -57,7 +59,7 @@ def test_slack_that_the_data_show_stays_slack() -> None:
     assert result.gap_end.median < 1e-3
 
 
-@pytest.mark.parametrize('start', [-0.01, 0.03])
+@pytest.mark.parametrize('start', [-0.01, pytest.param(0.03, marks=pytest.mark.slow)])
 def test_cable_that_another_one_slackens_is_not_made_up(start) -> None:
     """The left one bends the finger so far that the right one hangs slack, whatever its length."""
     places = {'left': via_points(0.006), 'right': via_points(0.024)}
@@ -86,6 +88,7 @@ def test_two_cables_are_told_apart() -> None:
     assert any('cable right was slack' in warning for warning in result.warnings)
 
 
+@pytest.mark.slow
 def test_known_pulls_of_several_postures_share_one_rest_length() -> None:
     """Two takes of the same tendon, pulled by 8 and 20 mm from the same unknown length."""
     hidden = 0.004

@@ -61,6 +61,7 @@ def test_rigid_offset_is_found_beside_the_modulus(random) -> None:
     assert fixed.gap_end.median > 3.0 * result.gap_end.median
 
 
+@pytest.mark.slow
 def test_two_observations_share_one_modulus(random) -> None:
     # The same body seen from two sides, one further away.
     other = transform(rotation_matrix(np.array([0.1, 0.3, 0.0])), np.array([0.01, 0.02, 0.08]))
@@ -157,15 +158,22 @@ def test_the_clamp_and_what_stands_in_front_weigh_nothing(random) -> None:
     assert result['youngs_modulus'].value == pytest.approx(plain['youngs_modulus'].value, rel=0.02)
 
 
-@pytest.mark.parametrize('optimizer', ['gauss_newton', 'adam_demon'])
-@pytest.mark.parametrize('loss', ['paper', 'l1'])
-def test_whole_image_losses_find_it_too(optimizer, loss, random) -> None:
+@pytest.mark.parametrize(
+    ('loss', 'optimizer'),
+    [
+        ('paper', 'gauss_newton'),
+        ('l1', 'gauss_newton'),
+        ('l1', 'adam_demon'),
+        pytest.param('paper', 'adam_demon', marks=pytest.mark.slow),
+    ],
+)
+def test_whole_image_losses_find_it_too(loss, optimizer, random) -> None:
     if optimizer == 'adam_demon':
         pytest.importorskip('torch')
     result = calibrate(
         beam_scene(modulus=80e3),
         [observation(noisy(true_depth(), random))],
-        CalibrationSettings(loss=loss, optimizer=optimizer),
+        CalibrationSettings(loss=loss, optimizer=optimizer, **_NO_MESH),
     )
     assert result['youngs_modulus'].value == pytest.approx(MODULUS, rel=0.05)
     assert result.history[-1].loss < result.history[0].loss

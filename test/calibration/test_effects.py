@@ -49,7 +49,7 @@ def test_points_follow_amplitudes(effect, roll):
 
     Rolled, the body's axes point to the other side in the world than they do in its own frame.
     """
-    scene = _rolled(beam_scene((6, 2, 2), region_count=2), roll)
+    scene = _rolled(beam_scene((4, 1, 1), region_count=2), roll)
     parameters = make_parameters(scene, (effect, 'youngs_modulus.part_1'), with_edge_bias=False)
     model = ForwardModel(scene, [observation(true_depth())], parameters)
     here = _coordinates(parameters)

@@ -55,6 +55,7 @@ def _ranking(truth: str, laws: tuple[str, ...], random: np.random.Generator) -> 
     return list(rank_laws(scene, _observations(truth, random), SETTINGS, laws=laws))
 
 
+@pytest.mark.slow
 def test_a_rubber_is_told_from_two_others(random) -> None:
     laws = ('stable_neo_hookean', 'mooney_rivlin', 'st_venant_kirchhoff')
     ranking = _ranking('mooney_rivlin', laws, random)

@@ -20,7 +20,7 @@ _SLOPE = 1e-4
 
 
 def _scene(fit):
-    return moving_scene((6, 2, 2), fit=fit)
+    return moving_scene((4, 1, 1), fit=fit)
 
 
 def test_points_follow_amplitudes() -> None:

@@ -25,7 +25,7 @@ _FORESEEN = 0.3
 
 @pytest.fixture(scope='module')
 def model() -> ForwardModel:
-    return moving_model(moving_scene((6, 2, 2), fit=FIT), TIMES)
+    return moving_model(moving_scene((4, 1, 1), fit=FIT), TIMES)
 
 
 def test_tangents_are_the_slopes_of_all_frames(model: ForwardModel) -> None:
@@ -150,12 +150,12 @@ def test_steps_of_a_tolerance_are_those_of_the_first_motion() -> None:
 
 def test_a_small_mesh_is_tried_at_half_its_size(monkeypatch) -> None:
     """On the nodes that both have: the finer mesh is that of the same beam, cut twice as fine."""
-    coarse = moving_model(moving_scene((6, 2, 2), fit=FIT), TIMES)
+    coarse = moving_model(moving_scene((4, 1, 1), fit=FIT), TIMES)
     start = coarse.parameters.start()
     coarse.views(start)
     posture, inputs = coarse.bodies[0], coarse._posture_inputs(0, start)
     foreseen = posture.mesh_moves(inputs, 'auto') - posture.step_moves(inputs)
-    fine = moving_model(moving_scene((12, 4, 4), fit=FIT), TIMES)
+    fine = moving_model(moving_scene((8, 2, 2), fit=FIT), TIMES)
     fine.views(start)
     rest = [model.bodies[0].body.discretisation.rest_nodes for model in (coarse, fine)]
     # Corners alone are in both, and only some: the two cut their cells otherwise.

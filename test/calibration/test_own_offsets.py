@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from support.scenes import beam_scene, DEPTH_FROM_WORLD, MODULUS, observation, true_depth
 
-_QUICK = CalibrationSettings(with_mesh_error=False)
+_QUICK = CalibrationSettings(with_mesh_error=False, search=False)
 # Wrong by these [m, rad], one after the other.
 _OFF = (
     transform(rotation_matrix(np.array([0.02, -0.03, 0.0])), np.array([0.004, 0.003, 0.006])),

@@ -66,6 +66,7 @@ def test_strong_prior_is_the_profile(depth) -> None:
     assert found.high == pytest.approx(1080.0 * np.exp(1.96 * 40.0 / 1080.0), rel=0.02)
 
 
+@pytest.mark.slow
 def test_slack_cable_has_an_open_end() -> None:
     """Any rest length from just taut on explains a slack cable: bounded below, open above."""
     loose = filmed(cable('tendon', -0.01, via_points()))

@@ -62,7 +62,7 @@ def test_a_step_is_followed_and_told_once():
 def test_a_slow_change_is_followed_without_a_search():
     film = Film(fit=ALONE)
     film.shoot([exact()] * 20)
-    factors = np.round(np.linspace(1.0, 0.88, 60), 4)
+    factors = np.round(np.linspace(1.0, 0.88, 60) * 250) / 250
     told = film.shoot([exact(float(factor)) for factor in factors])
     off = np.array([modulus(t) for t in told]) / (factors * MODULUS) - 1.0
     assert np.abs(off).max() < 0.01

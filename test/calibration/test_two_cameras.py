@@ -86,6 +86,7 @@ def make_draws(count: int) -> list[Draw]:
     return found
 
 
+@pytest.mark.slow
 def test_errors_fall_as_predicted() -> None:
     draws = make_draws(DRAWS)
     alone = np.mean([draw.alone.std_error for draw in draws])

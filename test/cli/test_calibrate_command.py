@@ -12,6 +12,7 @@ import json
 import os
 from pathlib import Path
 import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -27,6 +28,8 @@ from support.recorded_beam import MODULUS
 from support.scene_files import EXACT_POSE
 
 FILES = {'result.json', 'report.html', 'fitted_scene.yaml'}
+# Where the mesh's error is not what a test is about.
+QUICK = '--no-mesh-error'
 OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
@@ -124,7 +127,7 @@ def test_a_terminal_gets_a_bar(calibrate, monkeypatch):
     fcntl.ioctl(follower, termios.TIOCSWINSZ, struct.pack('HHHH', 40, 120, 0, 0))
     with os.fdopen(follower, 'w') as terminal:
         monkeypatch.setattr(sys, 'stderr', terminal)
-        assert calibrate('--max-iterations', '2').code == EXIT_NOT_FITTED
+        assert calibrate('--max-iterations', '2', QUICK).code == EXIT_NOT_FITTED
         terminal.flush()
         shown = os.read(leader, 65536).decode()
     os.close(leader)
@@ -142,7 +145,7 @@ def test_the_fitted_scene_starts_where_the_fit_ended(done):
 def test_what_the_data_cannot_tell_is_code_3_and_no_scene(calibrate, tmp_path):
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'fitted_scene.yaml').write_text('of an earlier run')
-    ran = calibrate('--fit', 'youngs_modulus,density')
+    ran = calibrate('--fit', 'youngs_modulus,density', QUICK)
     assert ran.code == EXIT_NOT_FITTED
     assert read_result(tmp_path / 'out')['outcome'] == 'not_identifiable'
     assert 'fit fewer of them, give a prior' in ran.out
@@ -152,7 +155,7 @@ def test_what_the_data_cannot_tell_is_code_3_and_no_scene(calibrate, tmp_path):
 
 def test_a_body_that_is_nowhere_in_the_image_is_code_3(calibrate, change_scene, tmp_path):
     scene = change_scene({'placement.translation': [-0.25, -0.055, -0.035]})
-    ran = calibrate(scene=scene)
+    ran = calibrate(QUICK, scene=scene)
     assert ran.code == EXIT_NOT_FITTED
     assert 'body not found' in ran.err
     assert 'beam: diverged' in ran.out
@@ -162,7 +165,7 @@ def test_a_body_that_is_nowhere_in_the_image_is_code_3(calibrate, change_scene, 
 
 def test_options_reach_the_fit(calibrate, tmp_path):
     pytest.importorskip('torch', reason='adam_demon needs torch')
-    options = ('--loss', 'l1', '--optimizer', 'adam_demon', '--max-iterations', '3')
+    options = ('--loss', 'l1', '--optimizer', 'adam_demon', '--max-iterations', '3', QUICK)
     ran = calibrate('--fit', 'youngs_modulus', 'rigid_offset', *options)
     result = read_result(tmp_path / 'out')
     assert ran.code == EXIT_NOT_FITTED
@@ -186,7 +189,7 @@ def test_a_stored_pose_is_used_as_it_is(done, calibrate, change_scene, recorded_
             'pose': EXACT_POSE,
         }
     )
-    calibrate('--pose', 'stored', '--max-iterations', '1', scene=scene)
+    calibrate('--pose', 'stored', '--max-iterations', '1', QUICK, scene=scene)
     wrong = read_result(tmp_path / 'out')['gap']['start']['median_mm']
     # The body is seen 5 mm too far away.
     assert wrong == pytest.approx(5.0, abs=0.5)
@@ -238,7 +241,7 @@ def largest_file(size: int) -> Iterator[None]:
 def test_a_full_disk_leaves_no_part_of_a_result(calibrate, tmp_path):
     (tmp_path / 'out').mkdir()
     with largest_file(1000):
-        ran = calibrate()
+        ran = calibrate(QUICK)
     assert ran.code == EXIT_BAD_INPUT
     assert 'result.json cannot be written (File too large): see that' in ran.err.splitlines()[-1]
     assert names(tmp_path / 'out') == set()
@@ -246,7 +249,7 @@ def test_a_full_disk_leaves_no_part_of_a_result(calibrate, tmp_path):
 
 def test_a_disk_too_full_for_the_report_keeps_the_numbers(calibrate, tmp_path):
     with largest_file(60_000):
-        ran = calibrate()
+        ran = calibrate(QUICK)
     assert ran.code == EXIT_BAD_INPUT
     assert 'report.html cannot be written' in ran.err.splitlines()[-1]
     assert ran.out.startswith('beam: converged')
@@ -254,15 +257,16 @@ def test_a_disk_too_full_for_the_report_keeps_the_numbers(calibrate, tmp_path):
     assert read_result(tmp_path / 'out')['outcome'] == 'converged'
 
 
-def test_an_earlier_result_survives_a_full_disk(calibrate, tmp_path):
-    calibrate()
+def test_an_earlier_result_survives_a_full_disk(done, calibrate, tmp_path):
+    shutil.copytree(done.folder, tmp_path / 'out')
     before = (tmp_path / 'out' / 'result.json').read_bytes()
     with largest_file(1000):
-        assert calibrate().code == EXIT_BAD_INPUT
+        assert calibrate(QUICK).code == EXIT_BAD_INPUT
     assert (tmp_path / 'out' / 'result.json').read_bytes() == before
     assert names(tmp_path / 'out') == FILES
 
 
+@pytest.mark.slow
 def test_all_laws_are_ranked(recorded_beam, tmp_path, capsys):
     bag = recorded_beam.bags['observation']
     arguments = ['calibrate', str(bag), '--scene', str(recorded_beam.scene), '--no-mesh-error']

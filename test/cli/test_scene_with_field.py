@@ -97,6 +97,7 @@ def test_a_fit_of_one_number_scales_it(fitted, run_cli, tmp_path):
     assert result['gap']['end']['rms_mm'] < 1.05 * before['gap']['end']['rms_mm']
 
 
+@pytest.mark.slow
 def test_a_field_is_added_to_it(fitted, run_cli, tmp_path):
     folder, bag = fitted
     scene = folder / 'fitted_scene.yaml'
@@ -127,6 +128,7 @@ def test_it_is_recorded_and_its_recording_fitted(fitted, run_cli, tmp_path):
     assert found['parameters']['youngs_modulus']['value'] == pytest.approx(truth, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_finds_less_that_is_wrong(fitted, run_cli, tmp_path):
     folder, bag = fitted
     document = yaml.safe_load((folder / 'fitted_scene.yaml').read_text())

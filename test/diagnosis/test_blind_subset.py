@@ -14,6 +14,7 @@ from benchmarks.blind.generator import main as generate
 from benchmarks.blind.scorer import read_answers
 from benchmarks.diagnosis import judge
 
+pytestmark = pytest.mark.slow
 CLEAN = ('clean_000', 'clean_001', 'clean_002', 'clean_012', 'clean_013')
 FAULTY = (1, 2, 7, 12, 14, 30, 33, 46, 85, 86, 116, 123, 135)
 

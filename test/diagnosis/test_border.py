@@ -51,6 +51,7 @@ def test_what_is_no_step_elsewhere_moves_no_border(profile):
     assert _best_border(profile, BEYOND) is None
 
 
+@pytest.mark.slow
 def test_the_step_is_named_with_its_place_and_the_modulus_heals():
     seen = with_step(watched(seed=2), 0.3, 0.012)
     diagnosis = diagnose(beam_scene((8, 2, 2)), [seen]).diagnosis

@@ -54,7 +54,7 @@ class Death:
 
 def test_another_process_finds_the_same(fitted, added, monkeypatch):
     monkeypatch.setattr(crew_module, '_WORTH_STARTING', 0.0)
-    looks = [Look(one, {}, 4) for one in [*added, *added]]
+    looks = [Look(one, {}, 4) for one in added]
     told = []
     with Crew(*fitted, told.append, jobs=2) as crew:
         found = crew.finish(crew.look(looks), [-np.inf] * len(looks))

@@ -67,6 +67,7 @@ def loud_plane(screened):
     return evidence, fit, replace(scores, scores=tuple(ordered))
 
 
+@pytest.mark.slow
 def test_a_plane_that_touches_nowhere_keeps_nobody_out(loud_plane, monkeypatch):
     evidence, fit, scores = loud_plane
     first = {score.candidate.identifier for score in shortlist(scores, is_measured=True)}

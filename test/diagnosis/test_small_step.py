@@ -102,6 +102,7 @@ def test_the_share_of_a_patch_beyond_a_step_is_that_of_its_pixels():
     assert 0.0 < share.mean() < 1.0
 
 
+@pytest.mark.slow
 def test_the_step_is_named_and_the_modulus_heals():
     diagnosis = diagnose(SCENE, [with_step(watched(seed=4), 0.3, 0.002)]).diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE

@@ -12,6 +12,7 @@ import pytest
 
 from benchmarks.blind.generator import main as generate
 
+pytestmark = pytest.mark.slow
 # A wider middle, wind from the side, a softer skin, and a lens that distorts.
 CASES = ('case_089', 'case_128', 'case_010', 'case_023')
 

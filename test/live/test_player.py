@@ -11,7 +11,7 @@ from diffcal_ros.live.player import Player, ReplaySettings
 from diffcal_ros.live.replay_messages import Role
 import pytest
 
-_LIMIT = 20.0  # [s]
+_LIMIT = 60.0  # However slow a machine is [s].
 
 
 class Recorder:

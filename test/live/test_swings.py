@@ -21,7 +21,7 @@ import pytest
 from support.moving_beams import DAMPING, moving_scene, true_depths
 from support.scenes import CAMERA, DEPTH_FROM_WORLD, MODULUS, noisy
 
-_LIMIT = 120.0  # Kernels may have to be compiled [s].
+_LIMIT = 180.0  # Kernels may have to be compiled [s].
 FRAME = 'depth_camera'
 PERIOD = 33_333_333  # [ns]
 WALL = 0.9  # [m]
@@ -105,7 +105,7 @@ def stage():
     made.close()
 
 
-def test_every_swing_is_fitted_and_a_change_between_two_is_told(stage):
+def test_a_swing_is_fitted(stage):
     session = stage.session
     assert session_health(session).message.startswith('waiting for depth/image_rect_raw')
     stage.rest()
@@ -127,6 +127,14 @@ def test_every_swing_is_fitted_and_a_change_between_two_is_told(stage):
     health = session_health(session)
     assert health.values['swings fitted'] == '1'
     assert int(health.values['frames used']) == len(stamps)
+
+
+@pytest.mark.slow
+def test_a_change_between_two_swings_is_told(stage):
+    session = stage.session
+    stage.let_go()
+    stage.fit()
+    first = session.last_end.result
     stage.let_go(1.3)
     stage.fit()
     second = session.last_end.result
@@ -137,6 +145,7 @@ def test_every_swing_is_fitted_and_a_change_between_two_is_told(stage):
     assert set(session.swings.change.before) == {'youngs_modulus'}
 
 
+@pytest.mark.slow
 def test_of_two_swings_during_a_fit_the_newest_wins(stage):
     session = stage.session
     stage.let_go()
@@ -152,6 +161,7 @@ def test_of_two_swings_during_a_fit_the_newest_wins(stage):
     assert session.last_end.request.snapshots[0].newest.stamp_ns > newest - 0.4e9
 
 
+@pytest.mark.slow
 def test_a_body_that_is_lifted_is_no_release(stage):
     # As low as it swings; the model's own swing passes there too.
     stage.rest(0.6, film()[3])

@@ -22,7 +22,7 @@ import pytest
 from support.followed import exact, PERIOD, START
 from support.scenes import beam_scene, CAMERA, DEPTH_FROM_WORLD, MODULUS, noisy
 
-_LIMIT = 60.0  # Kernels may have to be compiled [s].
+_LIMIT = 180.0  # Kernels may have to be compiled [s].
 FRAME = 'depth_camera'
 SETTINGS = SessionSettings(
     fit=CalibrationSettings(with_mesh_error=False),

@@ -50,6 +50,7 @@ def misses(recorded, seed, **pose):
     return abs(modulus.value - MODULUS) / modulus.std_error
 
 
+@pytest.mark.slow
 def test_the_modulus_is_within_its_error_where_the_pose_is_known_as_stated(recorded):
     assert all(misses(recorded, seed, **STATED) < 3.0 for seed in SEEDS)
     assert all(misses(recorded, seed) < 3.0 for seed in SEEDS)

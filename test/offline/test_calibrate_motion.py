@@ -8,6 +8,7 @@ import json
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import RecordingError, SceneError
+from diffcal_ros.fem.element import Element
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
 from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
 from diffcal_ros.report.page import write_report
@@ -29,12 +30,22 @@ def released(tmp_path_factory):
     return record_release(tmp_path_factory.mktemp('released'), integrator='semi_implicit')
 
 
+def _fit(made, out, settings):
+    inputs = open_inputs(load_scene(made.scene), list(made.bags.values()))
+    return (*run_calibration(inputs, settings, out), out)
+
+
 @pytest.fixture(scope='module')
 def fitted(released, tmp_path_factory):
-    out = tmp_path_factory.mktemp('fit')
-    inputs = open_inputs(load_scene(released.scene), list(released.bags.values()))
-    calibration, result = run_calibration(inputs, CalibrationSettings(), out)
-    return calibration, result, out
+    return _fit(released, tmp_path_factory.mktemp('fit'), CalibrationSettings())
+
+
+@pytest.fixture(scope='module')
+def quick(tmp_path_factory):
+    """A fit of linear elements to what linear elements show: the mesh is no part of it."""
+    folder = tmp_path_factory.mktemp('quick')
+    made = record_release(folder, {'mesh.element': 'linear'}, element=Element.LINEAR)
+    return _fit(made, folder / 'fit', CalibrationSettings(with_mesh_error=False))
 
 
 def test_frames_keep_their_stamps_and_some_are_held_out(released):
@@ -45,8 +56,7 @@ def test_frames_keep_their_stamps_and_some_are_held_out(released):
     assert inputs.observations[3].name.endswith(', 0.100 s')
 
 
-def test_the_parameters_come_back_with_honest_errors(fitted):
-    _, result, out = fitted
+def _come_back_with_honest_errors(result, out):
     assert result.outcome is Outcome.CONVERGED
     for name, true in TRUTH.items():
         found = result[name]
@@ -61,6 +71,18 @@ def test_the_parameters_come_back_with_honest_errors(fitted):
     assert 'held out    median' in result_text('beam', result)
 
 
+def test_the_parameters_come_back_from_motion_of_the_same_mesh(quick):
+    _, result, out = quick
+    _come_back_with_honest_errors(result, out)
+
+
+@pytest.mark.slow
+def test_the_parameters_come_back_with_honest_errors(fitted):
+    _, result, out = fitted
+    _come_back_with_honest_errors(result, out)
+
+
+@pytest.mark.slow
 def test_steps_by_a_tolerance_find_the_same(released, fitted, tmp_path):
     scene = load_scene(released.scene)
     (setup,) = scene.observations
@@ -77,8 +99,8 @@ def test_steps_by_a_tolerance_find_the_same(released, fitted, tmp_path):
         assert wrong < _UNSEEN * expected[name].std_error, name
 
 
-def test_the_report_shows_a_few_frames(fitted, tmp_path):
-    calibration, result, _ = fitted
+def test_the_report_shows_a_few_frames(quick, tmp_path):
+    calibration, result, _ = quick
     write_report(tmp_path / 'report.html', calibration, result)
     page = (tmp_path / 'report.html').read_text()
     assert page.count('Depth and residual images of') == 4
@@ -86,8 +108,8 @@ def test_the_report_shows_a_few_frames(fitted, tmp_path):
     assert page.count('Gap over time of') == 1
 
 
-def test_every_frame_has_its_gap(fitted):
-    calibration, result, _ = fitted
+def test_every_frame_has_its_gap(quick):
+    calibration, result, _ = quick
     (motion,) = motion_gaps(calibration, result)
     assert motion.release_time == result['release_time'].value
     assert [frame.time for frame in motion.frames] == pytest.approx([k / 30.0 for k in range(12)])
@@ -111,6 +133,7 @@ def test_every_frame_has_its_gap(fitted):
     ]
 
 
+@pytest.mark.slow
 def test_without_a_prior_motion_shows_only_ratios(released):
     scene = load_scene(released.scene)
     region = scene.regions[0]

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from support.recorded_beam import MODULUS
 from support.scenes import CAMERA, observation
-from support.small_row import ROW
+from support.small_row import ROW, write_row
 import yaml
 
 # Noise and the marker's pose move the modulus of so small an image by about 2 %.
@@ -30,9 +30,17 @@ def _variants(out: Path) -> dict[str, dict]:
     return {item['name']: item for item in table['rows']['small']['variants']}
 
 
-def test_all_starts_find_the_truth_and_are_not_done_twice(row_file, tmp_path) -> None:
-    out = tmp_path / 'out'
-    assert _reproduce(row_file, '--starts', 2, '--out', out) == 0
+@pytest.fixture(scope='module')
+def reproduced(tmp_path_factory) -> tuple[Path, Path]:
+    """The small experiment's file, and the folder of its two starts."""
+    folder = tmp_path_factory.mktemp('reproduced')
+    row_file = write_row(folder)
+    assert _reproduce(row_file, '--starts', 2, '--out', folder / 'out') == 0
+    return row_file, folder / 'out'
+
+
+def test_all_starts_find_the_truth(reproduced) -> None:
+    _, out = reproduced
     found = _variants(out)
     assert found['plain']['fitted'] == 2
     assert found['coarse']['starts'] == 1
@@ -47,6 +55,9 @@ def test_all_starts_find_the_truth_and_are_not_done_twice(row_file, tmp_path) ->
     assert '90 kPa' in page
     assert page.count('<img') == 4
 
+
+def test_what_is_done_is_not_done_twice(reproduced) -> None:
+    row_file, out = reproduced
     times = {path: path.stat().st_mtime_ns for path in out.rglob('start_*.json')}
     unfinished = out / 'small' / 'plain' / 'start_01.json'
     unfinished.write_text('{"cut o')
@@ -66,6 +77,7 @@ def test_a_field_is_fitted_beside_the_parameters(row_file, tmp_path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_experiments_side_by_side_are_all_done(row_file, tmp_path) -> None:
     other = row_file.with_name('other.yaml')
     other.write_text(row_file.read_text())
@@ -75,9 +87,8 @@ def test_experiments_side_by_side_are_all_done(row_file, tmp_path) -> None:
     assert [variant['missing'] for row in rows.values() for variant in row['variants']] == [0] * 4
 
 
-def test_another_experiment_does_not_take_the_files_of_the_last(row_file, tmp_path) -> None:
-    out = tmp_path / 'out'
-    assert _reproduce(row_file, '--starts', 1, '--out', out) == 0
+def test_another_experiment_does_not_take_the_files_of_the_last(reproduced) -> None:
+    row_file, out = reproduced
     (plain, _) = load_row(str(row_file)).variants
     path = out / 'small' / 'plain' / 'start_00.json'
     assert is_done(path, plain, 'small')
@@ -125,10 +136,11 @@ def test_what_is_asked_for_must_make_sense(tmp_path, capsys) -> None:
 
 
 def test_a_start_that_cannot_be_simulated_is_told(row_file, tmp_path) -> None:
-    text = row_file.read_text().replace('54000.0', '0.5').replace('153000.0', '1.0')
-    row_file.write_text(
-        text + 'scene: {regions: {body: {youngs_modulus: {start: 0.7, min: 0.1, max: 2.0}}}}\n'
-    )
+    (plain, _) = ROW['variants']
+    soft = {'start': 0.7, 'min': 0.1, 'max': 2.0}
+    row = {**ROW, 'variants': [plain], 'start': {'youngs_modulus': [0.5, 1.0]}}
+    row['scene'] = {'regions': {'body': {'youngs_modulus': soft}}}
+    row_file.write_text(yaml.safe_dump(row))
     out = tmp_path / 'out'
     assert _reproduce(row_file, '--starts', 1, '--out', out) == 0
     (failure,) = _variants(out)['plain']['failures']
@@ -136,6 +148,7 @@ def test_a_start_that_cannot_be_simulated_is_told(row_file, tmp_path) -> None:
     assert 'cannot be simulated' in (out / 'reproduce.html').read_text()
 
 
+@pytest.mark.slow
 def test_the_hanging_beam_of_the_data_set(diffcal_data, tmp_path) -> None:
     code = _reproduce('h_e_c', '--data', diffcal_data, '--starts', 1, '--out', tmp_path)
     assert code == 0

@@ -38,6 +38,7 @@ def test_a_recording_comes_as_it_was_made(make_bench, bag):
     bench.status(REPLAY, OK, 'was replayed to its end')
     made = list(recording.depth_frames())
     bench.until(lambda: len(images) == len(made) and len(colors) == 2, 'all images')
+    bench.until(lambda: infos and transforms, 'what tells of the camera')
     for image, frame in zip(images, made, strict=True):
         came = depth_frame(image)
         assert (came.stamp_ns, came.frame_id) == (frame.stamp_ns, frame.frame_id)

@@ -12,7 +12,7 @@ from support.released_beam import DAMPING, record_release
 
 MODULUS = 200e3
 REST, SWING = 0.6, 0.7  # [s]
-_LIMIT = 180.0  # Kernels may have to be compiled [s].
+_LIMIT = 300.0  # Kernels may have to be compiled [s].
 
 
 @pytest.fixture(scope='module')
@@ -38,6 +38,7 @@ def _values(status):
     return {pair.key: pair.value for pair in status.values}
 
 
+@pytest.mark.slow
 def test_a_loop_of_releases_is_fitted_again_and_again(released, make_bench):
     bench = make_bench(
         {

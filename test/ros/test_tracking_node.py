@@ -20,7 +20,7 @@ STEP = 1.3
 SECONDS = 10
 # As fast as life: whoever follows a camera keeps up with it.
 PACE = 1.0
-_LIMIT = 120.0  # Kernels may have to be compiled [s].
+_LIMIT = 300.0  # Kernels may have to be compiled [s].
 
 
 @pytest.fixture(scope='module')
@@ -42,6 +42,7 @@ def _values(status):
     return {pair.key: pair.value for pair in status.values}
 
 
+@pytest.mark.slow
 def test_a_loop_of_ten_seconds_is_followed_through_its_steps(recorded, make_bench):
     bench = make_bench(
         {
@@ -84,5 +85,8 @@ def test_a_loop_of_ten_seconds_is_followed_through_its_steps(recorded, make_benc
     assert max(near) < 0.05
     health = bench.health['calibration: fit']
     assert 'tracking, the body changed' in health.message
-    assert int(_values(health)['frames used']) > 300
+    # How many frames were used is a matter of the machine; none was told of that was not.
+    bench.until(
+        lambda: int(bench.value('calibration: fit', 'frames used') or 0) >= len(tracked), 'count'
+    )
     assert calibration.get_parameter('refit').value == 'tracking'

@@ -14,7 +14,7 @@ from support.beams import beam_mesh
 from support.scenes import beam_scene, noisy, observation, SIZE, true_depth
 
 STIFF, SOFT = 150e3, 50e3
-QUICK = CalibrationSettings(with_mesh_error=False)
+QUICK = CalibrationSettings(with_mesh_error=False, search=False)
 FIT = ('youngs_modulus', 'rigid_offset')
 _COUNTS = (14, 4, 3)
 

@@ -3,6 +3,7 @@
 """A released beam as a depth camera films it: another mesh and integrator, noise, smooth error."""
 
 from dataclasses import replace
+from typing import Any
 
 from diffcal_ros.calibration.observation import Instant, Observation
 from diffcal_ros.scene.model import Quantity, QUASI_STATIC, Scene
@@ -18,13 +19,16 @@ RELEASE = Quantity(0.05, 0.0, 0.2)
 KNOWN_DAMPING = Quantity(1.2 * DAMPING, 0.1, 1e4, DAMPING, 0.1 * DAMPING)
 FIT = ('youngs_modulus', 'damping')
 STIFF, SAGGING = 150e3, 80e3
+# A body of which a whole diagnosis takes seconds.
+SMALL: dict[str, Any] = {'counts': (4, 1, 1)}
 _RATE, _COUNT, _HOLD_OUT = 30.0, 14, 5
 _NOISE = 0.00014
 
 
-def filmed_scene(modulus: float = STIFF) -> Scene:
+def filmed_scene(modulus: float = STIFF, *, is_small: bool = False) -> Scene:
     """Return the scene that a diagnosis starts from: all of its numbers are somewhat off."""
-    scene = moving_scene((8, 2, 2), modulus=1.15 * modulus, fit=FIT)
+    body = SMALL if is_small else {'counts': (8, 2, 2)}
+    scene = moving_scene(modulus=1.15 * modulus, fit=FIT, **body)
     regions = tuple(replace(region, damping=KNOWN_DAMPING) for region in scene.regions)
     (setup,) = scene.observations
     assert setup.motion is not None
@@ -33,7 +37,12 @@ def filmed_scene(modulus: float = STIFF) -> Scene:
 
 
 def filmed(
-    *, seed: int, late: float = 0.0, area: float = 0.0, modulus: float = STIFF
+    *,
+    seed: int,
+    late: float = 0.0,
+    area: float = 0.0,
+    modulus: float = STIFF,
+    is_small: bool = False,
 ) -> list[Observation]:
     """Film the beam for half a second.
 
@@ -42,9 +51,11 @@ def filmed(
         late: by which stamps are late [s].
         area: of the air's drag [m^2].
         modulus: Young's modulus [Pa].
+        is_small: of the small scene's own mesh.
     """
     random = np.random.default_rng(seed)
-    scene = moving_scene((10, 3, 3), modulus=modulus, time_step=1.0 / 600.0)
+    body = SMALL if is_small else {'counts': (10, 3, 3)}
+    scene = moving_scene(modulus=modulus, time_step=1.0 / 600.0, **body)
     if area:
         scene = replace(scene, effects={'air_drag': {'area': area}})
     stamps = np.arange(_COUNT) / _RATE

@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A small experiment of our own: a beam that is filmed and fitted within seconds."""
 
+from pathlib import Path
 from typing import Any
 
-from support.recorded_beam import MODULUS
+import yaml
+
+from support.recorded_beam import MODULUS, write_beam_scene
 
 ROW: dict[str, Any] = {
     'title': 'a small beam',
@@ -23,3 +26,11 @@ ROW: dict[str, Any] = {
         {'name': 'coarse', 'title': 'every second pixel', 'pixel_step': 2, 'starts': 1},
     ],
 }
+
+
+def write_row(folder: Path) -> Path:
+    """Write the experiment and its scene; return its YAML file."""
+    write_beam_scene(folder)
+    path = folder / 'small.yaml'
+    path.write_text(yaml.safe_dump(ROW))
+    return path

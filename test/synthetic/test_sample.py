@@ -47,6 +47,7 @@ def test_it_lasts_a_second_and_shows_the_marker_and_the_body():
     assert all('mirrored' not in note for note in inputs.notes)
 
 
+@pytest.mark.slow
 def test_the_default_fit_has_the_truth_in_its_interval():
     """Modulus and rigid offset are fitted; the data come from another mesh than the model's."""
     truth = json.loads((SAMPLE / 'truth.json').read_text())

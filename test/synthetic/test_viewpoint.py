@@ -31,12 +31,12 @@ def test_both_cameras_see_everything_and_not_from_far_away(size, outward):
     assert sees(COLOR_CAMERA, color_from_world(pose), points)
     depths = apply(pose, points)[:, 2]
     assert depths.min() >= 0.26 - 1e-9
-    if depths.min() > 0.27:  # Not held back by the sensor's range: the picture is filled.
-        spans = [
-            np.ptp(camera.project(apply(p, points)), axis=0) / (camera.width, camera.height)
-            for camera, p in ((DEPTH_CAMERA, pose), (COLOR_CAMERA, color_from_world(pose)))
-        ]
-        assert np.max(spans) > 0.5
+    spans = [
+        np.ptp(camera.project(apply(p, points)), axis=0) / (camera.width, camera.height)
+        for camera, p in ((DEPTH_CAMERA, pose), (COLOR_CAMERA, color_from_world(pose)))
+    ]
+    # The picture is filled, but for what the sensor's range holds back.
+    assert np.max(spans) > 0.5 or depths.min() < 0.27
 
 
 @pytest.mark.parametrize('turn', [0.0, 1.0, 3.0])

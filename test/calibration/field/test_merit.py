@@ -4,8 +4,9 @@
 
 from diffcal_ros.calibration.field.merit import measure_merit
 from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.objective import robust_cost, RobustObjective
 from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.robust_residual import Residuals
 import numpy as np
 import pytest
 from support.scenes import beam_scene, observation, true_depth
@@ -22,16 +23,19 @@ def _objective(depth: np.ndarray) -> tuple[RobustObjective, np.ndarray]:
     return objective, start
 
 
-def test_without_missing_residuals_it_is_the_cost() -> None:
+def test_it_is_the_cost_of_what_was_found() -> None:
     objective, start = _objective(true_depth())
     merit = measure_merit(objective, start)
     (comparison,) = objective.comparisons(start)
     lost = comparison.depth.missing + comparison.edge.missing
     assert merit.missing.sum() == lost
     assert merit.lost(merit) == 0.0
-    assert merit.cost(merit) <= objective.cost(start)
-    if lost == 0.0:
-        assert merit.cost(merit) == pytest.approx(objective.cost(start), rel=1e-12)
+    # The cost counts outline that is not found as if it were as far off as was looked.
+    scale, limit = objective.scales.edge, objective.scales.reach.edge_depth
+    nothing = Residuals(np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), lost)
+    as_far = robust_cost(nothing, scale, limit, 1)
+    assert as_far > 0.0
+    assert merit.cost(merit) + as_far == pytest.approx(objective.cost(start), rel=1e-12)
 
 
 def test_a_hole_in_the_image_changes_the_cost_and_hardly_the_merit() -> None:

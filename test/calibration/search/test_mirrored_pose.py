@@ -39,7 +39,7 @@ def _two_poses() -> tuple[np.ndarray, np.ndarray]:
     return poses[0], poses[1]
 
 
-@pytest.mark.parametrize('is_given_first', [True, False])
+@pytest.mark.parametrize('is_given_first', [pytest.param(True, marks=pytest.mark.slow), False])
 def test_the_body_tells_which_pose_is_the_markers(random, is_given_first) -> None:
     true, mirrored = _two_poses()
     assert np.abs(mirrored - true).max() > 0.2

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The optimiser on functions whose minimum is known, with bounds in its way and without."""
+
+from collections.abc import Callable
+
+from diffcal_ros.calibration.levenberg_marquardt import minimise, Minimum, Stop
+from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.fem.equilibrium import EquilibriumError
+import numpy as np
+import pytest
+
+# Residuals are in standard errors: a minimum is found to a small share of one.
+_SHARP = 1e4
+START = np.array([-1.2, 1.0])
+_FREE = (np.full(2, -10.0), np.full(2, 10.0))
+_LONGEST = np.full(2, 0.5)
+
+
+class Valley:
+    """Rosenbrock's curved valley as a sum of squares: its floor leads to (1, 1)."""
+
+    is_sharp = True
+
+    def __init__(self, is_possible: Callable[[np.ndarray], bool] = lambda _: True) -> None:
+        self.is_possible = is_possible
+
+    def residuals(self, at: np.ndarray) -> np.ndarray:
+        return _SHARP * np.array([10.0 * (at[1] - at[0] ** 2), 1.0 - at[0]])
+
+    def cost(self, at: np.ndarray) -> float:
+        if not self.is_possible(at):
+            raise EquilibriumError('there is none')
+        return 0.5 * float(self.residuals(at) @ self.residuals(at))
+
+    def linearise(self, at: np.ndarray) -> Linearisation:
+        jacobian = _SHARP * np.array([[-20.0 * at[0], 10.0], [-1.0, 0.0]])
+        curvature = jacobian.T @ jacobian
+        descent = -jacobian.T @ self.residuals(at)
+        return Linearisation(self.cost(at), descent, curvature, curvature, curvature)
+
+    def narrow(self, at: np.ndarray) -> None:
+        """It has one form."""
+
+    def refine(self, at: np.ndarray) -> bool:
+        return False
+
+
+def _minimum(objective: Valley, bounds=_FREE, **settings) -> Minimum:
+    given = {'max_iterations': 100, **settings}
+    return minimise(objective, START, bounds, _LONGEST, **given)
+
+
+@pytest.mark.parametrize('settings', [{}, {'is_boxed': True}, {'max_doublings': 2}])
+def test_the_end_of_a_curved_valley_is_found(settings) -> None:
+    found = _minimum(Valley(), **settings)
+    assert found.stop is Stop.CONVERGED
+    np.testing.assert_allclose(found.coordinates, 1.0, atol=1e-3)
+
+
+@pytest.mark.parametrize('is_boxed', [False, True])
+def test_along_a_bound_it_goes_to_the_least_there(is_boxed) -> None:
+    upper = np.array([0.5, 10.0])
+    found = _minimum(Valley(), (_FREE[0], upper), is_boxed=is_boxed)
+    assert found.stop is Stop.CONVERGED
+    np.testing.assert_allclose(found.coordinates, [0.5, 0.25], atol=1e-3)
+    assert found.coordinates[0] == 0.5
+
+
+def test_a_start_beyond_its_bound_is_taken_back_to_it() -> None:
+    told = []
+    lower = np.array([-1.0, -10.0])
+    _minimum(Valley(), (lower, _FREE[1]), on_iteration=lambda one: not told.append(one))
+    np.testing.assert_array_equal(told[0].coordinates, [-1.0, 1.0])
+    assert all((one.coordinates >= lower).all() for one in told)
+
+
+def test_no_step_is_longer_than_the_longest() -> None:
+    told = []
+    _minimum(Valley(), on_iteration=lambda one: not told.append(one.coordinates))
+    steps = np.abs(np.diff(told, axis=0))
+    assert len(steps) > 3
+    assert steps.max() <= 0.5 + 1e-12
+
+
+def test_what_cannot_be_simulated_is_gone_around_or_given_up() -> None:
+    # Beyond a wall there is nothing: where the way leads through it the search ends before it.
+    found = _minimum(Valley(lambda at: at[0] < 0.5))
+    assert -0.5 < found.coordinates[0] < 0.5
+    nowhere = _minimum(Valley(lambda at: bool((at == START).all())))
+    assert nowhere.iterations == 0
+    np.testing.assert_array_equal(nowhere.coordinates, START)
+
+
+@pytest.mark.xfail(strict=True, reason='a step that damping made small passes for a small one')
+def test_a_start_that_no_step_leaves_is_no_minimum() -> None:
+    nowhere = _minimum(Valley(lambda at: bool((at == START).all())))
+    assert nowhere.stop is Stop.STUCK
+
+
+def test_it_says_when_it_ran_out_and_when_it_was_stopped() -> None:
+    short = _minimum(Valley(), max_iterations=2)
+    assert (short.stop, short.iterations) == (Stop.EXHAUSTED, 2)
+    stopped = _minimum(Valley(), on_iteration=lambda one: one.number < 1)
+    assert (stopped.stop, stopped.iterations) == (Stop.INTERRUPTED, 1)
