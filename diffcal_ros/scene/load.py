@@ -137,7 +137,7 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
     section = root.child('mesh')
     if section is None:
         return None, Element.QUADRATIC
-    file = section.text('file', needed='name the mesh file')
+    file = section.path('file', folder, needed='name the mesh file')
     unit = section.choice('unit', tuple(UNITS_PER_METRE))
     names = tuple(element.value for element in Element)
     element = Element(section.choice('element', names, default=Element.QUADRATIC.value))
@@ -148,7 +148,7 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
         return None, element
     try:
         read = read_mesh(
-            folder / Path(file).expanduser(),
+            file,
             unit=unit,
             edge_length=edge_length if has_length else None,
         )
@@ -157,7 +157,7 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
         return None, element
     faults = mesh_problems(read.mesh)
     for fault in faults:
-        section.problems.add(section.at('file'), f'is {Path(file).name!r}, unit {unit}: {fault}')
+        section.problems.add(section.at('file'), f'is {file.name!r}, unit {unit}: {fault}')
     return (None if faults else read), element
 
 

@@ -9,13 +9,20 @@ something from a section looks at `is_sound` first.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
+from pathlib import Path
 from typing import Any
 
+from diffcal_ros.errors import InputError
 from diffcal_ros.scene.problems import listed, Problems, shown, suggestion
+from diffcal_ros.user_path import user_path
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+# No quantity in SI units is larger, nor one that must be positive smaller: squares of others, and
+# what is divided by them, are no numbers any more.
+_SMALLEST, _LARGEST = 1e-15, 1e18
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,8 @@ class Interval:
 
     def holds(self, value: float) -> bool:
         """Tell whether the value is allowed."""
+        if abs(value) > _LARGEST or (self.is_open and self.low == 0.0 and value < _SMALLEST):
+            return False
         if self.is_open:
             return self.low < value < self.high
         return math.isfinite(value) and self.low <= value <= self.high
@@ -133,7 +142,8 @@ class Section:
             return math.nan
         value = as_number(self._content[name])
         if value is None or not allowed.holds(value):
-            self.wrong(name, what)
+            is_tiny = value is not None and 0.0 < value < _SMALLEST
+            self.wrong(name, f'no quantity is so small; {what}' if is_tiny else what)
             return math.nan
         return value
 
@@ -169,7 +179,20 @@ class Section:
         if isinstance(value, bool) or not isinstance(value, str | int | float) or value == '':
             self.wrong(name, needed)
             return ''
-        return str(value)
+        try:
+            return str(value)
+        except ValueError:  # Python refuses to write whole numbers of thousands of digits.
+            self.wrong(name, needed)
+            return ''
+
+    def path(self, name: str, folder: Path, *, needed: str = 'name the file') -> Path:
+        """Return a path, which must be given; a relative one starts at `folder`."""
+        text = self.text(name, needed=needed)
+        try:
+            return folder / user_path(text)
+        except InputError as error:
+            self.problems.add(self.at(name), f'is no path: {error}')
+            return folder
 
     def choice(self, name: str, choices: Sequence[str], *, default: str | None = None) -> str:
         """Return one of some names."""
@@ -221,7 +244,7 @@ def finite_numbers(value: Any, size: int) -> FloatArray | None:
     if not isinstance(value, list) or len(value) != size:
         return None
     numbers = [as_number(item) for item in value]
-    if any(number is None or not math.isfinite(number) for number in numbers):
+    if any(number is None or not abs(number) <= _LARGEST for number in numbers):
         return None
     return np.array(numbers, dtype=np.float64)
 
