@@ -16,7 +16,7 @@ import threading
 from typing import Any
 
 # For so long what was interrupted may put its files in order [s].
-_GRACE = 1.5
+_GRACE = 1.0
 
 
 class Abandoned(KeyboardInterrupt):

@@ -5,6 +5,7 @@
 import argparse
 from typing import Any, TYPE_CHECKING
 
+from diffcal_ros.cli.number_argument import coordinate
 from diffcal_ros.cli.path_argument import path_argument
 from diffcal_ros.cli.say import say
 
@@ -47,7 +48,7 @@ def _add_film_options(group: Any) -> None:
         '--camera-position',
         metavar=('X', 'Y', 'Z'),
         nargs=3,
-        type=float,
+        type=coordinate,
         help='of the depth camera in the world [m]; it looks at the body (default: the pose '
         'that the scene stores, else one that sees the whole motion)',
     )

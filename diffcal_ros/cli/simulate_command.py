@@ -6,6 +6,7 @@ import argparse
 from dataclasses import replace
 from typing import Any
 
+from diffcal_ros.cli.number_argument import coordinate
 from diffcal_ros.cli.path_argument import path_argument
 from diffcal_ros.cli.say import say
 
@@ -110,7 +111,7 @@ def _add_camera_options(group: Any) -> None:
         '--camera-position',
         metavar=('X', 'Y', 'Z'),
         nargs=3,
-        type=float,
+        type=coordinate,
         help='of the depth camera in the world [m]; it looks at the body and the marker '
         '(default: the pose that the scene stores, else one that sees both)',
     )
