@@ -11,6 +11,8 @@ import pytest
 
 # The grace that work is given, and what a busy machine needs beside it [s].
 _SOON = 8.0
+# From its word to its deed [s].
+_BEGUN = 1.0
 _COMMAND = """
 import ctypes, signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -28,7 +30,8 @@ _BUSY = {
     'between steps': '\n    try:\n        while True: time.sleep(0.01)\n'
     "    finally:\n        print('in order', flush=True)",
     'native code': 'ctypes.CDLL(None).sleep(60)',
-    'native code that keeps Python waiting': 'ctypes.PyDLL(None).sleep(60)',
+    # It holds Python's lock, and looks at no signal.
+    'native code that keeps Python waiting': 'sum(range(10**11))',
 }
 
 
@@ -40,6 +43,7 @@ def _start(work: str) -> subprocess.Popen[str]:
         text=True,
     )
     assert process.stdout.readline() == 'busy\n'
+    time.sleep(_BEGUN)
     return process
 
 
