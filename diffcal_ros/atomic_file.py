@@ -21,7 +21,7 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         InputError: when the folder cannot be written to or the disk is full.
     """
-    if not path.name or path.is_dir():
+    if not path.name or os.path.isdir(path):  # `Path.is_dir` raises for long names.
         raise InputError(f'{path} is a folder: name the file to write')
     fresh = fresh_path(path)
     try:

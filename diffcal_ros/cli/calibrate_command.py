@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+import os
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
@@ -169,7 +170,7 @@ def _check_targets(out: Path) -> None:
     from diffcal_ros.errors import InputError
 
     for name in (_RESULT, _REPORT, _FITTED_SCENE):
-        if (out / name).is_dir():
+        if os.path.isdir(out / name):
             raise InputError(
                 f'{out / name} is a folder, and a file is to be written there: remove it, or give '
                 'another folder with --out'

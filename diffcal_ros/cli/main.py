@@ -23,6 +23,12 @@ EXIT_FAULT = 70
 EXIT_NOT_SAID = 74
 EXIT_INTERRUPTED = 130
 
+# What files and folders may be the cause of, whatever a command does with them.
+_OF_THE_MACHINE = (
+    *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR, errno.EISDIR),
+    *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ELOOP, errno.ENAMETOOLONG),
+)
+
 
 def make_parser() -> argparse.ArgumentParser:
     """Build the parser with every subcommand."""
@@ -59,9 +65,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if isinstance(interrupt, Abandoned):
                 _end_now(code)
         except Exception as error:
-            tell_fault(error, parsed, given)
-            code = EXIT_FAULT
+            code = _tell_unforeseen(error, parsed, given)
         return _code_once_said(output, code, parsed.command)
+
+
+def _tell_unforeseen(error: Exception, parsed: argparse.Namespace, given: Sequence[str]) -> int:
+    """Tell what the machine refused, or a fault of this program; return the exit code."""
+    if isinstance(error, OSError) and error.errno in _OF_THE_MACHINE:
+        where = f'{error.filename}: ' if error.filename else ''
+        print(
+            f'diffcal {parsed.command}: {where}{error.strerror}: see that files and folders are '
+            'there and may be used, and that the disk has room',
+            file=sys.stderr,
+        )
+        return EXIT_BAD_INPUT
+    tell_fault(error, parsed, given)
+    return EXIT_FAULT
 
 
 def _tell_interruption(parsed: argparse.Namespace) -> None:

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What nobody foresaw ends in a sentence and a log file, never in a traceback."""
 
+import errno
+import os
 import re
 
 from diffcal_ros.cli import check_command, last_resort
-from diffcal_ros.cli.main import EXIT_FAULT
+from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_FAULT
 import pytest
 
 
@@ -58,3 +60,21 @@ def test_without_any_place_the_log_is_said(run_cli, monkeypatch):
     ran = run_cli('check', 'scene.yaml')
     assert 'Traceback' in ran.err
     assert ran.err.splitlines()[-1].endswith('please report it with the lines above')
+
+
+@pytest.mark.parametrize('number', [errno.EACCES, errno.ENOSPC])
+def test_what_the_machine_refuses_is_no_fault(run_cli, in_folder, monkeypatch, number):
+    error = OSError(number, os.strerror(number), 'a.tet')
+    monkeypatch.setattr(check_command, 'run', _raise(error))
+    ran = run_cli('check', 'scene.yaml')
+    assert ran.code == EXIT_BAD_INPUT
+    assert ran.err.startswith(f'diffcal check: a.tet: {os.strerror(number)}: see that files')
+    assert not list(in_folder.iterdir())
+
+
+def test_a_name_that_grows_too_long_is_no_fault(run_cli, write_scene, in_folder):
+    scene = in_folder / f'{"x" * 250}.yaml'
+    write_scene().rename(scene)
+    ran = run_cli('check', scene)
+    assert ran.code == EXIT_BAD_INPUT
+    assert 'File name too long' in ran.err
