@@ -201,7 +201,10 @@ def _fit(
         if is_field_asked(args):
             calibration, field = fit_asked_field(args, inputs, settings, progress, on_iteration)
             return calibration, field.result, field
-        return *run_calibration(inputs, settings, args.out, on_iteration=on_iteration), None
+        fitted = run_calibration(
+            inputs, settings, args.out, on_iteration=on_iteration, tell=progress.say
+        )
+        return *fitted, None
     except ImportError as error:
         # Solvers and torch are optional; the message says what to install.
         raise InputError(str(error)) from error
