@@ -23,6 +23,8 @@ _WIDEST_VIEW = 0.088
 # The optical axis of an image that was cut out of a larger one may lie outside it.
 _AXES = Interval(-20000.0, 40000.0)
 _DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
+# In pixels; a fit takes hours where the band is wider than the body.
+_BANDS = Interval(0.0, 100.0)
 # Beyond a metre, a length of these sections was written in millimetres.
 _LENGTHS = Interval(0.0, 1.0)
 _POSITIVE_LENGTHS = Interval(0.0, 1.0, is_open=True)
@@ -91,7 +93,7 @@ def read_masks(scene: Section, camera: PinholeCamera | None) -> Masks:
         ),
         boxes=_read_boxes(section, camera),
         silhouette_band=section.number(
-            'silhouette_band', default=usual.silhouette_band, allowed=Interval(0.0, 1000.0)
+            'silhouette_band', default=usual.silhouette_band, allowed=_BANDS
         ),
         grazing_angle=math.radians(angle),
         truncation=section.number(

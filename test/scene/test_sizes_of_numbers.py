@@ -25,6 +25,7 @@ MODULUS = 'regions.body.youngs_modulus'
             {'camera': {'width': 640, 'height': 480, 'fx': 1e-6, 'fy': 460, 'cx': 1, 'cy': 1}},
             r'camera\.fx is 1e-06: no camera sees so wide an angle on 640 pixels',
         ),
+        ({'masks.silhouette_band': 1000}, 'silhouette_band is 1000: give a number at least 0 and'),
         ({'rigid_offset.translation_std': 1e-300}, 'between 1e-9 and 1'),
         ({'gravity': [0, -1e300, 0]}, 'give the acceleration in m/s'),
         ({'placement.translation': [1e300, 0, 0]}, 'translation is'),
