@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
-from uuid import uuid4
 
 from diffcal_ros.errors import InputError
+from diffcal_ros.leftovers import fresh_path, remove_leftovers
 
 
 @contextmanager
@@ -21,12 +21,12 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         InputError: when the folder cannot be written to or the disk is full.
     """
-    if not path.name or path.is_dir():
+    if not path.name or os.path.isdir(path):  # `Path.is_dir` raises for long names.
         raise InputError(f'{path} is a folder: name the file to write')
-    # The suffix stays last: image writers choose their format by it.
-    fresh = path.with_name(f'.{path.stem}.{uuid4().hex[:8]}{path.suffix}')
+    fresh = fresh_path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(path)
         yield fresh
         with fresh.open('rb') as written:
             os.fsync(written.fileno())
@@ -42,8 +42,11 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_text_atomically(path: Path, text: str) -> None:
-    """Write a UTF-8 text; see `replacing`."""
-    write_bytes_atomically(path, text.encode('utf-8'))
+    """Write a UTF-8 text; see `replacing`.
+
+    Bytes of a file's name that are no UTF-8 are written as escapes.
+    """
+    write_bytes_atomically(path, text.encode('utf-8', errors='backslashreplace'))
 
 
 def write_bytes_atomically(path: Path, content: bytes) -> None:

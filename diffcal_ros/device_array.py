@@ -5,9 +5,12 @@
 from typing import Any
 
 from diffcal_ros.errors import InputError
+from diffcal_ros.warp_start import start_warp
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp
+
+start_warp()
 
 
 def require_device(name: str) -> None:
@@ -34,18 +37,6 @@ def download(source: Any) -> NDArray[Any]:
     """Return a copy of a Warp array as NumPy."""
     values: NDArray[Any] = source.numpy()
     return values.copy() if source.device.is_cpu else values
-
-
-def _be_quiet() -> None:
-    """Keep Warp from greeting on standard output and from missing a GPU aloud."""
-    config: Any = wp.config
-    if hasattr(config, 'log_level'):
-        config.log_level = getattr(wp, 'LOG_ERROR', 40)
-    else:
-        config.quiet = True
-
-
-_be_quiet()
 
 
 def device_names() -> tuple[str, ...]:

@@ -3,8 +3,9 @@
 """`diffcal accept`: add what a diagnosis found to the model of its scene."""
 
 import argparse
-from pathlib import Path
 from typing import Any
+
+from diffcal_ros.cli.path_argument import path_argument
 
 
 def add_parser(subparsers: Any) -> None:
@@ -15,7 +16,9 @@ def add_parser(subparsers: Any) -> None:
         description='Add the effect of the diagnosis in DIR to the model file beside its scene; '
         'the next `diffcal calibrate` uses it. The scene itself stays as it is.',
     )
-    parser.add_argument('folder', metavar='DIR', type=Path, help='of `diffcal diagnose --out DIR`')
+    parser.add_argument(
+        'folder', metavar='DIR', type=path_argument, help='of `diffcal diagnose --out DIR`'
+    )
     parser.add_argument(
         '--effect',
         metavar='EFFECT',

@@ -3,9 +3,12 @@
 """`diffcal calibrate`: fit a scene's parameters to recordings and report what was found."""
 
 import argparse
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
+import os
 from pathlib import Path
-import sys
 from typing import Any, TYPE_CHECKING
 
 from diffcal_ros.cli.field_options import (
@@ -30,7 +33,6 @@ if TYPE_CHECKING:
 
 _RESULT, _REPORT, _FITTED_SCENE = 'result.json', 'report.html', 'fitted_scene.yaml'
 _USUAL = {'gauss_newton': 30, 'adam_demon': 100}
-_EXIT_INTERRUPTED = 130
 _ALL_LAWS = 'all'
 
 
@@ -41,7 +43,8 @@ def add_parser(subparsers: Any) -> None:
         help='fit parameters to recordings',
         description='Fit the parameters of SCENE to depth recordings of the body, at rest or let '
         'go, and write DIR/result.json, DIR/report.html and DIR/fitted_scene.yaml.',
-        epilog='Exit codes: 0 done; 2 bad input; 3 diverged, not converged or not identifiable.',
+        epilog='Exit codes: 0 converged; 2 bad input; 3 no usable fit; 4 the model disagrees with '
+        'the data; 5 several answers explain them about as well; see also `diffcal --help`.',
     )
     add_recordings(parser)
     add_input_options(parser.add_argument_group('what is read'))
@@ -119,15 +122,13 @@ def run(args: argparse.Namespace) -> int:
         scene = with_law(scene, args.law)
     settings = _settings(args, scene)
     progress = Progress(most_iterations=settings.max_iterations or _USUAL[settings.optimizer])
-    try:
-        with progress:
-            if args.law == _ALL_LAWS:
-                return _rank(args, scene, settings, progress)
-            calibration, result, field = _fit(args, scene, settings, progress)
-        return _tell(args.out, calibration, result, field)
-    except KeyboardInterrupt:
-        print(f'diffcal calibrate: {_what_is_left(args.out, progress)}', file=sys.stderr)
-        return _EXIT_INTERRUPTED
+    args.what_is_left = partial(_what_is_left, args.out, progress)
+    with progress:
+        if args.law == _ALL_LAWS:
+            return _rank(args, scene, settings, progress)
+        calibration, result, field = _fit(args, scene, settings, progress)
+        progress.say('writing scene and report')
+    return _write_and_tell(args.out, calibration, result, field)
 
 
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
@@ -152,6 +153,7 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
         search=not args.no_search,
     )
     _check_device(args.device)
+    _check_targets(args.out)
     return settings
 
 
@@ -162,6 +164,17 @@ def _check_device(name: str) -> None:
     known = device_names()
     if name not in known:
         raise InputError(f'device is {name!r}: this machine has {", ".join(known)}')
+
+
+def _check_targets(out: Path) -> None:
+    from diffcal_ros.errors import InputError
+
+    for name in (_RESULT, _REPORT, _FITTED_SCENE):
+        if os.path.isdir(out / name):
+            raise InputError(
+                f'{out / name} is a folder, and a file is to be written there: remove it, or give '
+                'another folder with --out'
+            )
 
 
 def _fit(
@@ -188,7 +201,10 @@ def _fit(
         if is_field_asked(args):
             calibration, field = fit_asked_field(args, inputs, settings, progress, on_iteration)
             return calibration, field.result, field
-        return *run_calibration(inputs, settings, args.out, on_iteration=on_iteration), None
+        fitted = run_calibration(
+            inputs, settings, args.out, on_iteration=on_iteration, tell=progress.say
+        )
+        return *fitted, None
     except ImportError as error:
         # Solvers and torch are optional; the message says what to install.
         raise InputError(str(error)) from error
@@ -226,38 +242,63 @@ def _remove_old_results(out: Path, scene: 'Scene') -> None:
     kept = {path.resolve() for path in used if path is not None}
     for name in (_REPORT, _FITTED_SCENE, FIELD_FILE):
         if (out / name).resolve() not in kept:
-            (out / name).unlink(missing_ok=True)
+            # What cannot be removed is told when it is written.
+            with suppress(OSError):
+                (out / name).unlink(missing_ok=True)
 
 
-def _tell(
+def _write_and_tell(
     out: Path, calibration: 'Calibration', result: 'CalibrationResult', field: 'FieldFit | None'
 ) -> int:
-    """Print the result before writing more: a full disk must not cost the numbers."""
-    from diffcal_ros.report.field_file import write_field
+    """Write everything and print the result; what cannot be written costs nothing else.
+
+    Raises:
+        InputError: when a file could not be written, once the others are.
+    """
+    from diffcal_ros.errors import InputError
     from diffcal_ros.report.field_section import field_text
-    from diffcal_ros.report.page import write_report
     from diffcal_ros.report.result_table import result_text
     from diffcal_ros.report.scene_table import format_rows
+
+    rows, faults = [('result', str(out / _RESULT))], []
+    try:
+        for name, path, write in _files(out, calibration, result, field):
+            try:
+                write()
+                rows.append((name, str(path)))
+            except InputError as error:
+                faults.append(str(error))
+    finally:
+        print(result_text(calibration.scene.name, result))
+        if field is not None:
+            print(field_text(field))
+        print(format_rows(rows))
+    if faults:
+        raise InputError('; '.join(faults))
+    return result.outcome.exit_code
+
+
+def _files(
+    out: Path, calibration: 'Calibration', result: 'CalibrationResult', field: 'FieldFit | None'
+) -> Iterator[tuple[str, Path, Callable[[], None]]]:
+    """List what is written beside result.json, and how; what others go on from comes first."""
+    from diffcal_ros.report.field_file import write_field
+    from diffcal_ros.report.page import write_report
     from diffcal_ros.scene.modulus_field import FIELD_FILE
     from diffcal_ros.scene.save import save_fitted_scene
 
-    print(result_text(calibration.scene.name, result), flush=True)
-    rows = [('result', str(out / _RESULT))]
-    write_report(out / _REPORT, calibration, result, field)
-    rows.append(('report', str(out / _REPORT)))
     scene = calibration.scene
     if field is not None:
-        print(field_text(field))
         scene = replace(scene, relative_modulus=field.relative_modulus)
     if result.outcome.is_fitted:
-        save_fitted_scene(scene, out / _FITTED_SCENE, result.values())
-        rows.append(('scene', str(out / _FITTED_SCENE)))
+        path = out / _FITTED_SCENE
+        yield 'scene', path, partial(save_fitted_scene, scene, path, result.values())
     if field is not None:
         # In place of the one beside the scene, with its error and the body's shape.
-        write_field(out / FIELD_FILE, calibration, field)
-        rows.append(('field', str(out / FIELD_FILE)))
-    print(format_rows(rows))
-    return result.outcome.exit_code
+        path = out / FIELD_FILE
+        yield 'field', path, partial(write_field, path, calibration, field)
+    path = out / _REPORT
+    yield 'report', path, partial(write_report, path, calibration, result, field)
 
 
 def _what_is_left(out: Path, progress: 'Progress') -> str:

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from diffcal_ros.cli.path_argument import path_argument
+
 
 def add_parser(subparsers: Any) -> None:
     """Add the subcommand."""
@@ -15,12 +17,12 @@ def add_parser(subparsers: Any) -> None:
         description='Check a scene file, print what is in it, and draw it to a PNG. '
         'All mistakes are listed at once, and the exit code is then 2.',
     )
-    parser.add_argument('scene', metavar='SCENE', type=Path, help='scene file (YAML)')
+    parser.add_argument('scene', metavar='SCENE', type=path_argument, help='scene file (YAML)')
     drawing = parser.add_mutually_exclusive_group()
     drawing.add_argument(
         '--draw',
         metavar='PNG',
-        type=Path,
+        type=path_argument,
         help='where the drawing goes (default: <SCENE>_check.png in the current folder)',
     )
     drawing.add_argument('--no-draw', action='store_true', help='print only')

@@ -3,7 +3,6 @@
 """`diffcal diagnose`: say whether simulation and measurement disagree, and what is missing."""
 
 import argparse
-import sys
 from typing import Any
 
 from diffcal_ros.cli.recording_options import (
@@ -12,6 +11,7 @@ from diffcal_ros.cli.recording_options import (
     asked_fit,
     open_asked,
 )
+from diffcal_ros.cli.say import say
 
 _PAGE = 'diagnosis.html'
 _UNKNOWN = 3
@@ -76,13 +76,15 @@ def run(args: argparse.Namespace) -> int:
 
     scene = load_scene(args.scene)
     settings = _settings(args, scene)
-    _say('reading the recordings')
+    say('reading the recordings')
     inputs = open_asked(args, scene)
     for note in (*scene.notes, *inputs.notes):
-        _say(f'note: {note}')
-    course = run_diagnosis(inputs, settings, args.out, tell=_say)
-    print('\n'.join(verdict_lines(course.diagnosis)), flush=True)
-    write_diagnosis_page(args.out / _PAGE, scene.name, course)
+        say(f'note: {note}')
+    course = run_diagnosis(inputs, settings, args.out, tell=say)
+    try:
+        write_diagnosis_page(args.out / _PAGE, scene.name, course)
+    finally:
+        print('\n'.join(verdict_lines(course.diagnosis)))
     print(f'\npage      {args.out / _PAGE}')
     print(f'took      {course.diagnosis.seconds:.0f} s')
     _suggest_solver(course.diagnosis.seconds)
@@ -115,11 +117,7 @@ def _suggest_solver(seconds: float) -> None:
     from diffcal_ros.fem.sparse_solver import fast_solver
 
     if seconds > _LONG and fast_solver() is None:
-        _say(
+        say(
             'note: most of that went into factorising stiffness matrices; '
             "pip install 'diffcal_ros[fast]' (Intel's MKL) does it several times as fast"
         )
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)

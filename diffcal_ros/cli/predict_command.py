@@ -3,9 +3,11 @@
 """`diffcal predict`: run a calibrated model forward and show what it does."""
 
 import argparse
-from pathlib import Path
-import sys
 from typing import Any, TYPE_CHECKING
+
+from diffcal_ros.cli.number_argument import coordinate
+from diffcal_ros.cli.path_argument import path_argument
+from diffcal_ros.cli.say import say
 
 if TYPE_CHECKING:
     from diffcal_ros.prediction.predicted_body import PredictedBody
@@ -20,9 +22,9 @@ def add_parser(subparsers: Any) -> None:
         'of a fitted_scene.yaml, and write what a depth camera would see, the deformed mesh of '
         'every frame and a film; a folder for each observation where the scene has several.',
     )
-    parser.add_argument('scene', metavar='SCENE', type=Path, help='scene file (YAML)')
+    parser.add_argument('scene', metavar='SCENE', type=path_argument, help='scene file (YAML)')
     parser.add_argument(
-        '--out', metavar='DIR', type=Path, required=True, help='folder to write to'
+        '--out', metavar='DIR', type=path_argument, required=True, help='folder to write to'
     )
     parser.add_argument(
         '--overwrite', action='store_true', help='write into a folder that is not empty'
@@ -46,7 +48,7 @@ def _add_film_options(group: Any) -> None:
         '--camera-position',
         metavar=('X', 'Y', 'Z'),
         nargs=3,
-        type=float,
+        type=coordinate,
         help='of the depth camera in the world [m]; it looks at the body (default: the pose '
         'that the scene stores, else one that sees the whole motion)',
     )
@@ -91,18 +93,17 @@ def run(args: argparse.Namespace) -> int:
     outputs = PredictionOutputs(args.mesh, args.bag, args.slow_motion, args.overwrite, args.film)
     check_outputs(args.out, outputs)
     scene = load_scene(args.scene)
+    say(f'simulating, {scene.mesh.tet_count} tetrahedra')
     bodies = predict_bodies(scene, film)
     position = tuple(args.camera_position) if args.camera_position else None
     views = look_at(scene, bodies, position)
     rows = [(body.setup.name, _words(body)) for body in bodies]
+    say('writing depth, meshes and film')
     written = write_prediction(views, args.out, outputs)
     for warning in (text for body in bodies for text in body.warnings):
-        print(f'diffcal predict: warning: {warning}', file=sys.stderr)
+        say(f'diffcal predict: warning: {warning}')
     if scene.depth_camera is None:
-        print(
-            "diffcal predict: note: the scene gives no camera: intrinsics like an Intel L515's",
-            file=sys.stderr,
-        )
+        say("diffcal predict: note: the scene gives no camera: intrinsics like an Intel L515's")
     print(format_rows([*rows, *((word, str(path)) for word, path in written)]))
     return 0
 

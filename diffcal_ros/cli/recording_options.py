@@ -3,8 +3,10 @@
 """What every command that reads recordings takes: which, how, and what is fitted."""
 
 import argparse
-from pathlib import Path
+import os
 from typing import Any, TYPE_CHECKING
+
+from diffcal_ros.cli.path_argument import path_argument
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,12 +22,16 @@ def add_recordings(parser: Any) -> None:
         'bags',
         metavar='BAG',
         nargs='*',
-        type=Path,
+        type=path_argument,
         help='rosbag2 directory or .mcap file; one for each observation of the scene, in its '
         'order, or in any if the scene names them (default: the bags that the scene names)',
     )
-    parser.add_argument('--scene', metavar='SCENE', type=Path, required=True, help='scene file')
-    parser.add_argument('--out', metavar='DIR', type=Path, required=True, help='folder of results')
+    parser.add_argument(
+        '--scene', metavar='SCENE', type=path_argument, required=True, help='scene file'
+    )
+    parser.add_argument(
+        '--out', metavar='DIR', type=path_argument, required=True, help='folder of results'
+    )
 
 
 def add_input_options(group: Any) -> None:
@@ -97,7 +103,8 @@ def asked_fit(args: argparse.Namespace, scene: 'Scene') -> tuple[str, ...] | Non
     regions = [region.name for region in scene.regions]
     cables = [cable.name for cable in scene.cables]
     problems = fit_problems(fit, regions, scene.observations, cables)
-    swallowed = [name for name in fit if Path(name).exists()]
+    # `Path.exists` raises for names that are too long.
+    swallowed = [name for name in fit if os.path.exists(name)]
     if problems and swallowed:
         raise InputError(
             f'--fit has {swallowed[0]!r}, a path: name the recordings before the options'

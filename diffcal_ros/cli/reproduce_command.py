@@ -4,13 +4,17 @@
 
 import argparse
 from collections.abc import Iterator
-from concurrent.futures import as_completed, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import as_completed
+from concurrent.futures.process import BrokenProcessPool
 import os
 from pathlib import Path
 import sys
 import time
 from typing import Any, TYPE_CHECKING
+
+from diffcal_ros.cli.lasting_stream import lasting_streams
+from diffcal_ros.cli.path_argument import path_argument
+from diffcal_ros.process_pool import process_pool
 
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import Calibration
@@ -42,14 +46,14 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         '--data',
         metavar='PATH',
-        type=Path,
+        type=path_argument,
         help=f'root of a clone of the public DiffCal data set (default: ${_DATASET})',
     )
     parser.add_argument(
         '--starts', metavar='N', type=int, default=10, help='random starts (default: 10)'
     )
     parser.add_argument(
-        '--out', metavar='DIR', type=Path, help='folder of results; run it again to go on'
+        '--out', metavar='DIR', type=path_argument, help='folder of results; run it again to go on'
     )
     parser.add_argument(
         '--jobs',
@@ -113,20 +117,26 @@ def _done(
     rows: list['Row'], dataset: Path | None, args: argparse.Namespace
 ) -> Iterator[tuple['Row', str]]:
     """Do the rows, some side by side; yield each when it is done, with what stopped it."""
+    from diffcal_ros.errors import InputError
+
     begun = time.time()
     jobs = min(args.jobs, len(rows))
     if jobs == 1:
         for row in rows:
             yield row, _run_one(row, dataset, args.out, args.starts, begun)
         return
-    # Fresh processes: Warp's state does not survive a fork.
-    with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
+    with process_pool(jobs) as pool:
         running = {
             pool.submit(_run_one, row, dataset, args.out, args.starts, begun): row for row in rows
         }
         try:
             for future in as_completed(running):
                 yield running[future], future.result()
+        except BrokenProcessPool as error:
+            raise InputError(
+                'a process died (was there memory enough?): run it again with --jobs 1; what is '
+                f'done is kept in {args.out}'
+            ) from error
         except KeyboardInterrupt:
             pool.shutdown(cancel_futures=True)
             raise
@@ -141,7 +151,8 @@ def _run_one(row: 'Row', dataset: Path | None, out: Path, starts: int, begun: fl
         print(f'[{time.time() - begun:5.0f} s] {text}', file=sys.stderr, flush=True)
 
     try:
-        run_row(row, dataset, out, starts=starts, draw=_draw, tell=tell)
+        with lasting_streams():
+            run_row(row, dataset, out, starts=starts, draw=_draw, tell=tell)
     except InputError as error:
         return str(error)
     return ''

@@ -3,8 +3,9 @@
 """`diffcal revert`: take the last effect that was accepted out of a model again."""
 
 import argparse
-from pathlib import Path
 from typing import Any
+
+from diffcal_ros.cli.path_argument import path_argument
 
 
 def add_parser(subparsers: Any) -> None:
@@ -15,7 +16,10 @@ def add_parser(subparsers: Any) -> None:
         description='Take the effect that was accepted last out of the model of a scene.',
     )
     parser.add_argument(
-        'target', metavar='SCENE_OR_DIR', type=Path, help='scene file, or folder of its diagnosis'
+        'target',
+        metavar='SCENE_OR_DIR',
+        type=path_argument,
+        help='scene file, or folder of its diagnosis',
     )
     parser.set_defaults(run=run)
 

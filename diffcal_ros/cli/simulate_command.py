@@ -4,9 +4,11 @@
 
 import argparse
 from dataclasses import replace
-from pathlib import Path
-import sys
 from typing import Any
+
+from diffcal_ros.cli.number_argument import coordinate
+from diffcal_ros.cli.path_argument import path_argument
+from diffcal_ros.cli.say import say
 
 
 def add_parser(subparsers: Any) -> None:
@@ -19,10 +21,13 @@ def add_parser(subparsers: Any) -> None:
         'mesh, and OUT/truth.json, which no other command reads.',
     )
     parser.add_argument(
-        'scene', metavar='SCENE', type=Path, help='scene file; its start values are the truth'
+        'scene',
+        metavar='SCENE',
+        type=path_argument,
+        help='scene file; its start values are the truth',
     )
     parser.add_argument(
-        '--out', metavar='DIR', type=Path, required=True, help='folder to write to'
+        '--out', metavar='DIR', type=path_argument, required=True, help='folder to write to'
     )
     parser.add_argument(
         '--overwrite', action='store_true', help='replace a recording that is there'
@@ -106,7 +111,7 @@ def _add_camera_options(group: Any) -> None:
         '--camera-position',
         metavar=('X', 'Y', 'Z'),
         nargs=3,
-        type=float,
+        type=coordinate,
         help='of the depth camera in the world [m]; it looks at the body and the marker '
         '(default: the pose that the scene stores, else one that sees both)',
     )
@@ -159,11 +164,11 @@ def run(args: argparse.Namespace) -> int:
         camera_position=tuple(args.camera_position) if args.camera_position else None,
         lidar=replace(lidar, bias=args.bias, farthest=args.max_range),
     )
-    made = record(scene, args.out, settings, overwrite=args.overwrite)
+    made = record(scene, args.out, settings, overwrite=args.overwrite, tell=say)
     print(f'scene  {made.scene}')
     for bag in made.bags.values():
         print(f'bag    {bag}: {args.frames} depth, {settings.color_frames} colour frames')
     print(f'truth  {made.truth}')
     for note in made.notes:
-        print(f'diffcal simulate: note: {note}', file=sys.stderr)
+        say(f'diffcal simulate: note: {note}')
     return 0

@@ -3,10 +3,11 @@
 """`diffcal suggest`: which recording would tell most next."""
 
 import argparse
-from pathlib import Path
 from typing import Any
 
+from diffcal_ros.cli.path_argument import path_argument
 from diffcal_ros.cli.recording_options import asked_fit
+from diffcal_ros.cli.say import say
 
 
 def add_parser(subparsers: Any) -> None:
@@ -18,7 +19,7 @@ def add_parser(subparsers: Any) -> None:
         'and rank other directions of gravity and other views by how much they would shrink the '
         "errors of what is fitted. It rests on the model's own derivatives; no recording is read.",
     )
-    parser.add_argument('scene', metavar='SCENE', type=Path, help='scene file (YAML)')
+    parser.add_argument('scene', metavar='SCENE', type=path_argument, help='scene file (YAML)')
     parser.add_argument(
         '--fit',
         metavar='NAME',
@@ -27,7 +28,7 @@ def add_parser(subparsers: Any) -> None:
         help="parameters that are to be known (default: the scene's)",
     )
     parser.add_argument(
-        '--json', metavar='FILE', type=Path, help='write the ranking to a file, too'
+        '--json', metavar='FILE', type=path_argument, help='write the ranking to a file, too'
     )
     parser.set_defaults(run=run)
 
@@ -40,6 +41,7 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.scene.load import load_scene
 
     scene = load_scene(args.scene)
+    say('simulating what other poses and views would show')
     suggestion = suggest(scene, fit=asked_fit(args, scene))
     if args.json is not None:
         write_text_atomically(args.json, suggestion_json(suggestion))

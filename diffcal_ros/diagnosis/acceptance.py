@@ -17,8 +17,10 @@ from diffcal_ros.scene.model_file import (
     read_versions,
     write_versions,
 )
+from diffcal_ros.user_path import require_plain_file
 
 VERDICT_FILE = 'verdict.json'
+_MOST_BYTES = 100_000_000
 
 
 def accept(folder: Path, identifiers: Sequence[str] = ()) -> tuple[Path, tuple[str, ...]]:
@@ -84,11 +86,12 @@ def scene_of(folder: Path) -> Path:
 def _read(folder: Path) -> dict[str, Any]:
     path = folder / VERDICT_FILE
     try:
-        verdict: dict[str, Any] = json.loads(path.read_text())
+        require_plain_file(path, _MOST_BYTES)
+        verdict: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
         if not isinstance(verdict['details'], dict):
             raise ValueError('details is no mapping')
         return verdict
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
             f'{path} cannot be read ({error}): run `diffcal diagnose ... --out {folder}` first'
         ) from error

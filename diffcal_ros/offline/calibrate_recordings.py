@@ -114,6 +114,7 @@ def run_calibration(
     out: Path,
     *,
     on_iteration: Progress | None = None,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> tuple[Calibration, CalibrationResult]:
     """Fit, and keep `out`/result.json complete after every step.
 
@@ -122,6 +123,7 @@ def run_calibration(
         settings: how to fit.
         out: folder of results.
         on_iteration: told of every step; returns False to stop.
+        tell: told what is done afterwards.
 
     Raises:
         InputError: when something given is wrong, or `out` cannot be written.
@@ -143,8 +145,11 @@ def run_calibration(
     if settings.profile and result.outcome not in _UNFINISHED:
         # What is found already is kept, should the profiles be interrupted.
         save_result(result, out / 'result.json')
-        profiles = tuple(profile(calibration, name) for name in settings.profile)
-        result = replace(result, profiles=profiles)
+        profiles = []
+        for name in settings.profile:
+            tell(f'profile of {name}')
+            profiles.append(profile(calibration, name))
+        result = replace(result, profiles=tuple(profiles))
     save_result(result, out / 'result.json')
     return calibration, result
 

@@ -120,10 +120,22 @@ class DistanceCheck:
         return (
             f'the {what} is {self.pose_distance * 1e3:.0f} mm away by its size in the image, but '
             f'{self.measured_distance * 1e3:.0f} mm by the depth on it '
-            f"({self.relative_error:+.1%}, {_TOLERATED:.0%} is tolerated): the {what}'s {length} "
-            f'in the scene is wrong; {1.0 / (1.0 + self.relative_error):.3f} times it would fit. '
+            f"({self._error_words}, {_TOLERATED:.0%} is tolerated): the {what}'s {length} "
+            f'in the scene is wrong; {self._factor_words} times it would fit. '
             f'Measure the {remedy}'
         )
+
+    @property
+    def _error_words(self) -> str:
+        """Say the error as people do: 3 % too far, or 40 times as far."""
+        if self.relative_error < 1.0:
+            return f'{self.relative_error:+.1%}'
+        return f'{1.0 + self.relative_error:.3g} times as far'
+
+    @property
+    def _factor_words(self) -> str:
+        factor = 1.0 / (1.0 + self.relative_error)
+        return f'{factor:.3f}' if factor > 0.1 else f'{factor:.2g}'
 
     def require(self) -> None:
         """Raise when the distances disagree.

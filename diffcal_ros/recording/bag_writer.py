@@ -15,6 +15,7 @@ from diffcal_ros import __version__
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.leftovers import fresh_path, remove_leftovers
 from diffcal_ros.recording.bag_metadata import (
     as_yaml,
     bag_metadata,
@@ -83,7 +84,7 @@ class BagWriter:
                 f'bag compression is {compression!r}: {", ".join(_COMPRESSIONS)} are written'
             )
         self.path = Path(path)
-        self._fresh = self.path.with_name(f'.{self.path.name}.{os.getpid()}')
+        self._fresh = fresh_path(self.path)
         self._overwrite = overwrite
         self._check_target()
         self._compression = _COMPRESSIONS[compression]
@@ -96,6 +97,7 @@ class BagWriter:
     def __enter__(self) -> 'BagWriter':
         try:
             self._fresh.mkdir(parents=True)
+            remove_leftovers(self.path)
             self._stream: BinaryIO = (self._fresh / self._file_name).open('wb')
             self._writer = Writer(
                 self._stream,

@@ -92,7 +92,8 @@ def choose_depth(messages: McapMessages, wanted: str | None) -> ImageTopic:
     if named:
         raise _unknown_encoding(named[0])
     raise RecordingError(
-        f'the recording has no depth topic, only {listing(messages, topics)}: record '
+        'the recording has no depth topic, '
+        f'{"only" if messages.types else "and holds"} {listing(messages, topics)}: record '
         f'{DEPTH_IMAGE} (sensor_msgs/msg/Image, 32FC1 or 16UC1); compressedDepth is not read'
     )
 

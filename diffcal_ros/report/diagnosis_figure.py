@@ -7,6 +7,7 @@ from typing import Any
 from diffcal_ros.diagnosis.diagnose import Course
 from diffcal_ros.diagnosis.screening import Screen
 from diffcal_ros.report.figure_png import new_figure
+from diffcal_ros.report.figure_text import as_text
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,7 +42,7 @@ def residual_figure(course: Course) -> Any:
         seen = np.where(np.isfinite(nominal[number]), observation.depth.astype(np.float64), np.nan)
         depth = row[0].imshow(1e3 * seen[window], cmap='viridis_r', interpolation='nearest')
         figure.colorbar(depth, ax=row[0], label='depth [mm]', shrink=0.8)
-        row[0].set_ylabel(observation.name)
+        row[0].set_ylabel(as_text(observation.name))
         for panel, residual in zip(row[1:], (nominal[number], added[number]), strict=True):
             image = panel.imshow(
                 1e3 * residual[window],

@@ -13,6 +13,7 @@ from diffcal_ros.report import palette
 from diffcal_ros.report.depth_figure import depth_range
 from diffcal_ros.report.depth_panel import scale_bar, show_image
 from diffcal_ros.report.figure_png import new_figure, png_bytes
+from diffcal_ros.report.figure_text import as_text
 from diffcal_ros.report.naming import is_material, shown, title
 from diffcal_ros.report.observed_view import observed_views, ObservedView
 import numpy as np
@@ -41,7 +42,7 @@ def picture_figure(calibration: Calibration, result: CalibrationResult) -> Any:
     limits = depth_range([view])
     figure = new_figure(_WIDTH, _panel_height(view) + 0.9)
     panels = figure.subplots(1, 3)
-    source = f'{view.observation.frame_count} depth frames\n{calibration.scene.name}'
+    source = f'{view.observation.frame_count} depth frames\n{as_text(calibration.scene.name)}'
     columns = (
         (view.observation.depth.astype(np.float64), 'measured', source),
         (view.start.depth, 'simulated, before', _words(result, result.gap_start, is_fitted=False)),

@@ -6,6 +6,7 @@ from typing import Any
 
 from diffcal_ros.marker import Marker
 from diffcal_ros.report import palette
+from diffcal_ros.report.figure_text import as_text
 from diffcal_ros.report.scene_layout import world_triad
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.cables import start_cables
@@ -44,7 +45,7 @@ def add_legend(
     count = len(scene.observations)
     which = f', observation {setup.name} (first of {count})' if count > 1 else ''
     figure.suptitle(
-        f'{scene.name}{which}: {size_text(scene)}, {scene.mesh.vertex_count} vertices, '
+        f'{as_text(scene.name + which)}: {size_text(scene)}, {scene.mesh.vertex_count} vertices, '
         f'{scene.mesh.tet_count} tetrahedra ({scene.element.value})',
         fontsize=13,
     )
@@ -81,7 +82,7 @@ def _held_handles(setup: ObservationSetup) -> list[Any]:
 
     handles = []
     for part in setup.held:
-        text = f'{part.name}: {len(part.vertices)} vertices held'
+        text = f'{as_text(part.name)}: {len(part.vertices)} vertices held'
         color = HELD_COLOR
         if part.turn is not None:
             text += f', turned by {np.rad2deg(part.turn.angle):.4g}°'

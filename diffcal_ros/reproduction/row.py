@@ -5,12 +5,14 @@
 from collections.abc import Mapping, Sequence
 import copy
 from dataclasses import dataclass, field
+import os
 from pathlib import Path
 from typing import Any
 
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.user_path import user_path
 
 ROWS = Path(__file__).parent / 'rows'
 _ROW_KEYS = {'title', 'question', 'variants', 'finding'}
@@ -109,8 +111,8 @@ def load_row(name: str, folder: Path = ROWS) -> Row:
     Raises:
         SceneError: when there is none, or it has a key that is not known.
     """
-    path = Path(name) if name.endswith(('.yaml', '.yml')) else folder / f'{name}.yaml'
-    if not path.is_file():
+    path = user_path(name) if name.endswith(('.yaml', '.yml')) else folder / f'{name}.yaml'
+    if not os.path.isfile(path):  # `Path.is_file` raises for names that are too long.
         known = ', '.join(row_names(folder))
         raise SceneError(f'there is no experiment {name!r}: use all, a YAML file, or {known}')
     content = read_yaml(path).content

@@ -64,12 +64,11 @@ def _from_box(section: Section) -> Fixture | None:
 
 
 def _from_file(section: Section, folder: Path) -> Fixture | None:
-    name = section.text('file', needed='name the surface file')
+    path = section.path('file', folder, needed='name the surface file')
     unit = section.choice('unit')
     section.refuse_unknown()
     if not section.is_sound:
         return None
-    path = folder / Path(name).expanduser()
     if path.suffix.lower() not in SURFACE_SUFFIXES or not path.is_file():
         section.wrong('file', f'there must be a surface there, {", ".join(SURFACE_SUFFIXES)}')
         return None

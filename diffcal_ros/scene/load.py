@@ -136,7 +136,7 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
     section = root.child('mesh')
     if section is None:
         return None, Element.QUADRATIC
-    file = section.text('file', needed='name the mesh file')
+    file = section.path('file', folder, needed='name the mesh file')
     unit = section.choice('unit')
     element = Element(section.choice('element', default=Element.QUADRATIC.value))
     has_length = section.has('edge_length')
@@ -146,7 +146,7 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
         return None, element
     try:
         read = read_mesh(
-            folder / Path(file).expanduser(),
+            file,
             unit=unit,
             edge_length=edge_length if has_length else None,
         )
@@ -155,7 +155,7 @@ def _read_mesh(root: Section, folder: Path) -> tuple[MeshFile | None, Element]:
         return None, element
     faults = mesh_problems(read.mesh)
     for fault in faults:
-        section.problems.add(section.at('file'), f'is {Path(file).name!r}, unit {unit}: {fault}')
+        section.problems.add(section.at('file'), f'is {file.name!r}, unit {unit}: {fault}')
     return (None if faults else read), element
 
 

@@ -66,14 +66,14 @@ def read_versions(scene: Path) -> list[ModelVersion]:
     if not path.is_file():
         return []
     try:
-        content = yaml.safe_load(path.read_text())
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
         if content['format'] != _FORMAT:
             raise ValueError(f'format is {content["format"]!r}')
         versions = [ModelVersion(**entry) for entry in content['versions']]
         unknown = [version.effect for version in versions if version.effect not in EFFECTS]
         if unknown:
             raise ValueError(f'effect is {unknown[0]!r}')
-    except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+    except (OSError, yaml.YAMLError, LookupError, TypeError, ValueError, RecursionError) as error:
         raise SceneError(
             f'{path} cannot be used ({error}): restore it, or remove it to use the scene alone'
         ) from error

@@ -49,12 +49,12 @@ def read_modulus_field(scene: Section, folder: Path, mesh: TetMesh | None) -> Fl
     section = scene.child(KEY)
     if section is None:
         return None
-    file = section.text('file', needed=f'name the file of the field, such as {FIELD_FILE}')
+    file = section.path('file', folder, needed=f'name the file of the field, such as {FIELD_FILE}')
     section.refuse_unknown()
     if mesh is None or not section.is_sound:
         return None
     try:
-        return _read(folder / Path(file).expanduser(), mesh)
+        return _read(file, mesh)
     except InputError as error:
         section.wrong('file', str(error))
         return None

@@ -32,6 +32,11 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+_LONGEST_NAME = 80
+_NAME = (
+    f'it becomes part of file names: leave out / and what cannot be printed, and use at most '
+    f'{_LONGEST_NAME} letters'
+)
 _GRAVITY = 'give the acceleration in m/s^2 in the world frame, for example [0, -9.81, 0]'
 _GRAVITIES = Interval(-100.0, 100.0)  # In m/s^2; more is mm/s^2, or a slip.
 
@@ -96,6 +101,8 @@ def read_observations(
             continue
         section = Section(item, key, scene.problems, _OBSERVATION_SHAPE)
         name = section.text('name', needed='give each observation a name')
+        if '/' in name or not name.isprintable() or len(name) > _LONGEST_NAME:
+            section.wrong('name', _NAME)
         if any(setup.name == name for setup in setups):
             section.wrong('name', 'another observation has that name, choose a new one')
         own = _read_held(section, held, mesh)
@@ -126,7 +133,7 @@ def _read_one(
     stored = _placement(section, scene, 'stored_depth_from_world')
     gravity = _gravity(section if section.has('gravity') else scene)
     bag_owner = section if section.has('bag') else scene
-    bag = bag_owner.text('bag') if bag_owner.has('bag') else ''
+    bag = bag_owner.path('bag', folder) if bag_owner.has('bag') else None
     motion = _motion(section if section.has('motion') else scene, held, mesh)
     if world_from_object is None:
         return None
@@ -135,7 +142,7 @@ def _read_one(
         world_from_object=world_from_object,
         gravity=gravity,
         held=held,
-        bag=folder / Path(bag).expanduser() if bag else None,
+        bag=bag,
         stored_depth_from_world=stored,
         motion=motion,
     )

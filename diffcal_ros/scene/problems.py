@@ -10,6 +10,7 @@ from typing import Any
 from diffcal_ros.errors import SceneError
 
 _LONGEST_VALUE = 100
+_MOST_LISTED = 30
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,10 @@ class Problems:
             f'  line {problem.line}: {problem.sentence}'
             if problem.line
             else f'  {problem.sentence}'
-            for problem in found
+            for problem in found[:_MOST_LISTED]
         ]
+        if len(found) > _MOST_LISTED:
+            listed.append(f'  and {len(found) - _MOST_LISTED} more')
         raise SceneError('\n'.join([f'{self._source}: {len(found)} mistakes', *listed]))
 
     def _line(self, key: str) -> int | None:
@@ -78,7 +81,10 @@ def shown(value: Any) -> str:
     """Write a value for a message: short, numbers as people write them."""
     if isinstance(value, float):
         return f'{value:g}'
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to write whole numbers of thousands of digits.
+        return 'a number of thousands of digits'
     return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + '...'
 
 

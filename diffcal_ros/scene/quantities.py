@@ -11,6 +11,8 @@ from diffcal_ros.scene.shapes import Interval, Keys, Number, OneOf, POSITIVE
 
 # Names of regions and cables become parts of parameter and topic names.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
+# A standard deviation beside its mean; far below, a fit cannot move and its matrices overflow.
+_FINEST_PRIOR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,11 @@ def _read_prior(
         needed=f'give the standard deviation{_in_unit(rule)} of what is known, above 0',
     )
     prior.refuse_unknown()
+    if prior.is_sound and std < _FINEST_PRIOR * max(abs(mean), _FINEST_PRIOR):
+        prior.wrong(
+            'std',
+            f'nothing is known to {_FINEST_PRIOR:g} of itself: leave it out of `fit` instead',
+        )
     return mean, std
 
 

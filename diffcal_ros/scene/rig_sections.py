@@ -26,12 +26,17 @@ from diffcal_ros.scene.shapes import (
 FROM_CAMERA_INFO = 'from_camera_info'
 _LARGEST_IMAGE = 20000
 _FOCAL_LENGTHS = Interval(0.0, 1e5, is_open=True)
+# Of the image's side: 160 degrees are seen at once.
+_WIDEST_VIEW = 0.088
 # The optical axis of an image that was cut out of a larger one may lie outside it.
 _AXES = Interval(-20000.0, 40000.0)
 _DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
+# In pixels; a fit takes hours where the band is wider than the body.
+_BANDS = Interval(0.0, 100.0)
 # Beyond a metre, a length of these sections was written in millimetres.
 _LENGTHS = Interval(0.0, 1.0)
 _POSITIVE_LENGTHS = Interval(0.0, 1.0, is_open=True)
+_PRIORS = Interval(1e-9, 1.0)
 _IN_METRES = 'give a length in metres, between 0 and 1'
 
 _PIXELS: dict[str, Shape] = {
@@ -66,7 +71,7 @@ MASKS_SHAPE = Keys(
             'image boxes, ends included',
         ),
         'silhouette_band': Number(
-            'leave depth out this close to an outline, in px; default 3', Interval(0.0, 1000.0)
+            'leave depth out this close to an outline, in px; default 3', _BANDS
         ),
         'grazing_angle_deg': Number(
             'leave out surfaces seen flatter than this, from their normal; default 75',
@@ -90,8 +95,8 @@ SENSOR_SHAPE = Keys(
 )
 RIGID_OFFSET_SHAPE = Keys(
     {
-        'translation_std': Number('in m; default 0.02', _POSITIVE_LENGTHS),
-        'rotation_std_deg': Number('in degrees; default 5', Interval(0.0, 180.0, is_open=True)),
+        'translation_std': Number('in m; default 0.02', _PRIORS),
+        'rotation_std_deg': Number('in degrees; default 5', Interval(1e-6, 180.0)),
         'each_recording': Flag('every recording has its own; else all share one (default)'),
     },
     about='how far the hand-set placement may be off: the prior of rigid_offset',
@@ -145,6 +150,11 @@ def read_camera(scene: Section, name: str, *, may_be_distorted: bool) -> Pinhole
     cy = section.number('cy', needed="give the optical axis's row in pixels")
     distortion = _read_distortion(section)
     section.refuse_unknown()
+    for name, size, length in (('fx', width, fx), ('fy', height, fy)):
+        if section.is_sound and length < _WIDEST_VIEW * size:
+            section.wrong(
+                name, f'no camera sees so wide an angle on {size} pixels; give it in pixels'
+            )
     if section.is_sound and any(distortion) and not may_be_distorted:
         section.wrong('distortion', 'depth images are rectified: give zeros or leave it out')
     if not section.is_sound:
@@ -247,12 +257,12 @@ def read_rigid_offset(scene: Section) -> RigidOffset:
     translation_std = section.number(
         'translation_std',
         default=usual.translation_std,
-        needed=_IN_METRES,
+        needed='give a length in metres, between 1e-9 and 1',
     )
     degrees = section.number(
         'rotation_std_deg',
         default=math.degrees(usual.rotation_std),
-        needed='give degrees, above 0 and below 180',
+        needed='give degrees, between 1e-6 and 180',
     )
     each_recording = section.flag('each_recording', default=False)
     section.refuse_unknown()

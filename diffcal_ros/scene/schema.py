@@ -17,10 +17,12 @@ from diffcal_ros.scene.shapes import (
     Constant,
     Flag,
     Keys,
+    LARGEST,
     ListOf,
     Number,
     OneOf,
     Shape,
+    SMALLEST,
     Text,
     Whole,
 )
@@ -55,9 +57,16 @@ def _content(shape: Shape) -> dict[str, Any]:
 
 @_content.register
 def _(shape: Number) -> dict[str, Any]:
-    low, high = _OPEN if shape.allowed.is_open else _CLOSED
-    ends = {low: shape.allowed.low, high: shape.allowed.high}
+    allowed = shape.allowed
+    low, high = _OPEN if allowed.is_open else _CLOSED
+    ends = {low: allowed.low, high: allowed.high}
     limits = {name: value for name, value in ends.items() if np.isfinite(value)}
+    if allowed.is_open and allowed.low == 0.0:
+        limits = {**limits, 'minimum': SMALLEST}
+    if not np.isfinite(allowed.high):
+        limits = {**limits, 'maximum': LARGEST}
+    if not np.isfinite(allowed.low):
+        limits = {**limits, 'minimum': -LARGEST}
     return {'type': ['number', 'string'], 'pattern': _WRITTEN_NUMBER, **limits}
 
 

@@ -8,19 +8,24 @@ something from a section looks at `is_sound` first.
 
 from collections.abc import Iterable
 import math
+from pathlib import Path
 from typing import Any, TypeVar
 
+from diffcal_ros.errors import InputError
 from diffcal_ros.scene.problems import listed, Problems, shown, suggestion
 from diffcal_ros.scene.shapes import (
     Choice,
     Interval,
     Keys,
+    LARGEST,
     ListOf,
     Number,
     OneOf,
     Shape,
+    SMALLEST,
     Whole,
 )
+from diffcal_ros.user_path import user_path
 import numpy as np
 from numpy.typing import NDArray
 
@@ -125,7 +130,8 @@ class Section:
             return math.nan
         value = as_number(self._content[name])
         if value is None or not allowed.holds(value):
-            self.wrong(name, what)
+            is_tiny = value is not None and 0.0 < value < SMALLEST
+            self.wrong(name, f'no quantity is so small; {what}' if is_tiny else what)
             return math.nan
         return value
 
@@ -169,7 +175,20 @@ class Section:
         if isinstance(value, bool) or not isinstance(value, str | int | float) or value == '':
             self.wrong(name, needed)
             return ''
-        return str(value)
+        try:
+            return str(value)
+        except ValueError:  # Python refuses to write whole numbers of thousands of digits.
+            self.wrong(name, needed)
+            return ''
+
+    def path(self, name: str, folder: Path, *, needed: str = 'name the file') -> Path:
+        """Return a path, which must be given; a relative one starts at `folder`."""
+        text = self.text(name, needed=needed)
+        try:
+            return folder / user_path(text)
+        except InputError as error:
+            self.problems.add(self.at(name), f'is no path: {error}')
+            return folder
 
     def choice(self, name: str, *, default: str | None = None) -> str:
         """Return one of the names that are declared."""
@@ -245,7 +264,7 @@ def finite_numbers(value: Any, size: int) -> FloatArray | None:
     if not isinstance(value, list) or len(value) != size:
         return None
     numbers = [as_number(item) for item in value]
-    if any(number is None or not math.isfinite(number) for number in numbers):
+    if any(number is None or not abs(number) <= LARGEST for number in numbers):
         return None
     return np.array(numbers, dtype=np.float64)
 

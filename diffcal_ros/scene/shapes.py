@@ -18,6 +18,11 @@ import numpy as np
 ANY_NAME = r'.*'
 
 
+# No quantity in SI units is larger, nor one that must be positive smaller: squares of others, and
+# what is divided by them, are no numbers any more.
+SMALLEST, LARGEST = 1e-15, 1e18
+
+
 @dataclass(frozen=True)
 class Interval:
     """Allowed numbers; infinite ones never are.
@@ -34,6 +39,8 @@ class Interval:
 
     def holds(self, value: float) -> bool:
         """Tell whether the value is allowed."""
+        if abs(value) > LARGEST or (self.is_open and self.low == 0.0 and value < SMALLEST):
+            return False
         if self.is_open:
             return self.low < value < self.high
         return math.isfinite(value) and self.low <= value <= self.high

@@ -13,6 +13,7 @@ from typing import Any
 from zipfile import BadZipFile
 
 from diffcal_ros.errors import InputError
+from diffcal_ros.user_folders import cache_home
 import numpy as np
 from numpy.typing import NDArray
 
@@ -128,9 +129,8 @@ def _tetrahedralize(path: Path) -> Any:
 
 def _kept_file(path: Path, edge_length: float | None) -> Path:
     """Where the mesh cut from exactly these bytes in this way is kept."""
-    folder = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
     digest = hashlib.sha256(path.read_bytes() + repr(edge_length).encode())
-    return Path(folder) / 'diffcal' / 'meshes' / f'{path.stem}_{digest.hexdigest()[:16]}.npz'
+    return cache_home() / 'diffcal' / 'meshes' / f'{path.stem}_{digest.hexdigest()[:16]}.npz'
 
 
 def _load(kept: Path) -> tuple[FloatArray, IntArray] | None:

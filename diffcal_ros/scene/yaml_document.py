@@ -7,8 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.errors import SceneError
+from diffcal_ros.errors import InputError, SceneError
+from diffcal_ros.scene.yaml_limits import MOST_BYTES, require_limits
+from diffcal_ros.user_path import require_plain_file
 import yaml
+
+# What PyYAML trips over where a tag such as `!!int` stands before something else.
+_MISFITS = (ValueError, LookupError, TypeError, AttributeError, OverflowError)
 
 
 @dataclass(frozen=True)
@@ -28,19 +33,24 @@ def read_yaml(path: Path) -> YamlDocument:
     """Read a file that holds one mapping.
 
     Raises:
-        SceneError: when there is no such file, it is not YAML, or a key stands in it twice.
+        SceneError: when there is no such file, it is not YAML, it is larger than a scene can
+            be, or a key stands in it twice.
     """
     text = _read_text(path)
     try:
         # The pure Python loader: the C one crashes the interpreter on very deep nesting.
         loader = yaml.SafeLoader(text)
         root = loader.get_single_node()
+        if root is not None:
+            require_limits(path, root)
         content = loader.construct_document(root) if root is not None else None
+    except SceneError:
+        raise
     except yaml.YAMLError as error:
         raise SceneError(_syntax_sentence(path, error)) from error
     except RecursionError as error:
         raise SceneError(f'{path} is nested too deeply: give a scene file') from error
-    except ValueError as error:
+    except _MISFITS as error:
         raise SceneError(
             f'{path} holds a value that YAML cannot read ({error}): put texts in quotes'
         ) from error
@@ -56,13 +66,14 @@ def read_yaml(path: Path) -> YamlDocument:
 
 def _read_text(path: Path) -> str:
     try:
+        require_plain_file(path, MOST_BYTES)
         return path.read_text(encoding='utf-8')
+    except InputError as error:
+        raise SceneError(str(error)) from error
     except FileNotFoundError as error:
         raise SceneError(
             f'there is no scene file {path}: check the path, or make one with `diffcal import`'
         ) from error
-    except IsADirectoryError as error:
-        raise SceneError(f'{path} is a folder: name the scene file in it') from error
     except OSError as error:
         raise SceneError(f'{path} cannot be read ({error.strerror}): check its rights') from error
     except UnicodeDecodeError as error:

@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 
 _SCANS = 5  # Instants within an exposure at which a moving body is looked at.
 _SECOND = 1_000_000_000  # [ns]
+_MOST_FRAMES = 100_000
 _LARGEST_JITTER = 0.4  # In periods: stamps must not overtake one another.
 
 
@@ -39,6 +40,10 @@ class Timing:
     def __post_init__(self) -> None:
         if self.frames < 1:
             raise InputError(f'{self.frames} depth frames were asked for: give at least one')
+        if self.frames > _MOST_FRAMES:
+            raise InputError(
+                f'{self.frames} depth frames were asked for: give at most {_MOST_FRAMES}'
+            )
         if not 0.1 <= self.rate <= 1000.0:
             raise InputError(f'the frame rate is {self.rate:g} Hz: give 0.1 to 1000')
         period = 1.0 / self.rate

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Record a simulated body: depth, colour and camera poses, the truth in a file of its own."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 import json
 from pathlib import Path
@@ -106,6 +106,7 @@ def record(
     settings: RecorderSettings | None = None,
     *,
     overwrite: bool = False,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> SyntheticRecording:
     """Simulate a scene's start values and record what cameras would see.
 
@@ -115,6 +116,7 @@ def record(
             `truth.json`.
         settings: how to record.
         overwrite: replace a recording that is there.
+        tell: told what is being done.
 
     Raises:
         InputError: when the scene cannot be simulated or seen, or `out` cannot be written.
@@ -129,7 +131,10 @@ def record(
     )
     if settings.is_refined:
         true_scene = refined_scene(true_scene)
-    films = [_film(true_scene, setup, settings) for setup in true_scene.observations]
+    films = []
+    for setup in true_scene.observations:
+        tell(f'simulating {setup.name}, {true_scene.mesh.tet_count} tetrahedra')
+        films.append(_film(true_scene, setup, settings))
     rigs = [
         make_rig(true_scene, setup, film.first, settings.camera_position, film.positions)
         for setup, film in zip(true_scene.observations, films, strict=True)
@@ -144,6 +149,7 @@ def record(
         poses=_stored_poses(scene, rigs),
     )
     for number, rig in enumerate(rigs):
+        tell(f'filming {rig.name}, {settings.timing.frames} depth images')
         _write_bag(rig, films[number], bags[rig.name], settings, number, overwrite)
     write_files(scene, out)
     truth = out / 'truth.json'

@@ -20,6 +20,7 @@ import sys
 import termios
 from typing import Any
 
+from diffcal_ros.cli import calibrate_command
 from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_DONE, EXIT_NOT_FITTED, main
 from diffcal_ros.scene.load import load_scene
 import numpy as np
@@ -253,8 +254,26 @@ def test_a_disk_too_full_for_the_report_keeps_the_numbers(calibrate, tmp_path):
     assert ran.code == EXIT_BAD_INPUT
     assert 'report.html cannot be written' in ran.err.splitlines()[-1]
     assert ran.out.startswith('beam: converged')
-    assert names(tmp_path / 'out') == {'result.json'}
+    assert names(tmp_path / 'out') == {'result.json', 'fitted_scene.yaml'}
     assert read_result(tmp_path / 'out')['outcome'] == 'converged'
+
+
+def test_a_folder_in_place_of_a_file_is_told_before_the_fit(calibrate, tmp_path):
+    (tmp_path / 'out' / 'report.html').mkdir(parents=True)
+    ran = calibrate()
+    assert ran.code == EXIT_BAD_INPUT
+    assert 'report.html is a folder, and a file is to be written there: remove it' in ran.err
+    assert names(tmp_path / 'out') == {'report.html'}
+
+
+def test_a_report_that_cannot_be_written_costs_no_scene(calibrate, tmp_path, monkeypatch):
+    monkeypatch.setattr(calibrate_command, '_check_targets', lambda out: None)
+    (tmp_path / 'out' / 'report.html').mkdir(parents=True)
+    ran = calibrate()
+    assert ran.code == EXIT_BAD_INPUT
+    assert 'report.html is a folder' in ran.err
+    assert ran.out.startswith('beam: converged')
+    assert names(tmp_path / 'out') == FILES
 
 
 def test_an_earlier_result_survives_a_full_disk(done, calibrate, tmp_path):

@@ -5,6 +5,8 @@
 from dataclasses import replace
 import json
 from pathlib import Path
+import subprocess
+import sys
 
 from diffcal_ros.cli.main import main
 from diffcal_ros.reproduction.experiment_data import every_nth_pixel
@@ -12,6 +14,7 @@ from diffcal_ros.reproduction.row import load_row
 from diffcal_ros.reproduction.start_fit import is_done, random_of
 import numpy as np
 import pytest
+from support.processes import children_of, wait_until_gone
 from support.recorded_beam import MODULUS
 from support.scenes import CAMERA, observation
 from support.small_row import ROW, write_row
@@ -85,6 +88,21 @@ def test_experiments_side_by_side_are_all_done(row_file, tmp_path) -> None:
     assert _reproduce(row_file, other, '--starts', 1, '--jobs', 2, '--out', out) == 0
     rows = json.loads((out / 'reproduce.json').read_text())['rows']
     assert [variant['missing'] for row in rows.values() for variant in row['variants']] == [0] * 4
+
+
+@pytest.mark.skipif(sys.platform != 'linux', reason='looks into /proc')
+def test_its_processes_do_not_outlive_it(row_file, tmp_path) -> None:
+    other = row_file.with_name('other.yaml')
+    other.write_text(row_file.read_text())
+    code = 'import sys; from diffcal_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
+    command = [sys.executable, '-c', code, 'reproduce', row_file, other, '--out', tmp_path / 'out']
+    with subprocess.Popen(list(map(str, command)), stderr=subprocess.PIPE, text=True) as first:
+        # Two processes, and one of Python's own that tidies up.
+        assert 'opening' in first.stderr.readline()
+        started = children_of(first.pid)
+        assert len(started) >= 2
+        first.kill()
+    wait_until_gone(started)
 
 
 def test_another_experiment_does_not_take_the_files_of_the_last(reproduced) -> None:

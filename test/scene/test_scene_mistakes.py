@@ -285,7 +285,7 @@ def test_unreadable_yaml_says_where(tmp_path, text, sentence):
 def test_missing_folder_and_binary_files_are_refused(tmp_path):
     with pytest.raises(SceneError, match='there is no scene file'):
         load_scene(tmp_path / 'none.yaml')
-    with pytest.raises(SceneError, match='is a folder: name the scene file in it'):
+    with pytest.raises(SceneError, match='is a folder: name the file in it'):
         load_scene(tmp_path)
     (tmp_path / 'x.mcap').write_bytes(b'\x89MCAP0\r\n\xff\xfe')
     with pytest.raises(SceneError, match='is no text file: a scene is YAML'):

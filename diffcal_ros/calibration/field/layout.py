@@ -12,6 +12,8 @@ from scipy.sparse import coo_matrix, csr_matrix, eye
 
 FloatArray = NDArray[np.float64]
 
+_MOST_CELLS = 1000
+
 
 @dataclass(frozen=True)
 class FieldKind:
@@ -38,7 +40,7 @@ def tets_from_unknowns(mesh: TetMesh, kind: FieldKind) -> csr_matrix:
         kind: what the field is made of; a grid is interpolated trilinearly.
 
     Raises:
-        InputError: when a grid is too coarse for a field.
+        InputError: when a grid is too coarse for a field, or finer than any mesh.
     """
     if kind.spacing is None:
         return csr_matrix(eye(mesh.tet_count))
@@ -48,6 +50,12 @@ def tets_from_unknowns(mesh: TetMesh, kind: FieldKind) -> csr_matrix:
         raise InputError(
             f'the control grid has a spacing of {kind.spacing:g} m: give less than the length of '
             f'the body, {longest:.3g} m'
+        )
+    finest = longest / _MOST_CELLS
+    if kind.spacing < finest:
+        raise InputError(
+            f'the control grid has a spacing of {kind.spacing:g} m: give at least {finest:.3g} m, '
+            f'{_MOST_CELLS} cells along the body, or leave the spacing out'
         )
     cells = np.maximum(np.ceil((high - low) / kind.spacing).astype(np.int64), 1)
     scaled = (mesh.centroids - low) / (high - low) * cells
