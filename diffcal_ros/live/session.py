@@ -7,6 +7,7 @@ from enum import Enum
 import threading
 from typing import Any
 
+from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
@@ -25,7 +26,8 @@ from diffcal_ros.scene.fit_names import fit_problems
 from diffcal_ros.scene.model import MotionSetup, Scene
 
 _SECOND = 1_000_000_000  # [ns]
-_RETRY = 2 * _SECOND
+# After what failed the next try comes so late, and after each further one in a row twice as late.
+_RETRY, _LONGEST_RETRY = 2 * _SECOND, 30 * _SECOND
 
 
 class Phase(Enum):
@@ -70,6 +72,7 @@ class Session:
         self.problem: str | None = None
         self.bad_inputs: dict[str, str] = {}
         self.step_seconds = 0.0
+        self.fit_count = 0
         self.last_step: FitStep | None = None
         self.last_end: FitEnd | None = None
         self.tracking: Tracking | None = None
@@ -80,6 +83,7 @@ class Session:
         self._is_ready = False
         self._fit: threading.Event | None = None
         self._retry_ns = 0
+        self._failure_count = 0
         background.submit(lambda post, stop: warm_up(scene, settings.fit, post, stop))
 
     @property
@@ -94,6 +98,19 @@ class Session:
         if self.tracking is not None:
             return Phase.TRACKING
         return Phase.COLLECTING if self._is_due else Phase.DONE
+
+    @property
+    def failure(self) -> Outcome | None:
+        """How the last fit ended, where it left nothing to go on from."""
+        if self.last_end is None or self.tracking is not None or self.swings is not None:
+            return None
+        outcome = self.last_end.result.outcome
+        return None if outcome.is_fitted else outcome
+
+    @property
+    def retry_seconds(self) -> float:
+        """How long after a failure the next fit begins [s]."""
+        return self._patience() / _SECOND
 
     def add_frame(self, frame: DepthFrame, now_ns: int) -> str | None:
         """Take a depth frame; return why the window started anew, or None."""
@@ -121,7 +138,9 @@ class Session:
                 return self._start_swing(self.swings)
             snapshots = tuple(self.captured) or self._ripe_window(now_ns)
         except InputError as error:
-            self._fail(str(error), now_ns)
+            self.problem = str(error)
+            self._retry_ns = now_ns + _RETRY
+            self.window.clear()
             return False
         if snapshots:
             self._start(self.scene, snapshots)
@@ -135,9 +154,10 @@ class Session:
             before = self.last_step.record if self.last_step and event.record.number else None
             self.step_seconds = event.record.seconds - (before.seconds if before else 0.0)
             self.last_step = event
-            self.problem = None
         elif isinstance(event, FitEnd):
             self.last_end = event
+            self.fit_count += 1
+            self.problem = None
             self._fit = None
             self._is_due = self._goes_on
             if self.swings is not None:
@@ -149,6 +169,7 @@ class Session:
             self._values = event.result.values()
             if self.settings.refit == 'tracking' and not self.captured:
                 self._track(event)
+            self._count_failures(self.failure is not None, now_ns)
         elif isinstance(event, TrackStep):
             if self.tracking is not None:
                 self.tracking.handle(event)
@@ -194,7 +215,7 @@ class Session:
         self.last_step = self.last_end = self.problem = None
         self._values = {}
         self._is_due = True
-        self._retry_ns = 0
+        self._retry_ns = self._failure_count = 0
         return f'started anew; {count} captured observations were forgotten'
 
     def capture(self) -> str:
@@ -261,6 +282,7 @@ class Session:
         if is_other_fit or (is_other_view and not self.captured):
             self._interrupt()
             self._is_due = True
+            self._retry_ns = self._failure_count = 0
         elif self._goes_on:
             self._is_due = True
 
@@ -314,6 +336,8 @@ class Session:
         scene = with_quantization(scene, self.settings.depth_quantization)
         request = FitRequest(scene, snapshots, self._fit_settings(), dict(self._values))
         self.window.used()
+        if not self._failure_count:
+            self.problem = None
         self._fit = self._background.submit(lambda post, stop: fit(request, post, stop))
 
     def _fit_settings(self) -> CalibrationSettings:
@@ -350,8 +374,18 @@ class Session:
         self._fit = None
         self._stop_tracking()
         self._is_due = not self.captured
-        self._retry_ns = now_ns + _RETRY
-        self.window.clear()
+        self._count_failures(True, now_ns)
+
+    def _count_failures(self, has_failed: bool, now_ns: int) -> None:
+        """Put the next try off, the longer the more tries failed in a row."""
+        self._failure_count = self._failure_count + 1 if has_failed else 0
+        if has_failed:
+            self._retry_ns = now_ns + self._patience()
+            self.window.clear()
+
+    def _patience(self) -> int:
+        doubled = _RETRY << min(10, max(0, self._failure_count - 1))
+        return int(min(doubled, _LONGEST_RETRY))
 
 
 def _told(error: Exception) -> str:

@@ -5,11 +5,13 @@
 from pathlib import Path
 from typing import Any
 
+from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.diagnosis.acceptance import accept, revert
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.diagnosis_task import DiagnosisEnd, DiagnosisStep, run_diagnosis
 from diffcal_ros.live.fit_task import FitEnd, FitStep
+from diffcal_ros.live.fit_words import result_words
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.save import ReportWritten, save_numbers, save_report
 from diffcal_ros.live.session import Session
@@ -43,6 +45,7 @@ class CalibrationNode(LifecycleNode):
         self._report = 'none'
         self._diagnosis = 'none'
         self._told: set[str] = set()
+        self._last_outcome: Outcome | None = None
         self._settings = Parameters(self, SETTINGS, check=self._check, act=self._changed)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._found = self.create_guard_condition(self._drain)
@@ -187,6 +190,7 @@ class CalibrationNode(LifecycleNode):
         elif isinstance(event, FitEnd):
             self._outputs.tell_end(self._session.scene, event)
             self._tell_notes(event)
+            self._tell_outcome(event)
             self._tell_swing(event)
             self._reporter.report()
 
@@ -196,6 +200,15 @@ class CalibrationNode(LifecycleNode):
             if note not in self._told:
                 self._told.add(note)
                 self.get_logger().info(f'note: {note}')
+
+    def _tell_outcome(self, end: FitEnd) -> None:
+        """Log a fit that succeeded; of window after window the first, and one after a failure."""
+        outcome, before = end.result.outcome, self._last_outcome
+        self._last_outcome = outcome
+        is_one_of_many = self._settings['refit'] == 'continuous' and outcome is before
+        # Its health is logged where there is something to mend.
+        if outcome.is_fitted and not is_one_of_many:
+            self.get_logger().info(f'the fit {result_words(end.result)}')
 
     def _tell_swing(self, end: FitEnd) -> None:
         """Tell a change of the body that the last swing showed."""

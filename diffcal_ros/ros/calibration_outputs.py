@@ -20,7 +20,7 @@ from diffcal_ros.ros.estimate_messages import (
     topic_of,
     tracked_message,
 )
-from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES, VALUES
+from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES
 from diffcal_ros.ros.verdict_messages import verdict_message
 from diffcal_ros.scene.model import Scene
 from geometry_msgs.msg import Point
@@ -119,7 +119,7 @@ class CalibrationOutputs:
 
     def _number_publisher(self, topic: str) -> Any:
         if topic not in self._numbers:
-            publisher = self._publisher(Float64, topic, VALUES)
+            publisher = self._publisher(Float64, topic, LATCHED)
             # Made while the node is active: it missed the transition.
             publisher.on_activate(None)
             self._numbers[topic] = publisher

@@ -3,14 +3,17 @@
 """The calibration node on its own: services, lifecycle, and inputs that are wrong."""
 
 from dataclasses import replace
+from itertools import count
 
 from diffcal_ros.ros.calibration import CalibrationNode
+from diffcal_ros.ros.qos import LATCHED
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 from support.ros_images import (
     CAMERA,
@@ -152,6 +155,29 @@ def test_depth_without_a_single_valid_pixel_is_an_error(make_rig):
     assert 'depth' in status.message
     # The node lives, and says what it wants.
     assert rig.bench.call(Trigger, 'calibration/reset').success
+
+
+def test_a_fit_that_fails_is_logged_once_and_its_values_stay_on_their_topics(make_rig, capfd):
+    rig = make_rig()
+    rig.info.publish(camera_info())
+    rig.pose.publish(world_pose(CAMERA_FROM_WORLD))
+    # A wall far behind where the body should be, again and again.
+    numbers = count()
+    for _ in range(2):
+        before = rig.bench.value(FIT, 'fits')
+        rig.bench.until(
+            lambda before=before: (
+                rig.depth.publish(depth_image(next(numbers), depth=3.0)),
+                rig.bench.value(FIT, 'fits') not in ('', before),
+            )[1],
+            'the end of a fit',
+            60.0,
+        )
+    rig.bench.status(FIT, ERROR, 'the last fit')
+    assert capfd.readouterr().err.count('the last fit') == 1
+    values = rig.bench.collect(Float64, 'calibration/parameters/youngs_modulus/value', LATCHED)
+    rig.bench.until(lambda: values, 'the last value')
+    assert len(values) == 1
 
 
 def test_stamps_that_jump_back_start_the_window_anew(make_rig):
