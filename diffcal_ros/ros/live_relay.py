@@ -8,7 +8,7 @@ from typing import Any
 from diffcal_ros.live.frame_gate import FrameGate
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.replay_messages import Role
-from diffcal_ros.live.stream_meter import StreamMeter
+from diffcal_ros.live.stream_meter import Recent, StreamMeter
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription
 from diffcal_ros.ros.conversion import image_facts
 from diffcal_ros.ros.frame_tree import FrameTree
@@ -54,6 +54,7 @@ class LiveRelay:
         self._gates = {
             image: FrameGate(image.value, is_depth=image is Role.DEPTH) for image, _ in _IMAGES
         }
+        self._checked = {image: _Checked() for image, _ in _IMAGES}
         self._listeners = [
             subscription
             for image, info in _IMAGES
@@ -77,12 +78,14 @@ class LiveRelay:
         meter = self._meters[role]
 
         def on_lost(count: int) -> None:
-            meter.lost += count
+            meter.lose(self._steady.now().nanoseconds, count)
 
         def on_image(image: Image, info: dict[str, int]) -> None:
-            facts = image_facts(image)
-            meter.arrived(self._steady.now().nanoseconds, facts.stamp_ns)
-            if self._gates[role].check(facts) is None:
+            facts, now = image_facts(image), self._steady.now().nanoseconds
+            meter.arrived(now, facts.stamp_ns)
+            problem = self._gates[role].check(facts)
+            self._checked[role].add(now, problem)
+            if problem is None:
                 self._frames[role] = facts.frame_id
                 self._senders[role].publish(image)
 
@@ -107,14 +110,11 @@ class LiveRelay:
         if not meter.received:
             level = Level.WARN if is_needed else Level.OK
             return Health(level, f'waiting for images on {topic}', values)
-        if not gate.passed:
-            reason, count = gate.bad.most_common(1)[0]
-            return Health(Level.ERROR, f'{count} images on {topic} are bad: {reason}', values)
-        if gate.bad:
-            reason, count = gate.bad.most_common(1)[0]
-            return Health(
-                Level.WARN, f'{gate.bad.total()} bad images, {count} times: {reason}', values
-            )
+        trouble = meter.trouble(now, f'images on {topic}') or self._checked[role].trouble(
+            now, topic
+        )
+        if trouble is not None:
+            return Health(*trouble, values)
         return Health(Level.OK, f'{values["input rate [Hz]"]} images a second', values)
 
     def _tell_transform(self) -> None:
@@ -128,3 +128,26 @@ class LiveRelay:
             now = self._node.get_clock().now().nanoseconds
             self._send_transform(found, depth_frame=depth, color_frame=color, time_ns=now)
             self._has_sent = True
+
+
+class _Checked:
+    """What the checks of one topic's images said lately."""
+
+    def __init__(self) -> None:
+        self._good, self._bad, self._last = Recent(), Recent(), ''
+
+    def add(self, now_ns: int, problem: str | None) -> None:
+        """Note an image and what is wrong with it."""
+        if problem is None:
+            self._good.add(now_ns)
+        else:
+            self._bad.add(now_ns)
+            self._last = problem
+
+    def trouble(self, now_ns: int, topic: str) -> tuple[Level, str] | None:
+        """Say what is wrong with the images of the last seconds, or None."""
+        bad = self._bad.count(now_ns)
+        if not bad:
+            return None
+        level = Level.WARN if self._good.count(now_ns) else Level.ERROR
+        return level, f'{bad} bad images on {topic} within 10 s, the last: {self._last}'

@@ -166,7 +166,7 @@ class MarkerPoseNode(Node):
         return AdaptiveSubscription(self, msg_type, topic, noted, **options)
 
     def _on_lost(self, count: int) -> None:
-        self._meter.lost += count
+        self._meter.lose(self._steady.now().nanoseconds, count)
 
     def _on_color_info(self, info: CameraInfo) -> None:
         topic = self._listeners[0].topic
@@ -204,7 +204,12 @@ class MarkerPoseNode(Node):
         camera, depth_from_color = self._depth_camera, self._depth_from_color
         if self._depth is None or camera is None or depth_from_color is None:
             return None
-        frame = depth_frame(deserialize_message(self._depth, Image))
+        try:
+            frame = depth_frame(deserialize_message(self._depth, Image))
+        except ValueError as error:
+            self._bad_inputs[DEPTH] = str(error)
+            return None
+        self._bad_inputs.pop(DEPTH, None)
         return DepthEvidence(frame.depth, camera, depth_from_color)
 
     def _send(self, image: Image, pose: RigPose) -> None:
@@ -241,7 +246,11 @@ class MarkerPoseNode(Node):
         for topic, reason in self._bad_inputs.items():
             return {'pose': Health(Level.ERROR, f'{topic}: {reason}', figures)}
         health = self._tracker.health()
-        return {'pose': Health(health.level, health.message, {**figures, **health.values})}
+        values = {**figures, **health.values}
+        trouble = self._meter.trouble(now, 'colour images')
+        if trouble is not None and health.level is Level.OK:
+            return {'pose': Health(Level.WARN, f'{health.message}; {trouble[1]}', values)}
+        return {'pose': Health(health.level, health.message, values)}
 
 
 def _reach(target: Target) -> float:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The depth source: recordings on topics, step by step and in loops; live topics with checks."""
 
+import itertools
 import time
 
 from diffcal_ros.live.replay_messages import Role
@@ -148,3 +149,29 @@ def test_live_topics_are_passed_on_and_bad_images_are_not(make_bench):
     sent = bench.until(lambda: transforms, 'the transform')[0]
     assert sent.transform.translation.x == 0.01
     assert sent.child_frame_id == 'camera_color_optical_frame'
+    bench.status(LIVE, WARN, 'no images on /in/depth/image_rect_raw for')
+
+
+def test_one_bad_stamp_is_forgotten_and_lost_images_are_told(make_bench):
+    bench = make_bench()
+    node = bench.add(DepthSourceNode)
+    depth = bench.publisher(Image, 'in/depth/image_rect_raw')
+    unstamped = depth_image()
+    unstamped.header.stamp.sec = unstamped.header.stamp.nanosec = 0
+    depth.publish(unstamped)
+    bench.status(LIVE, ERROR, 'stamp is zero')
+    numbers = itertools.count()
+
+    def film(words, level):
+        status = bench.health[LIVE]
+        depth.publish(depth_image(next(numbers)))
+        return status.level == level and words in status.message
+
+    bench.until(lambda: film('1 bad images', WARN), 'the good ones')
+    # Ten seconds later, without waiting for them.
+    node._relay._checked[Role.DEPTH]._bad._counts.clear()
+    bench.until(lambda: film('images a second', OK), 'the end of it')
+    (listener, *_) = node._relay._listeners
+    listener._on_lost(148)
+    bench.until(lambda: film('148 images', WARN), 'the loss')
+    assert bench.value(LIVE, 'messages lost') == '148'
