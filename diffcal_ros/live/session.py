@@ -9,6 +9,7 @@ from typing import Any
 
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background, TaskFailed
@@ -16,14 +17,14 @@ from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
 from diffcal_ros.live.frame_window import FrameWindow
 from diffcal_ros.live.inputs import LiveInputs, Snapshot
 from diffcal_ros.live.picture import Picture
-from diffcal_ros.live.release import require_release_time, with_release
+from diffcal_ros.live.release import with_release
+from diffcal_ros.live.session_check import check_settings, motion_in_view
 from diffcal_ros.live.session_settings import SessionSettings, with_quantization
 from diffcal_ros.live.swings import Swings
 from diffcal_ros.live.track_task import TrackStep
 from diffcal_ros.live.tracking import Tracking
 from diffcal_ros.live.warm_up import Ready, warm_up
-from diffcal_ros.scene.fit_names import fit_problems
-from diffcal_ros.scene.model import MotionSetup, Scene
+from diffcal_ros.scene.model import Scene
 
 _SECOND = 1_000_000_000  # [ns]
 # After what failed the next try comes so late, and after each further one in a row twice as late.
@@ -124,6 +125,20 @@ class Session:
         if self.swings is not None:
             self.swings.window.add(frame)
         return self.window.add(frame, now_ns)
+
+    def set_camera(self, camera: PinholeCamera) -> str | None:
+        """Take a camera_info; return what another camera than before ended, or None."""
+        before = self.inputs.camera
+        self.inputs.set_camera(camera)
+        if before is None or self.inputs.camera == before:
+            return None
+        self.window.clear()
+        if self.swings is not None:
+            self.swings.window.clear()
+        is_at_work = self._interrupt() or self.tracking is not None
+        self._stop_tracking()
+        self._is_due = self._is_due or is_at_work
+        return f'the depth camera changed ({_changed(before, camera)}): frames are collected anew'
 
     def poll(self, now_ns: int) -> bool:
         """Start a fit when everything for it is there; return whether one was started.
@@ -248,15 +263,7 @@ class Session:
         Raises:
             InputError: naming what is wrong.
         """
-        LiveInputs(self.scene, settings.pose_source, settings.observation)
-        regions = [region.name for region in self.scene.regions]
-        names = settings.fit.fit or self.scene.fit
-        cables = [cable.name for cable in self.scene.cables]
-        problems = fit_problems(names, regions, self.scene.observations, cables)
-        if problems:
-            raise InputError('; '.join(f'fit {problem}' for problem in problems))
-        if self._motion(settings) is not None:
-            require_release_time(names)
+        check_settings(self.scene, settings)
 
     def change(self, settings: SessionSettings) -> None:
         """Go on with other settings, checked before; a fit that they concern starts anew."""
@@ -306,13 +313,8 @@ class Session:
     def _window_size(self) -> int:
         return self.settings.window_frames if self.swings is None else 1
 
-    def _motion(self, settings: SessionSettings) -> MotionSetup | None:
-        """Return how the body in view moves; None: it is at rest."""
-        inputs = LiveInputs(self.scene, settings.pose_source, settings.observation)
-        return self.scene.observations[inputs.setup_index].motion
-
     def _new_swings(self) -> Swings | None:
-        motion = self._motion(self.settings)
+        motion = motion_in_view(self.scene, self.settings)
         return None if motion is None else Swings(motion, self.settings.tracking.tracker.change)
 
     def _start_swing(self, swings: Swings) -> bool:
@@ -386,6 +388,15 @@ class Session:
     def _patience(self) -> int:
         doubled = _RETRY << min(10, max(0, self._failure_count - 1))
         return int(min(doubled, _LONGEST_RETRY))
+
+
+def _changed(before: PinholeCamera, camera: PinholeCamera) -> str:
+    """Name what differs between two cameras."""
+    return ', '.join(
+        f'{name} {getattr(before, name):.6g} -> {getattr(camera, name):.6g}'
+        for name in ('width', 'height', 'fx', 'fy', 'cx', 'cy')
+        if getattr(before, name) != getattr(camera, name)
+    )
 
 
 def _told(error: Exception) -> str:

@@ -5,6 +5,7 @@
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.live.fit_words import fit_level, outcome_words
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.node_words import told_of
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.tracking import in_words, Tracking
 
@@ -42,7 +43,7 @@ def _status(session: Session) -> tuple[Level, str]:
     if session.problem is not None:
         return Level.ERROR, session.problem
     for topic, reason in session.bad_inputs.items():
-        return Level.ERROR, f'{topic}: {reason}'
+        return Level.ERROR, told_of(topic, reason)
     phase = session.phase
     if phase is Phase.PAUSED:
         return Level.WARN, 'paused: call ~/enable to go on'

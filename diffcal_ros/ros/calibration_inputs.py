@@ -130,7 +130,9 @@ class CalibrationInputs:
 
     def _on_camera_info(self, info: CameraInfo) -> None:
         image_topic = self._listeners[0].topic
-        self._session.inputs.set_camera(depth_camera(info, CAMERA_INFO, image_topic))
+        changed = self._session.set_camera(depth_camera(info, CAMERA_INFO, image_topic))
+        if changed is not None:
+            self._node.get_logger().warning(changed)
 
     def _look_at_poses(self) -> None:
         """Listen to the topic that is asked for, with the type that its publishers have."""

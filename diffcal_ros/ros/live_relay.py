@@ -7,8 +7,10 @@ from typing import Any
 
 from diffcal_ros.live.frame_gate import FrameGate
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.inputs import transform_cure
 from diffcal_ros.live.replay_messages import Role
 from diffcal_ros.live.stream_meter import Recent, StreamMeter
+from diffcal_ros.observing.pose_sources import is_same_frame
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription
 from diffcal_ros.ros.conversion import image_facts
 from diffcal_ros.ros.frame_tree import FrameTree
@@ -69,10 +71,17 @@ class LiveRelay:
     def health(self) -> dict[str, Health]:
         """Return how each stream of images is; sends the transform once it is known."""
         self._tell_transform()
-        return {
+        parts = {
             'live depth': self._stream_health(Role.DEPTH, is_needed=True),
             'live colour': self._stream_health(Role.COLOR, is_needed=False),
         }
+        depth, color = self._frames.get(Role.DEPTH), self._frames.get(Role.COLOR)
+        if depth is not None and color is not None and not self._has_sent:
+            cure = transform_cure(color, depth, has_tf=self._tree.is_there)
+            parts['cameras'] = Health(Level.WARN, f'not known: {cure}')
+        elif self._has_sent:
+            parts['cameras'] = Health(Level.OK, f'known: where {color!r} is in {depth!r}')
+        return parts
 
     def _listen_to_image(self, role: Role) -> AdaptiveSubscription:
         meter = self._meters[role]
@@ -122,6 +131,8 @@ class LiveRelay:
         if self._has_sent or depth is None or color is None:
             return
         found = self._depth_from_color
+        if found is None and is_same_frame(depth, color):
+            found = np.eye(4)
         if found is None:
             found = self._tree.find(depth, color)
         if found is not None:

@@ -19,6 +19,7 @@ from support.ros_images import (
     CAMERA,
     camera_info,
     depth_image,
+    FRAME,
     millimetre_image,
     world_pose,
 )
@@ -196,7 +197,12 @@ def test_deactivated_it_takes_nothing_and_activated_it_goes_on(make_rig):
     rig.depth.publish(depth_image(0))
     rig.window(1)
     assert rig.change_state(Transition.TRANSITION_DEACTIVATE)
-    rig.bench.status(FIT, WARN, 'paused')
+    rig.bench.status(FIT, WARN, 'inactive, nothing is listened to: call ros2 lifecycle set')
+    for kind, name in ((SetBool, 'enable'), (Trigger, 'capture')):
+        request = kind.Request(data=True) if kind is SetBool else None
+        answer = rig.bench.call(kind, f'calibration/{name}', request)
+        assert not answer.success
+        assert 'ros2 lifecycle set /calibration activate' in answer.message
     # Discovery tells the sender a moment after the node let go.
     rig.bench.until(lambda: rig.depth.get_subscription_count() == 0, 'the end of the subscription')
     assert rig.change_state(Transition.TRANSITION_ACTIVATE)
@@ -213,3 +219,43 @@ def test_unconfigured_it_waits_and_a_missing_scene_fails_the_transition(make_ben
     request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
     assert not bench.call(ChangeState, 'calibration/change_state', request).success
     bench.status(FIT, ERROR, 'there is no scene')
+
+
+def test_shut_down_it_says_that_it_is_over(make_rig, write_scene):
+    rig = make_rig()
+    assert rig.change_state(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+    rig.bench.status(FIT, WARN, 'finalized, it was shut down for good')
+    answer = rig.bench.call(Trigger, 'calibration/reset')
+    assert not answer.success
+    assert 'start the node again' in answer.message
+    changed = rig.bench.set_parameter('calibration', 'scene', str(write_scene({})))
+    assert not changed.successful
+    assert 'start the node again' in changed.reason
+
+
+def test_another_camera_begins_anew_and_a_topic_is_named_once(make_rig):
+    rig = make_rig(**{'window.frames': 10})
+    rig.info.publish(camera_info())
+    for number in range(2):
+        rig.depth.publish(depth_image(number))
+    rig.window(2)
+    rig.info.publish(camera_info(replace(CAMERA, fx=1.1 * CAMERA.fx)))
+    rig.bench.until(
+        lambda: rig.bench.value(INPUT, 'frames in the window') == '0', 'an empty window'
+    )
+    bad = camera_info()
+    bad.k[0] = bad.p[0] = 0.0
+    rig.info.publish(bad)
+    status = rig.bench.status(FIT, ERROR, 'depth/camera_info')
+    assert status.message.count('depth/camera_info') == 1
+
+
+def test_what_is_missing_between_two_cameras_is_named_with_its_cure(make_rig):
+    rig = make_rig()
+    rig.info.publish(camera_info())
+    pose = world_pose(CAMERA_FROM_WORLD)
+    pose.header.frame_id = 'color_frame'
+    rig.pose.publish(pose)
+    rig.depth.publish(depth_image())
+    status = rig.bench.status(FIT, WARN, f"where the frame 'color_frame' is in '{FRAME}'")
+    assert 'set the parameter depth_from_color' in status.message

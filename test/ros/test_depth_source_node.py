@@ -78,6 +78,9 @@ def test_paused_it_goes_step_by_step(make_bench, bag):
     answer = bench.call(Trigger, 'depth_source/step')
     assert not answer.success
     assert 'has ended' in answer.message
+    (images_before, _) = len(images), images.clear()
+    assert bench.set_parameter('depth_source', 'loop', True).successful
+    bench.until(lambda: len(images) > images_before, 'the recording again, and again')
 
 
 def test_in_a_loop_stamps_go_on(make_bench, bag):
@@ -104,13 +107,20 @@ def test_bad_recordings_are_told_and_a_good_one_cures(make_bench, bag, tmp_path)
     bench.add(DepthSourceNode)
     bench.status(REPLAY, ERROR, 'there is no recording')
     for name, words in (
+        ('none_either', 'there is no recording'),
         ('empty', 'holds no .mcap file'),
+    ):
+        answer = bench.set_parameter('depth_source', 'bag', str(tmp_path / name))
+        assert not answer.successful
+        assert words in answer.reason
+    for name, words in (
         ('blank.mcap', 'blank.mcap'),
         ('corrupt.mcap', 'corrupt.mcap'),
         ('cut.mcap', 'is truncated'),
     ):
         assert bench.set_parameter('depth_source', 'bag', str(tmp_path / name)).successful
         bench.status(REPLAY, ERROR, words)
+    assert 'the parameter allow_truncated' in bench.health[REPLAY].message
     assert not images
     assert bench.set_parameter('depth_source', 'bag', str(bag)).successful
     bench.status(REPLAY, OK, 'was replayed to its end')
