@@ -278,7 +278,9 @@ def _check_change(old: Values, new: Values) -> None:
     changed = [name for name in new if name.startswith(_OF_MARKER) and new[name] != old[name]]
     if new['scene'] and changed:
         raise InputError(f'{", ".join(changed)} would not be used: {_SCENE_FIRST}')
-    if changed or new['scene'] != old['scene']:
+    # Of a board, columns and rows may come one after the other.
+    is_half = bool(new['board.columns']) != bool(new['board.rows'])
+    if new['scene'] != old['scene'] or (changed and not is_half):
         _target(new)
 
 

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The depth source: recordings on topics, step by step and in loops; live topics with checks."""
 
+import array
 import itertools
 import time
 
+import cv2
 from diffcal_ros.live.replay_messages import Role
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.ros.conversion import depth_frame, stamp_ns, transform_matrix
@@ -13,7 +15,7 @@ from geometry_msgs.msg import TransformStamped
 import numpy as np
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_srvs.srv import Trigger
 from support.ros_images import CAMERA, camera_info, depth_image, millimetre_image
 
@@ -160,6 +162,24 @@ def test_live_topics_are_passed_on_and_bad_images_are_not(make_bench):
     assert sent.transform.translation.x == 0.01
     assert sent.child_frame_id == 'camera_color_optical_frame'
     bench.status(LIVE, WARN, 'no images on /in/depth/image_rect_raw for')
+
+
+def test_compressed_depth_is_unpacked_while_there_is_no_other(make_bench):
+    bench = make_bench()
+    passed = bench.collect(Image, 'depth/image_rect_raw')
+    bench.add(DepthSourceNode)
+    packed = bench.publisher(CompressedImage, 'in/depth/image_rect_raw/compressedDepth')
+    plain = millimetre_image(3, is_bigendian=False)
+    pixels = np.frombuffer(plain.data, '<u2').reshape(CAMERA.height, CAMERA.width)
+    body = cv2.imencode('.png', pixels)[1].tobytes()
+    message = CompressedImage(header=plain.header, format='16UC1; compressedDepth png')
+    message.data = array.array('B', bytes(12) + body[:40])
+    packed.publish(message)
+    bench.status(LIVE, ERROR, 'no 16-bit PNG')
+    message.data = array.array('B', bytes(12) + body)
+    packed.publish(message)
+    bench.until(lambda: passed, 'the image')
+    assert passed == [plain]
 
 
 def test_one_bad_stamp_is_forgotten_and_lost_images_are_told(make_bench):
