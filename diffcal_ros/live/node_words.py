@@ -4,6 +4,9 @@
 
 import re
 
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.errors import InputError
+
 # Options of the command line whose parameter is called otherwise.
 _RENAMED = {'pose': 'pose_source'}
 _KNOWN = (
@@ -31,3 +34,19 @@ def for_nodes(sentence: str) -> str:
 def told_of(topic: str, reason: str) -> str:
     """Say what is wrong with a topic, which is named once."""
     return reason if reason.startswith(topic) else f'{topic}: {reason}'
+
+
+def camera_change_words(before: PinholeCamera, after: PinholeCamera) -> str:
+    """Name what differs between two cameras."""
+    return ', '.join(
+        f'{name} {getattr(before, name):.6g} -> {getattr(after, name):.6g}'
+        for name in ('width', 'height', 'fx', 'fy', 'cx', 'cy')
+        if getattr(before, name) != getattr(after, name)
+    )
+
+
+def error_words(error: Exception) -> str:
+    """Say why a fit broke off."""
+    if isinstance(error, InputError):
+        return str(error)
+    return f'the fit broke off ({type(error).__name__}: {error}): please report this'

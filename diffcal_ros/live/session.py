@@ -16,6 +16,7 @@ from diffcal_ros.live.background import Background, TaskFailed
 from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
 from diffcal_ros.live.frame_window import FrameWindow
 from diffcal_ros.live.inputs import LiveInputs, Snapshot
+from diffcal_ros.live.node_words import camera_change_words, error_words
 from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.release import with_release
 from diffcal_ros.live.session_check import check_settings, motion_in_view
@@ -138,7 +139,8 @@ class Session:
         is_at_work = self._interrupt() or self.tracking is not None
         self._stop_tracking()
         self._is_due = self._is_due or is_at_work
-        return f'the depth camera changed ({_changed(before, camera)}): frames are collected anew'
+        words = camera_change_words(before, camera)
+        return f'the depth camera changed ({words}): frames are collected anew'
 
     def poll(self, now_ns: int) -> bool:
         """Start a fit when everything for it is there; return whether one was started.
@@ -194,7 +196,7 @@ class Session:
                 self.tracking.picture = event
         elif isinstance(event, TaskFailed):
             self._is_ready = True
-            self._fail(_told(event.error), now_ns)
+            self._fail(error_words(event.error), now_ns)
 
     def present(self) -> FitEnd | None:
         """Return what is known now: the last fit, or where tracking has got to from there."""
@@ -388,18 +390,3 @@ class Session:
     def _patience(self) -> int:
         doubled = _RETRY << min(10, max(0, self._failure_count - 1))
         return int(min(doubled, _LONGEST_RETRY))
-
-
-def _changed(before: PinholeCamera, camera: PinholeCamera) -> str:
-    """Name what differs between two cameras."""
-    return ', '.join(
-        f'{name} {getattr(before, name):.6g} -> {getattr(camera, name):.6g}'
-        for name in ('width', 'height', 'fx', 'fy', 'cx', 'cy')
-        if getattr(before, name) != getattr(camera, name)
-    )
-
-
-def _told(error: Exception) -> str:
-    if isinstance(error, InputError):
-        return str(error)
-    return f'the fit broke off ({type(error).__name__}: {error}): please report this'

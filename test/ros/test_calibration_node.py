@@ -181,6 +181,22 @@ def test_a_fit_that_fails_is_logged_once_and_its_values_stay_on_their_topics(mak
     assert len(values) == 1
 
 
+def test_millimetres_under_the_label_of_metres_are_an_error_that_stays(make_rig):
+    rig = make_rig()
+    rig.info.publish(camera_info())
+    rig.pose.publish(world_pose(CAMERA_FROM_WORLD))
+    numbers = count()
+
+    def is_told() -> bool:
+        rig.depth.publish(depth_image(next(numbers), depth=400.0))
+        status = rig.bench.health.get(FIT)
+        return status is not None and '32FC1 is in metres' in status.message
+
+    rig.bench.until(is_told, 'the reason', 60.0)
+    assert rig.bench.health[FIT].level == ERROR
+    assert rig.bench.value(FIT, 'fits') == '0'
+
+
 def test_stamps_that_jump_back_start_the_window_anew(make_rig):
     rig = make_rig(**{'window.frames': 10})
     for number in (100, 101, 102):
