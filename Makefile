@@ -36,7 +36,7 @@ $(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: $(VENV)/.runtime
-	$(PIP) -c $(CONSTRAINTS) import-linter joblib pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
+	$(PIP) -c $(CONSTRAINTS) import-linter joblib jsonschema pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
 	touch $@
 
 .PHONY: build
@@ -44,7 +44,8 @@ build: $(VENV)/.runtime ## Build the ROS package with colcon into install/.
 	@source $(BIN)/activate; \
 	colcon list --base-paths . --packages-select diffcal_ros | grep -q 'ros.ament_python' \
 	  || { echo 'package.xml is not valid: colcon does not see an ament_python package' >&2; exit 1; }; \
-	colcon build --base-paths . --packages-select diffcal_ros
+	colcon build --base-paths . --packages-select diffcal_ros; \
+	python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 
 .PHONY: demo
 demo: build ## Replay the sample bag through the three nodes and fit it.
@@ -120,6 +121,10 @@ COVERAGE ?= out/coverage
 .PHONY: coverage
 coverage: $(VENV)/.test ## Count how often the 95 % interval holds the truth in 1,000 clean fits (hours).
 	OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1} $(BIN)/python -m benchmarks.coverage --count 1000 --jobs 2 --out $(COVERAGE)
+
+.PHONY: faults
+faults: $(VENV)/.test ## Read damaged recordings of every layout and count what comes of it.
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.faults
 
 CABLES ?= out/cables
 .PHONY: cables

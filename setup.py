@@ -9,6 +9,10 @@ import sys
 from setuptools import find_packages, setup
 
 PACKAGE = 'diffcal_ros'
+# colcon build --symlink-install runs a link to this file in a folder that holds little else.
+SOURCE = Path(__file__).resolve().parent
+REQUIREMENTS = SOURCE / 'requirements.txt'
+SAMPLE = ('bags/sample', 'bags/sample/bag')
 
 # A wheel is the ROS-free library: names such as `calibration` do not belong on everyone's PATH.
 BUILDS_WHEEL = bool({'bdist_wheel', 'dist_info', 'editable_wheel'} & set(sys.argv))
@@ -18,13 +22,19 @@ NODES = [
     'marker_pose = diffcal_ros.ros.marker_pose_node:main',
 ]
 
+
+def _files(folder: str) -> list[str]:
+    return sorted(path for path in glob(f'{folder}/*') if Path(path).is_file())
+
+
 setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={PACKAGE: ['py.typed', 'reproduction/rows/*.yaml']},
     python_requires='>=3.10',
-    install_requires=Path('requirements.txt').read_text().split(),
+    # Where the file is left out, as in a package for apt, package.xml says what is needed.
+    install_requires=REQUIREMENTS.read_text().split() if REQUIREMENTS.is_file() else [],
     extras_require={
         'cholmod': ['cvxopt>=1.3'],  # GPL: only on the user's own decision.
         'fast': ['pypardiso>=0.4.6'],
@@ -38,6 +48,7 @@ setup(
         (f'share/{PACKAGE}/config', glob('config/*')),
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
         (f'share/{PACKAGE}/rviz', glob('rviz/*.rviz')),
+        *((f'share/{PACKAGE}/{folder}', _files(folder)) for folder in SAMPLE),
     ],
     zip_safe=False,
     maintainer='diffcal_ros maintainers',

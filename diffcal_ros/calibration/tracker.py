@@ -17,7 +17,7 @@ from diffcal_ros.calibration.innovation import Innovation
 from diffcal_ros.calibration.linearisation import Linearisation
 from diffcal_ros.calibration.longest_steps import longest_steps
 from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.parameters import ParameterSet
+from diffcal_ros.calibration.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residual_scales import Scales
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.search.basins import Basin
@@ -33,6 +33,12 @@ FloatArray = NDArray[np.float64]
 # The view is rendered anew when an estimate is farther from it than this share of the longest
 # step, 0.3 % of a modulus: what is left of the sag's curvature is far below the sensor's noise.
 _HELD = 0.004
+# The sensor's bias of edges enters linearly, and differs between one frame and many fused (here as
+# a share of 2 px): it alone is no reason to render anew, and tells nothing of the body.
+_HELD_BIAS = 0.05
+# Nor are so many standard errors: what is left of the curvature is far below them. At most 2 % of
+# a modulus.
+_HELD_ERRORS, _HELD_MOST = 3.0, 0.03
 # A frame that pulls farther than this (5 % of a modulus), costs so many times the usual or hardly
 # shows the body is not explained near here: residuals lie in the tails of the robust cost, where
 # one step does not get far. It takes several such frames in a row to believe them.
@@ -142,6 +148,11 @@ class Tracker:
         self._parameters = calibration.parameters
         self._bounds = self._parameters.bounds()
         self._longest = longest_steps(self._parameters)
+        self._least_reach, self._far = _HELD * self._longest, _FAR * self._longest
+        bias = self._parameters.find(Kind.EDGE_BIAS)
+        self._least_reach[bias] = _HELD_BIAS * self._longest[bias]
+        self._far[bias] = np.inf
+        self._reach = self._least_reach
         self._prior_mean, self._precision = self._parameters.prior()
         self._mesh_shares = np.array(
             [
@@ -256,7 +267,7 @@ class Tracker:
         if self._usual_cost is not None and frame.cost > _DEAR * self._usual_cost:
             return True
         step = self._step_from(frame.descent, frame.curvature)
-        return bool((np.abs(step) > _FAR * self._longest).any())
+        return bool((np.abs(step) > self._far).any())
 
     def _is_search_due(self, frame: DepthFrame) -> bool:
         return self._strange_count >= _BELIEVED and frame.stamp_ns >= self._next_search_ns
@@ -341,7 +352,7 @@ class Tracker:
         there = np.clip(here + step, *self._bounds)
         self.coordinates = there
         self._since_informed += 1
-        if (np.abs(there - here) > _HELD * self._longest).any():
+        if (np.abs(there - here) > self._reach).any():
             try:
                 self._hold(there, frame)
             except NOT_SIMULATED:
@@ -373,6 +384,9 @@ class Tracker:
             self._parameters,
             self._mesh_shares / MESH_SHIFT_FACTOR,
         )
+        errors = _HELD_ERRORS * np.sqrt(np.maximum(np.diag(uncertainty.statistical), 0.0))
+        most = np.maximum(_HELD_MOST * self._longest, self._least_reach)
+        self._reach = np.clip(errors, self._least_reach, most)
         return Tracked(
             stamp_ns=frame.stamp_ns,
             parameters=fitted_parameters(self._parameters, self.coordinates, uncertainty),

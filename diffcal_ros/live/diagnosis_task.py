@@ -37,12 +37,14 @@ class DiagnosisEnd:
         diagnosis: the verdict; None when it broke off.
         folder: where it was written.
         stamp_ns: of the newest frame used [ns].
+        frame_id: of that frame.
         problem: why it broke off, or None.
     """
 
     diagnosis: Diagnosis | None
     folder: Path
     stamp_ns: int
+    frame_id: str
     problem: str | None = None
 
 
@@ -59,7 +61,7 @@ def run_diagnosis(
     stop: threading.Event,
 ) -> None:
     """Diagnose, write verdict.json and the page, and post a `DiagnosisEnd`."""
-    newest = snapshots[-1].newest.stamp_ns
+    newest = snapshots[-1].newest
 
     def tell(words: str) -> None:
         if stop.is_set():
@@ -81,6 +83,6 @@ def run_diagnosis(
     except _StoppedError:
         return
     except InputError as error:
-        post(DiagnosisEnd(None, folder, newest, str(error)))
+        post(DiagnosisEnd(None, folder, newest.stamp_ns, newest.frame_id, str(error)))
         return
-    post(DiagnosisEnd(course.diagnosis, folder, newest))
+    post(DiagnosisEnd(course.diagnosis, folder, newest.stamp_ns, newest.frame_id))

@@ -9,6 +9,11 @@ from diffcal_ros.depth_frame import ENCODINGS as DEPTH_ENCODINGS
 from diffcal_ros.recording.color_frame import COLOR_ENCODINGS
 
 _JUMP = 100_000_000  # [ns]
+# Bytes of a pixel.
+_DEPTH_BYTES = {name: 4 if name == '32FC1' else 2 for name in DEPTH_ENCODINGS}
+_COLOR_BYTES = {
+    name: 1 if name == 'mono8' else 4 if name.endswith('a8') else 3 for name in COLOR_ENCODINGS
+}
 
 
 @dataclass(frozen=True)
@@ -48,7 +53,7 @@ class FrameGate:
         self.passed = 0
         self.bad: Counter[str] = Counter()
         self.camera_size: tuple[int, int] | None = None
-        self._encodings = DEPTH_ENCODINGS if is_depth else COLOR_ENCODINGS
+        self._encodings = _DEPTH_BYTES if is_depth else _COLOR_BYTES
         self._last_stamp_ns = 0
 
     def check(self, facts: ImageFacts) -> str | None:
@@ -66,6 +71,9 @@ class FrameGate:
         if facts.encoding not in self._encodings:
             allowed = ', '.join(self._encodings)
             return f'encoding is {facts.encoding!r}, {allowed} are understood'
+        row = facts.width * self._encodings[facts.encoding]
+        if facts.step < row:
+            return f'step is {facts.step} bytes, {facts.width} {facts.encoding} pixels take {row}'
         if facts.step * facts.height > facts.byte_count:
             return 'the message is cut off'
         if self.camera_size is not None and size != self.camera_size:

@@ -239,8 +239,14 @@ class LiveInputs:
             if self.pose is None:
                 needs.append(self.pose_topic)
             if self._transform_to(frame) is None and not self._is_in_world:
-                needs.append(TRANSFORM_TOPIC)
+                needs.append(self._needed_transform(frame))
         return needs
+
+    def _needed_transform(self, frame: DepthFrame | None) -> str:
+        if self.pose is None or frame is None:
+            return TRANSFORM_TOPIC
+        cure = transform_cure(self.pose.frame_id, frame.frame_id, has_tf=self.lookup is not None)
+        return f'{TRANSFORM_TOPIC}: {cure}'
 
     def snapshot(self, frames: tuple[DepthFrame, ...]) -> Snapshot:
         """Freeze what there is.
@@ -322,6 +328,26 @@ class LiveInputs:
                 f'{source} is for {camera.width}x{camera.height} pixels, but the depth images are '
                 f'{columns}x{rows}: give the camera_info that belongs to the depth topic'
             )
+
+
+def transform_cure(color_frame: str, depth_frame: str, *, has_tf: bool) -> str:
+    """Say which transform is missing, and who may give it.
+
+    Args:
+        color_frame: where the pose is given; empty where nobody says.
+        depth_frame: of the depth images.
+        has_tf: TF is listened to.
+    """
+    if not color_frame or not depth_frame:
+        return (
+            f'the pose is in the frame {color_frame!r} and the depth images in {depth_frame!r}: '
+            'let their publishers fill frame_id'
+        )
+    with_tf = '' if has_tf else ' (install ros-jazzy-tf2-ros first: without it TF is not heard)'
+    return (
+        f'where the frame {color_frame!r} is in {depth_frame!r}: let the camera driver publish it '
+        f'on /tf_static{with_tf}, or set the parameter depth_from_color of the depth source'
+    )
 
 
 def _frozen(lookup: Lookup, frames: tuple[DepthFrame, ...], world_frame: str) -> Lookup:

@@ -83,6 +83,11 @@ class Player:
         self._thread = threading.Thread(target=self._work, name='player', daemon=True)
         self._thread.start()
 
+    @property
+    def has_ended(self) -> bool:
+        """Tell whether it was replayed to its end, or could not be."""
+        return not self._thread.is_alive()
+
     def change(self, *, rate: float, is_looping: bool, is_paused: bool) -> None:
         """Go on at another pace."""
         with self._changed:
@@ -162,7 +167,9 @@ class Player:
                 self._sent[message.role] += 1
                 if message.role is Role.DEPTH and self._steps:
                     self._steps -= 1
-        self._say(Level.OK, f'{recording.path} was replayed to its end')
+        self._say(
+            Level.OK, f'{recording.path} was replayed to its end; set loop to replay it again'
+        )
 
     def _next_round(self) -> bool:
         with self._changed:

@@ -7,25 +7,29 @@ from enum import Enum
 import threading
 from typing import Any
 
+from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background, TaskFailed
 from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
 from diffcal_ros.live.frame_window import FrameWindow
 from diffcal_ros.live.inputs import LiveInputs, Snapshot
+from diffcal_ros.live.node_words import camera_change_words, error_words
 from diffcal_ros.live.picture import Picture
-from diffcal_ros.live.release import require_release_time, with_release
+from diffcal_ros.live.release import with_release
+from diffcal_ros.live.session_check import check_settings, motion_in_view
 from diffcal_ros.live.session_settings import SessionSettings, with_quantization
 from diffcal_ros.live.swings import Swings
 from diffcal_ros.live.track_task import TrackStep
 from diffcal_ros.live.tracking import Tracking
 from diffcal_ros.live.warm_up import Ready, warm_up
-from diffcal_ros.scene.fit_names import fit_problems
-from diffcal_ros.scene.model import MotionSetup, Scene
+from diffcal_ros.scene.model import Scene
 
 _SECOND = 1_000_000_000  # [ns]
-_RETRY = 2 * _SECOND
+# After what failed the next try comes so late, and after each further one in a row twice as late.
+_RETRY, _LONGEST_RETRY = 2 * _SECOND, 30 * _SECOND
 
 
 class Phase(Enum):
@@ -70,6 +74,7 @@ class Session:
         self.problem: str | None = None
         self.bad_inputs: dict[str, str] = {}
         self.step_seconds = 0.0
+        self.fit_count = 0
         self.last_step: FitStep | None = None
         self.last_end: FitEnd | None = None
         self.tracking: Tracking | None = None
@@ -80,6 +85,7 @@ class Session:
         self._is_ready = False
         self._fit: threading.Event | None = None
         self._retry_ns = 0
+        self._failure_count = 0
         background.submit(lambda post, stop: warm_up(scene, settings.fit, post, stop))
 
     @property
@@ -95,6 +101,19 @@ class Session:
             return Phase.TRACKING
         return Phase.COLLECTING if self._is_due else Phase.DONE
 
+    @property
+    def failure(self) -> Outcome | None:
+        """How the last fit ended, where it left nothing to go on from."""
+        if self.last_end is None or self.tracking is not None or self.swings is not None:
+            return None
+        outcome = self.last_end.result.outcome
+        return None if outcome.is_fitted else outcome
+
+    @property
+    def retry_seconds(self) -> float:
+        """How long after a failure the next fit begins [s]."""
+        return self._patience() / _SECOND
+
     def add_frame(self, frame: DepthFrame, now_ns: int) -> str | None:
         """Take a depth frame; return why the window started anew, or None."""
         if not self._is_enabled:
@@ -107,6 +126,21 @@ class Session:
         if self.swings is not None:
             self.swings.window.add(frame)
         return self.window.add(frame, now_ns)
+
+    def set_camera(self, camera: PinholeCamera) -> str | None:
+        """Take a camera_info; return what another camera than before ended, or None."""
+        before = self.inputs.camera
+        self.inputs.set_camera(camera)
+        if before is None or self.inputs.camera == before:
+            return None
+        self.window.clear()
+        if self.swings is not None:
+            self.swings.window.clear()
+        is_at_work = self._interrupt() or self.tracking is not None
+        self._stop_tracking()
+        self._is_due = self._is_due or is_at_work
+        words = camera_change_words(before, camera)
+        return f'the depth camera changed ({words}): frames are collected anew'
 
     def poll(self, now_ns: int) -> bool:
         """Start a fit when everything for it is there; return whether one was started.
@@ -121,7 +155,9 @@ class Session:
                 return self._start_swing(self.swings)
             snapshots = tuple(self.captured) or self._ripe_window(now_ns)
         except InputError as error:
-            self._fail(str(error), now_ns)
+            self.problem = str(error)
+            self._retry_ns = now_ns + _RETRY
+            self.window.clear()
             return False
         if snapshots:
             self._start(self.scene, snapshots)
@@ -135,9 +171,10 @@ class Session:
             before = self.last_step.record if self.last_step and event.record.number else None
             self.step_seconds = event.record.seconds - (before.seconds if before else 0.0)
             self.last_step = event
-            self.problem = None
         elif isinstance(event, FitEnd):
             self.last_end = event
+            self.fit_count += 1
+            self.problem = None
             self._fit = None
             self._is_due = self._goes_on
             if self.swings is not None:
@@ -149,6 +186,7 @@ class Session:
             self._values = event.result.values()
             if self.settings.refit == 'tracking' and not self.captured:
                 self._track(event)
+            self._count_failures(self.failure is not None, now_ns)
         elif isinstance(event, TrackStep):
             if self.tracking is not None:
                 self.tracking.handle(event)
@@ -158,7 +196,7 @@ class Session:
                 self.tracking.picture = event
         elif isinstance(event, TaskFailed):
             self._is_ready = True
-            self._fail(_told(event.error), now_ns)
+            self._fail(error_words(event.error), now_ns)
 
     def present(self) -> FitEnd | None:
         """Return what is known now: the last fit, or where tracking has got to from there."""
@@ -194,7 +232,7 @@ class Session:
         self.last_step = self.last_end = self.problem = None
         self._values = {}
         self._is_due = True
-        self._retry_ns = 0
+        self._retry_ns = self._failure_count = 0
         return f'started anew; {count} captured observations were forgotten'
 
     def capture(self) -> str:
@@ -227,15 +265,7 @@ class Session:
         Raises:
             InputError: naming what is wrong.
         """
-        LiveInputs(self.scene, settings.pose_source, settings.observation)
-        regions = [region.name for region in self.scene.regions]
-        names = settings.fit.fit or self.scene.fit
-        cables = [cable.name for cable in self.scene.cables]
-        problems = fit_problems(names, regions, self.scene.observations, cables)
-        if problems:
-            raise InputError('; '.join(f'fit {problem}' for problem in problems))
-        if self._motion(settings) is not None:
-            require_release_time(names)
+        check_settings(self.scene, settings)
 
     def change(self, settings: SessionSettings) -> None:
         """Go on with other settings, checked before; a fit that they concern starts anew."""
@@ -261,6 +291,7 @@ class Session:
         if is_other_fit or (is_other_view and not self.captured):
             self._interrupt()
             self._is_due = True
+            self._retry_ns = self._failure_count = 0
         elif self._goes_on:
             self._is_due = True
 
@@ -284,13 +315,8 @@ class Session:
     def _window_size(self) -> int:
         return self.settings.window_frames if self.swings is None else 1
 
-    def _motion(self, settings: SessionSettings) -> MotionSetup | None:
-        """Return how the body in view moves; None: it is at rest."""
-        inputs = LiveInputs(self.scene, settings.pose_source, settings.observation)
-        return self.scene.observations[inputs.setup_index].motion
-
     def _new_swings(self) -> Swings | None:
-        motion = self._motion(self.settings)
+        motion = motion_in_view(self.scene, self.settings)
         return None if motion is None else Swings(motion, self.settings.tracking.tracker.change)
 
     def _start_swing(self, swings: Swings) -> bool:
@@ -314,6 +340,8 @@ class Session:
         scene = with_quantization(scene, self.settings.depth_quantization)
         request = FitRequest(scene, snapshots, self._fit_settings(), dict(self._values))
         self.window.used()
+        if not self._failure_count:
+            self.problem = None
         self._fit = self._background.submit(lambda post, stop: fit(request, post, stop))
 
     def _fit_settings(self) -> CalibrationSettings:
@@ -350,11 +378,15 @@ class Session:
         self._fit = None
         self._stop_tracking()
         self._is_due = not self.captured
-        self._retry_ns = now_ns + _RETRY
-        self.window.clear()
+        self._count_failures(True, now_ns)
 
+    def _count_failures(self, has_failed: bool, now_ns: int) -> None:
+        """Put the next try off, the longer the more tries failed in a row."""
+        self._failure_count = self._failure_count + 1 if has_failed else 0
+        if has_failed:
+            self._retry_ns = now_ns + self._patience()
+            self.window.clear()
 
-def _told(error: Exception) -> str:
-    if isinstance(error, InputError):
-        return str(error)
-    return f'the fit broke off ({type(error).__name__}: {error}): please report this'
+    def _patience(self) -> int:
+        doubled = _RETRY << min(10, max(0, self._failure_count - 1))
+        return int(min(doubled, _LONGEST_RETRY))

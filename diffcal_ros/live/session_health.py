@@ -3,7 +3,9 @@
 """How a live calibration goes, in one sentence and a few figures."""
 
 from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.live.fit_words import fit_level, outcome_words
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.node_words import told_of
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.tracking import in_words, Tracking
 
@@ -13,11 +15,13 @@ def session_health(session: Session) -> Health:
     level, message = _status(session)
     values = {
         'state': session.phase.value,
+        'fits': str(session.fit_count),
         'captured observations': str(len(session.captured)),
         'device': session.settings.fit.device,
         'parameters at bounds': _at_bounds(session),
         'camera pose': session.inputs.source,
         'notes': _notes(session),
+        'warnings': _warnings(session),
     }
     if session.last_step is not None:
         record = session.last_step.record
@@ -39,30 +43,49 @@ def _status(session: Session) -> tuple[Level, str]:
     if session.problem is not None:
         return Level.ERROR, session.problem
     for topic, reason in session.bad_inputs.items():
-        return Level.ERROR, f'{topic}: {reason}'
+        return Level.ERROR, told_of(topic, reason)
     phase = session.phase
     if phase is Phase.PAUSED:
         return Level.WARN, 'paused: call ~/enable to go on'
+    if session.failure is not None:
+        return _failed(session, session.failure)
     if phase is Phase.FITTING:
         number = session.last_step.record.number if session.last_step else 0
         return Level.OK, f'fitting, iteration {number}'
     if session.tracking is not None:
-        return _tracking(session.tracking)
+        return _followed(session, session.tracking)
     if phase is Phase.DONE and session.last_end is not None:
         return _ended(session.last_end.result.outcome)
     missing = session.inputs.missing(session.window.newest)
     if missing:
         return Level.WARN, f'waiting for {", ".join(missing)}'
     if phase is Phase.PREPARING:
-        return Level.OK, 'compiling kernels, once on a machine'
+        return Level.OK, 'getting the kernels ready, compiled where they are not yet'
     if session.swings is not None:
         return session.swings.status()
     return Level.OK, f'collecting frames, {session.window.fresh_count} of {session.window.size}'
 
 
 def _ended(outcome: Outcome) -> tuple[Level, str]:
-    level = Level.OK if outcome is Outcome.CONVERGED else Level.WARN
-    return level, f'{outcome.value.replace("_", " ")}: {outcome.remedy}'
+    return fit_level(outcome), outcome_words(outcome)
+
+
+def _failed(session: Session, outcome: Outcome) -> tuple[Level, str]:
+    """Say the same until a fit succeeds, so that it is logged once."""
+    level, words = fit_level(outcome), f'the last fit {outcome_words(outcome)}'
+    if session.phase is Phase.DONE:
+        return level, words
+    return level, f'{words} New frames are fitted again every {session.retry_seconds:.0f} s.'
+
+
+def _followed(session: Session, tracking: Tracking) -> tuple[Level, str]:
+    """Say how tracking goes, and what was wrong with the fit that it started from."""
+    level, words = _tracking(tracking)
+    end = session.last_end
+    if end is None or end.result.outcome.is_usable:
+        return level, words
+    outcome = end.result.outcome
+    return max(level, fit_level(outcome)), f'{words}; the fit was {outcome_words(outcome)}'
 
 
 def _tracking(tracking: Tracking) -> tuple[Level, str]:
@@ -92,6 +115,11 @@ def _notes(session: Session) -> str:
     end = session.last_end
     notes = [] if end is None else end.result.details.get('notes', [])
     return '; '.join(str(note) for note in notes) or 'none'
+
+
+def _warnings(session: Session) -> str:
+    end = session.last_end
+    return 'none' if end is None else '; '.join(end.result.warnings) or 'none'
 
 
 def _at_bounds(session: Session) -> str:

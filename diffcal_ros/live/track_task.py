@@ -24,6 +24,7 @@ class TrackStep:
 
     Attributes:
         tracked: parameters and what the frame showed.
+        frame_id: optical frame of the depth images.
         number: of the frame, from 1.
         arrived_ns: when the frame came, steady time [ns].
         seconds: that the update took.
@@ -31,6 +32,7 @@ class TrackStep:
     """
 
     tracked: Tracked
+    frame_id: str
     number: int
     arrived_ns: int
     seconds: float
@@ -90,7 +92,10 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
         tracked = tracker.follow(frame)
         number += 1
         seconds = time.perf_counter() - begun
-        post(TrackStep(tracked, number, arrived.arrived_ns, seconds, tracker.search_count))
+        step = TrackStep(
+            tracked, frame.frame_id, number, arrived.arrived_ns, seconds, tracker.search_count
+        )
+        post(step)
         # Parameters do not wait for pictures.
         if request.is_picture_due():
             post(draw(frame))

@@ -5,30 +5,35 @@
 from pathlib import Path
 from typing import Any
 
+from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.diagnosis.acceptance import accept, revert
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.diagnosis_task import DiagnosisEnd, DiagnosisStep, run_diagnosis
 from diffcal_ros.live.fit_task import FitEnd, FitStep
+from diffcal_ros.live.fit_words import result_words
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.node_words import for_nodes
 from diffcal_ros.live.save import ReportWritten, save_numbers, save_report
 from diffcal_ros.live.session import Session
+from diffcal_ros.live.session_check import check_settings
 from diffcal_ros.live.session_health import session_health
 from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.calibration_inputs import CalibrationInputs
 from diffcal_ros.ros.calibration_outputs import CalibrationOutputs
 from diffcal_ros.ros.calibration_parameters import session_settings, SETTINGS
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter
+from diffcal_ros.ros.lifecycle_words import Stand
 from diffcal_ros.ros.parameters import Parameters, Values
 from diffcal_ros.ros.tracking_relay import relay_tracking
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.scene.model import Scene
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import SetBool, Trigger
 
 _POLL_PERIOD = 0.05  # [s]
-_UNCONFIGURED = 'unconfigured: call the transition configure'
 
 
 class CalibrationNode(LifecycleNode):
@@ -40,10 +45,18 @@ class CalibrationNode(LifecycleNode):
         self._inputs: CalibrationInputs | None = None
         self._outputs: CalibrationOutputs | None = None
         self._problem: str | None = None
+        self._stand = Stand.UNCONFIGURED
         self._report = 'none'
         self._diagnosis = 'none'
         self._told: set[str] = set()
-        self._settings = Parameters(self, SETTINGS, check=self._check, act=self._changed)
+        self._last_outcome: Outcome | None = None
+        self._settings = Parameters(
+            self,
+            SETTINGS,
+            check=self._check,
+            check_change=self._check_change,
+            act=self._changed,
+        )
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._found = self.create_guard_condition(self._drain)
         self._background = Background(self._found.trigger)
@@ -70,6 +83,7 @@ class CalibrationNode(LifecycleNode):
             self._reporter.report()
             return TransitionCallbackReturn.FAILURE
         self._outputs = CalibrationOutputs(self)
+        self._stand = Stand.INACTIVE
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -77,6 +91,7 @@ class CalibrationNode(LifecycleNode):
         assert self._session is not None
         self._session.enable(True)
         self._inputs = CalibrationInputs(self, self._steady, self._session)
+        self._stand = Stand.ACTIVE
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -84,6 +99,7 @@ class CalibrationNode(LifecycleNode):
         assert self._session is not None
         self._session.enable(False)
         self._end_inputs()
+        self._stand = Stand.INACTIVE
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -91,28 +107,29 @@ class CalibrationNode(LifecycleNode):
         self._end_inputs()
         if self._session is not None:
             self._session.reset()
-        self._session = None
+        self._session = self._problem = None
         if self._outputs is not None:
             self._outputs.destroy()
             self._outputs = None
+        self._stand = Stand.UNCONFIGURED
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End everything."""
-        return self.on_cleanup(state)
+        done = self.on_cleanup(state)
+        self._stand = Stand.FINALIZED
+        return done
 
     def _autostart(self) -> None:
         self._autostart_timer.cancel()
-        is_started = self._settings['autostart'] and self._session is None
-        if is_started and self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
+        is_due = self._settings['autostart'] and self._stand is Stand.UNCONFIGURED
+        if is_due and self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
             self.trigger_activate()
 
     def _load(self) -> bool:
         """Load the scene; return whether that could be done."""
         try:
-            if not self._settings['scene']:
-                raise InputError("there is no scene: set the parameter 'scene' to a scene file")
-            scene = load_scene(Path(self._settings['scene']).expanduser())
+            scene = _scene_of(self._settings.values)
             settings = session_settings(self._settings.values)
             session = Session(scene, settings, self._background, self._follower)
         except InputError as error:
@@ -125,8 +142,16 @@ class CalibrationNode(LifecycleNode):
         return True
 
     def _check(self, values: Values) -> None:
-        settings = session_settings(values)
-        if self._session is not None and values['scene'] == self._settings['scene']:
+        session_settings(values)
+
+    def _check_change(self, old: Values, new: Values) -> None:
+        """Refuse what could not be gone on with."""
+        if self._stand is Stand.FINALIZED:
+            raise InputError(self._stand.words(self.get_fully_qualified_name()))
+        settings = session_settings(new)
+        if new['scene'] != old['scene']:
+            check_settings(_scene_of(new), settings)
+        elif self._session is not None:
             self._session.check(settings)
 
     def _changed(self, names: frozenset[str]) -> None:
@@ -187,6 +212,7 @@ class CalibrationNode(LifecycleNode):
         elif isinstance(event, FitEnd):
             self._outputs.tell_end(self._session.scene, event)
             self._tell_notes(event)
+            self._tell_outcome(event)
             self._tell_swing(event)
             self._reporter.report()
 
@@ -197,23 +223,35 @@ class CalibrationNode(LifecycleNode):
                 self._told.add(note)
                 self.get_logger().info(f'note: {note}')
 
+    def _tell_outcome(self, end: FitEnd) -> None:
+        """Log a fit that succeeded; of window after window the first, and one after a failure."""
+        outcome, before = end.result.outcome, self._last_outcome
+        self._last_outcome = outcome
+        is_one_of_many = self._settings['refit'] == 'continuous' and outcome is before
+        # Its health is logged where there is something to mend.
+        if outcome.is_fitted and not is_one_of_many:
+            self.get_logger().info(f'the fit {result_words(end.result)}')
+
     def _tell_swing(self, end: FitEnd) -> None:
         """Tell a change of the body that the last swing showed."""
         assert self._session is not None
         assert self._outputs is not None
         swings = self._session.swings
         change = None if swings is None else swings.change
-        newest_ns = end.request.snapshots[-1].newest.stamp_ns
-        if swings is not None and change is not None and change.stamp_ns == newest_ns:
+        newest = end.request.snapshots[-1].newest
+        if swings is not None and change is not None and change.stamp_ns == newest.stamp_ns:
             self.get_logger().warning(f'the body changed {in_words(change)}')
-            self._outputs.tell_change(change, swings.change_count)
+            self._outputs.tell_change(change, swings.change_count, newest.frame_id)
 
     def _examine(self) -> dict[str, Health]:
         if self._session is None:
-            message = self._problem or _UNCONFIGURED
+            message = self._problem or self._stand.words(self.get_fully_qualified_name())
             level = Level.ERROR if self._problem else Level.WARN
             return {'fit': Health(level, message)}
         fit = session_health(self._session)
+        if self._stand is not Stand.ACTIVE:
+            words = self._stand.words(self.get_fully_qualified_name())
+            fit = Health(Level.WARN, words, fit.values)
         if self._problem is not None:
             fit = Health(Level.ERROR, self._problem, fit.values)
         fit.values['report'] = self._report
@@ -225,17 +263,24 @@ class CalibrationNode(LifecycleNode):
 
     def _required(self) -> Session:
         if self._session is None:
-            raise InputError(self._problem or _UNCONFIGURED)
+            words = self._stand.words(self.get_fully_qualified_name())
+            raise InputError(self._problem or words)
         return self._session
 
+    def _active(self) -> Session:
+        session = self._required()
+        if self._stand is not Stand.ACTIVE:
+            raise InputError(self._stand.words(self.get_fully_qualified_name()))
+        return session
+
     def _on_enable(self, request: Any, response: Any) -> Any:
-        return _answer(response, lambda: self._required().enable(request.data))
+        return _answer(response, lambda: self._active().enable(request.data))
 
     def _on_reset(self, request: Any, response: Any) -> Any:
         return _answer(response, lambda: self._required().reset())
 
     def _on_capture(self, request: Any, response: Any) -> Any:
-        return _answer(response, lambda: self._required().capture())
+        return _answer(response, lambda: self._active().capture())
 
     def _on_save(self, request: Any, response: Any) -> Any:
         return _answer(response, self._save)
@@ -244,7 +289,7 @@ class CalibrationNode(LifecycleNode):
         end = self._required().present()
         if end is None:
             raise InputError('no fit has come to its end yet: there is nothing to save')
-        folder = Path(self._settings['out']).expanduser()
+        folder = self._folder()
         written = save_numbers(end, folder)
         self._report = 'being written'
         self._background.submit(lambda post, stop: save_report(end, folder, post, stop))
@@ -261,7 +306,11 @@ class CalibrationNode(LifecycleNode):
         return _answer(response, self._revert)
 
     def _diagnosis_folder(self) -> Path:
-        return Path(self._settings['out']).expanduser() / 'diagnosis'
+        return self._folder() / 'diagnosis'
+
+    def _folder(self) -> Path:
+        """Return where to write to, in full: whoever calls a service is elsewhere."""
+        return Path(self._settings['out']).expanduser().resolve()
 
     def _diagnose(self) -> str:
         session = self._required()
@@ -285,7 +334,7 @@ class CalibrationNode(LifecycleNode):
         self._diagnosis = f'{end.diagnosis.verdict.value}, in {end.folder}'
         self.get_logger().info(f'diagnosis: {self._diagnosis}')
         if self._outputs is not None:
-            self._outputs.tell_verdict(end.diagnosis, end.stamp_ns)
+            self._outputs.tell_verdict(end.diagnosis, end.stamp_ns, end.frame_id)
 
     def _accept(self) -> str:
         self._required()
@@ -302,12 +351,23 @@ class CalibrationNode(LifecycleNode):
         return f'took {effect} out of {path}; the next fit is without it'
 
 
+def _scene_of(values: Values) -> Scene:
+    """Load the scene that the parameters name.
+
+    Raises:
+        InputError: when there is none, or it is not a good one.
+    """
+    if not values['scene']:
+        raise InputError("there is no scene: set the parameter 'scene' to a scene file")
+    return load_scene(Path(values['scene']).expanduser())
+
+
 def _answer(response: Any, act: Any) -> Any:
     """Do something and answer with what was done, or why it was not."""
     try:
         response.message = act()
         response.success = True
     except InputError as error:
-        response.message = str(error)
+        response.message = for_nodes(str(error))
         response.success = False
     return response

@@ -89,11 +89,13 @@ class CalibrationInputs:
         share = 'none yet' if newest is None else f'{newest.valid_fraction:.3f}'
         values['valid pixels [share]'] = share
         values['frames in the window'] = str(len(self._session.window.frames))
-        quiet = (now - self._last_ns) / 1e9
-        if quiet > _QUIET:
-            return Health(Level.WARN, f'no depth image for {quiet:.0f} s', values)
-        if self._meter.lost:
-            return Health(Level.WARN, f'{self._meter.lost} depth images were lost', values)
+        trouble = self._meter.trouble(now, 'depth images')
+        if trouble is not None:
+            # A recording that has ended is no fault: what is wrong, the source knows.
+            return Health(Level.WARN, trouble[1], values)
+        quiet = (now - self._begun_ns) / 1e9
+        if not self._meter.received and quiet > _QUIET:
+            return Health(Level.WARN, f'no depth image has come for {quiet:.0f} s', values)
         return Health(Level.OK, f'{values["input rate [Hz]"]} depth images a second', values)
 
     def _subscribe(
@@ -118,7 +120,7 @@ class CalibrationInputs:
         self._meter.arrived(self._last_ns, stamp_ns(image.header.stamp), delay)
 
     def _on_lost(self, count: int) -> None:
-        self._meter.lost += count
+        self._meter.lose(self._steady.now().nanoseconds, count)
 
     def _on_depth(self, image: Image) -> None:
         restart = self._session.add_frame(depth_frame(image), self._last_ns)
@@ -128,7 +130,9 @@ class CalibrationInputs:
 
     def _on_camera_info(self, info: CameraInfo) -> None:
         image_topic = self._listeners[0].topic
-        self._session.inputs.set_camera(depth_camera(info, CAMERA_INFO, image_topic))
+        changed = self._session.set_camera(depth_camera(info, CAMERA_INFO, image_topic))
+        if changed is not None:
+            self._node.get_logger().warning(changed)
 
     def _look_at_poses(self) -> None:
         """Listen to the topic that is asked for, with the type that its publishers have."""

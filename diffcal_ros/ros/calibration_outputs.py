@@ -12,7 +12,11 @@ from diffcal_ros.live.fit_task import FitEnd, FitStep
 from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.track_task import TrackStep
 from diffcal_ros.live.tracking import Tracking
-from diffcal_ros.ros.conversion import camera_info_message, image_message, stamp_message
+from diffcal_ros.ros.conversion import (
+    camera_info_message,
+    header_message,
+    image_message,
+)
 from diffcal_ros.ros.estimate_messages import (
     change_message,
     covariance_message,
@@ -20,7 +24,7 @@ from diffcal_ros.ros.estimate_messages import (
     topic_of,
     tracked_message,
 )
-from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES, VALUES
+from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES
 from diffcal_ros.ros.verdict_messages import verdict_message
 from diffcal_ros.scene.model import Scene
 from geometry_msgs.msg import Point
@@ -28,7 +32,7 @@ from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import ColorRGBA, Float64, Float64MultiArray
+from std_msgs.msg import ColorRGBA, Float64, Float64MultiArray, Header
 from visualization_msgs.msg import Marker
 
 _SURFACE = ColorRGBA(r=0.20, g=0.55, b=0.85, a=0.8)
@@ -52,9 +56,8 @@ class CalibrationOutputs:
     def tell_step(self, scene: Scene, step: FitStep) -> None:
         """Publish what is known after a step; standard errors are NaN until the end."""
         self._tell_numbers(step.parameters)
-        time_ns = step.picture.stamp_ns
         self._estimates.publish(
-            estimates_message(scene, step.parameters, step.record, None, time_ns)
+            estimates_message(scene, step.parameters, step.record, None, _header(step.picture))
         )
         self.tell_picture(step.picture)
 
@@ -64,7 +67,7 @@ class CalibrationOutputs:
         self._tell_numbers(result.parameters)
         self._estimates.publish(
             estimates_message(
-                scene, result.parameters, result.history[-1], result, end.picture.stamp_ns
+                scene, result.parameters, result.history[-1], result, _header(end.picture)
             )
         )
         self._covariance.publish(covariance_message(result.parameters, result.correlation))
@@ -79,9 +82,9 @@ class CalibrationOutputs:
         )
         self._covariance.publish(covariance_message(tracked.parameters, tracked.correlation))
 
-    def tell_change(self, change: BodyChange, count: int) -> None:
+    def tell_change(self, change: BodyChange, count: int, frame_id: str) -> None:
         """Publish a change of the body; the last one stays."""
-        self._change.publish(change_message(change, count))
+        self._change.publish(change_message(change, count, frame_id))
 
     @property
     def has_onlookers(self) -> bool:
@@ -89,9 +92,9 @@ class CalibrationOutputs:
         senders = (self._rendered, self._residual, self._mesh)
         return any(sender.get_subscription_count() for sender in senders)
 
-    def tell_verdict(self, diagnosis: Diagnosis, time_ns: int) -> None:
+    def tell_verdict(self, diagnosis: Diagnosis, time_ns: int, frame_id: str) -> None:
         """Publish a verdict."""
-        self._verdict.publish(verdict_message(diagnosis, time_ns))
+        self._verdict.publish(verdict_message(diagnosis, header_message(time_ns, frame_id)))
 
     def destroy(self) -> None:
         """End all publishers."""
@@ -119,7 +122,7 @@ class CalibrationOutputs:
 
     def _number_publisher(self, topic: str) -> Any:
         if topic not in self._numbers:
-            publisher = self._publisher(Float64, topic, VALUES)
+            publisher = self._publisher(Float64, topic, LATCHED)
             # Made while the node is active: it missed the transition.
             publisher.on_activate(None)
             self._numbers[topic] = publisher
@@ -140,11 +143,14 @@ class CalibrationOutputs:
         self._mesh.publish(mesh_message(picture))
 
 
+def _header(picture: Picture) -> Header:
+    return header_message(picture.stamp_ns, picture.frame_id)
+
+
 def mesh_message(picture: Picture) -> Marker:
     """Return the deformed surface in the depth camera's frame."""
     marker = Marker(ns='body', id=0, type=Marker.TRIANGLE_LIST, action=Marker.ADD, color=_SURFACE)
-    marker.header.stamp = stamp_message(picture.stamp_ns)
-    marker.header.frame_id = picture.frame_id
+    marker.header = _header(picture)
     marker.pose.orientation.w = 1.0
     marker.scale.x = marker.scale.y = marker.scale.z = 1.0
     corners = [Point(x=x, y=y, z=z) for x, y, z in picture.points.tolist()]

@@ -9,8 +9,9 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import decode_depth, DepthFrame
+from diffcal_ros.errors import RecordingError
 from diffcal_ros.live.frame_gate import ImageFacts
-from diffcal_ros.recording.camera_infos import camera_of, require_undistorted
+from diffcal_ros.recording.camera_infos import camera_of
 from diffcal_ros.recording.color_frame import ColorFrame, decode_color
 from diffcal_ros.rigid_transform import (
     check_rigid,
@@ -22,7 +23,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Transform, Vector3
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Int32MultiArray, MultiArrayDimension, MultiArrayLayout
+from std_msgs.msg import Header, Int32MultiArray, MultiArrayDimension, MultiArrayLayout
 
 FloatArray = NDArray[np.float64]
 
@@ -37,6 +38,11 @@ def stamp_ns(stamp: Time) -> int:
 def stamp_message(time_ns: int) -> Time:
     """Make a stamp."""
     return Time(sec=time_ns // _SECOND, nanosec=time_ns % _SECOND)
+
+
+def header_message(time_ns: int, frame_id: str) -> Header:
+    """Make a header."""
+    return Header(stamp=stamp_message(time_ns), frame_id=frame_id)
 
 
 def image_facts(image: Image) -> ImageFacts:
@@ -92,7 +98,12 @@ def depth_camera(info: CameraInfo, topic: str, image_topic: str) -> PinholeCamer
         RecordingError: for a zero focal length, or distortion.
     """
     camera = camera_of(info, topic=topic, image_topic=image_topic)
-    require_undistorted(camera, topic=topic, image_topic=image_topic)
+    if camera.is_distorted:
+        shown = ', '.join(f'{value:g}' for value in camera.distortion)
+        raise RecordingError(
+            f'{topic} says that {image_topic} is distorted ({shown}): rectify it (image_proc) '
+            'and remap in/depth/image_rect_raw of the depth source to the rectified topic'
+        )
     return camera
 
 

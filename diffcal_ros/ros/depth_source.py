@@ -7,8 +7,10 @@ from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.node_words import for_nodes
 from diffcal_ros.live.player import Player, ReplaySettings
 from diffcal_ros.live.replay_messages import ReplayMessage, Role
+from diffcal_ros.recording.bag_files import mcap_files
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import check_rigid, rotation_from_quaternion, transform
@@ -73,7 +75,9 @@ class DepthSourceNode(Node):
         super().__init__('depth_source')
         self._player: Player | None = None
         self._relay: LiveRelay | None = None
-        self._settings = Parameters(self, SETTINGS, check=_check, act=self._changed)
+        self._settings = Parameters(
+            self, SETTINGS, check=_check, check_change=_check_change, act=self._changed
+        )
         overriding = QoSOverridingOptions.with_default_policies()
         self._senders = {
             role: self.create_publisher(
@@ -162,7 +166,12 @@ class DepthSourceNode(Node):
 
     def _changed(self, names: frozenset[str]) -> None:
         values = self._settings.values
-        if self._player is not None and names <= {'rate', 'loop', 'paused'}:
+        has_ended = self._player is not None and self._player.has_ended
+        if has_ended and 'loop' in names and values['loop']:
+            self.get_logger().info('the replay had ended: it starts again, and goes on in a loop')
+            self._stop()
+            self._start()
+        elif self._player is not None and names <= {'rate', 'loop', 'paused'}:
             self._player.change(
                 rate=values['rate'], is_looping=values['loop'], is_paused=values['paused']
             )
@@ -183,7 +192,7 @@ class DepthSourceNode(Node):
                 raise InputError("live topics cannot be stepped through: set the parameter 'bag'")
             self._player.step()
         except InputError as error:
-            response.success, response.message = False, str(error)
+            response.success, response.message = False, for_nodes(str(error))
             return response
         response.success, response.message = True, 'sending up to the next depth image'
         return response
@@ -191,6 +200,12 @@ class DepthSourceNode(Node):
 
 def _check(values: Values) -> None:
     _transform_of(values)
+
+
+def _check_change(old: Values, new: Values) -> None:
+    """Refuse a recording that is not there; what is in it is seen when it is opened."""
+    if new['bag'] and new['bag'] != old['bag']:
+        mcap_files(Path(new['bag']).expanduser())
 
 
 def _transform_of(values: Values) -> FloatArray | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.node_words import for_nodes
 from diffcal_ros.ros.qos import VALUES
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -50,7 +51,7 @@ class DiagnosticsReporter:
             return
         self._told[part] = sentence
         logger = self._node.get_logger()
-        text = f'{part}: {health.message}'
+        text = f'{part}: {for_nodes(health.message)}'
         # rclpy remembers the level of each line of code that logs: one line a level.
         if health.level is Level.ERROR:
             logger.error(text)
@@ -65,7 +66,7 @@ def status_message(name: str, health: Health, hardware_id: str = '') -> Diagnost
     return DiagnosticStatus(
         level=bytes([health.level]),
         name=name,
-        message=health.message,
+        message=for_nodes(health.message),
         hardware_id=hardware_id,
         values=[KeyValue(key=key, value=value) for key, value in health.values.items()],
     )

@@ -11,12 +11,12 @@ from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, I
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.track_task import TrackStep
 from diffcal_ros.live.tracking import in_words
-from diffcal_ros.ros.conversion import stamp_message
+from diffcal_ros.ros.conversion import header_message
 from diffcal_ros.ros.diagnostics import status_message
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
+from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension, MultiArrayLayout
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ def estimates_message(
     parameters: Sequence[FittedParameter],
     record: IterationRecord,
     result: CalibrationResult | None,
-    time_ns: int,
+    header: Header,
 ) -> DiagnosticArray:
     """Put all that is known after a step into one stamped snapshot.
 
@@ -39,10 +39,9 @@ def estimates_message(
         parameters: fitted ones.
         record: of the last step.
         result: at the end; None before.
-        time_ns: stamp of the newest frame used [ns].
+        header: of the newest frame used.
     """
-    message = DiagnosticArray()
-    message.header.stamp = stamp_message(time_ns)
+    message = DiagnosticArray(header=header)
     stage = f'iteration {record.number}' if result is None else result.outcome.value
     healths = [
         (FIT, _fit_health(record, result, stage)),
@@ -65,8 +64,7 @@ def tracked_message(
         change_count: changes so far.
     """
     tracked = step.tracked
-    message = DiagnosticArray()
-    message.header.stamp = stamp_message(tracked.stamp_ns)
+    message = DiagnosticArray(header=header_message(tracked.stamp_ns, step.frame_id))
     values = {
         'frame': str(step.number),
         'loss': f'{tracked.cost:.9g}',
@@ -88,15 +86,15 @@ def tracked_message(
     return message
 
 
-def change_message(change: BodyChange, count: int) -> DiagnosticArray:
+def change_message(change: BodyChange, count: int, frame_id: str) -> DiagnosticArray:
     """Tell of a change of the body: one status a parameter that changed.
 
     Args:
         change: what was seen.
         count: changes so far, this one included.
+        frame_id: optical frame of the depth images.
     """
-    message = DiagnosticArray()
-    message.header.stamp = stamp_message(change.stamp_ns)
+    message = DiagnosticArray(header=header_message(change.stamp_ns, frame_id))
     summary = {
         'number': str(count),
         'sudden': str(change.is_sudden).lower(),

@@ -5,22 +5,27 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from diffcal_ros.errors import RecordingError
 from diffcal_ros.live.frame_gate import FrameGate
 from diffcal_ros.live.health import Health, Level
+from diffcal_ros.live.inputs import transform_cure
 from diffcal_ros.live.replay_messages import Role
-from diffcal_ros.live.stream_meter import StreamMeter
+from diffcal_ros.live.stream_meter import Recent, StreamMeter
+from diffcal_ros.observing.pose_sources import is_same_frame
+from diffcal_ros.recording.compressed_depth import decode_compressed_depth
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription
-from diffcal_ros.ros.conversion import image_facts
+from diffcal_ros.ros.conversion import image_facts, image_message, stamp_ns
 from diffcal_ros.ros.frame_tree import FrameTree
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 FloatArray = NDArray[np.float64]
 
+_PACKED = '/compressedDepth'  # What image_transport adds to the name of a topic.
 _IMAGES = ((Role.DEPTH, Role.DEPTH_INFO), (Role.COLOR, Role.COLOR_INFO))
 
 
@@ -54,6 +59,8 @@ class LiveRelay:
         self._gates = {
             image: FrameGate(image.value, is_depth=image is Role.DEPTH) for image, _ in _IMAGES
         }
+        self._checked = {image: _Checked() for image, _ in _IMAGES}
+        self._packed: AdaptiveSubscription | None = None
         self._listeners = [
             subscription
             for image, info in _IMAGES
@@ -64,31 +71,78 @@ class LiveRelay:
         """Stop listening."""
         for subscription in self._listeners:
             subscription.destroy()
+        if self._packed is not None:
+            self._packed.destroy()
 
     def health(self) -> dict[str, Health]:
         """Return how each stream of images is; sends the transform once it is known."""
         self._tell_transform()
-        return {
+        self._look_for_packed()
+        parts = {
             'live depth': self._stream_health(Role.DEPTH, is_needed=True),
             'live colour': self._stream_health(Role.COLOR, is_needed=False),
         }
+        depth, color = self._frames.get(Role.DEPTH), self._frames.get(Role.COLOR)
+        if depth is not None and color is not None and not self._has_sent:
+            cure = transform_cure(color, depth, has_tf=self._tree.is_there)
+            parts['cameras'] = Health(Level.WARN, f'not known: {cure}')
+        elif self._has_sent:
+            parts['cameras'] = Health(Level.OK, f'known: where {color!r} is in {depth!r}')
+        return parts
 
     def _listen_to_image(self, role: Role) -> AdaptiveSubscription:
-        meter = self._meters[role]
-
-        def on_lost(count: int) -> None:
-            meter.lost += count
-
-        def on_image(image: Image, info: dict[str, int]) -> None:
-            facts = image_facts(image)
-            meter.arrived(self._steady.now().nanoseconds, facts.stamp_ns)
-            if self._gates[role].check(facts) is None:
-                self._frames[role] = facts.frame_id
-                self._senders[role].publish(image)
-
         return AdaptiveSubscription(
-            self._node, Image, f'in/{role.value}', on_image, on_lost=on_lost
+            self._node,
+            Image,
+            f'in/{role.value}',
+            lambda image, info: self._pass_on(role, image),
+            on_lost=lambda count: self._meters[role].lose(self._now_ns(), count),
         )
+
+    def _now_ns(self) -> int:
+        return int(self._steady.now().nanoseconds)
+
+    def _pass_on(self, role: Role, image: Image) -> None:
+        """Check an image, count it, and send it when it is good."""
+        facts, now = image_facts(image), self._now_ns()
+        self._meters[role].arrived(now, facts.stamp_ns)
+        problem = self._gates[role].check(facts)
+        self._checked[role].add(now, problem)
+        if problem is None:
+            self._frames[role] = facts.frame_id
+            self._senders[role].publish(image)
+
+    def _look_for_packed(self) -> None:
+        """Listen to compressed depth while nobody publishes it as it is."""
+        plain = self._listeners[0].topic
+        topic = f'{plain}{_PACKED}'
+        has_plain, has_packed = (self._node.count_publishers(name) > 0 for name in (plain, topic))
+        is_wanted = has_packed and not has_plain
+        if is_wanted and self._packed is None:
+            self._node.get_logger().info(f'depth is read from {topic}')
+            self._packed = AdaptiveSubscription(
+                self._node,
+                CompressedImage,
+                topic,
+                self._unpack,
+                on_lost=lambda count: self._meters[Role.DEPTH].lose(self._now_ns(), count),
+            )
+        elif not is_wanted and self._packed is not None:
+            self._packed.destroy()
+            self._packed = None
+
+    def _unpack(self, packed: CompressedImage, info: dict[str, int]) -> None:
+        time_ns = stamp_ns(packed.header.stamp)
+        try:
+            pixels = decode_compressed_depth(packed.data, packed.format)
+        except RecordingError as error:
+            self._meters[Role.DEPTH].arrived(self._now_ns(), time_ns)
+            self._checked[Role.DEPTH].add(self._now_ns(), str(error))
+            return
+        encoding = '16UC1' if pixels.dtype == np.uint16 else '32FC1'
+        frame_id = packed.header.frame_id
+        image = image_message(pixels, encoding=encoding, time_ns=time_ns, frame_id=frame_id)
+        self._pass_on(Role.DEPTH, image)
 
     def _listen_to_info(self, image: Role, role: Role) -> AdaptiveSubscription:
         def on_info(message: CameraInfo, info: dict[str, int]) -> None:
@@ -107,14 +161,11 @@ class LiveRelay:
         if not meter.received:
             level = Level.WARN if is_needed else Level.OK
             return Health(level, f'waiting for images on {topic}', values)
-        if not gate.passed:
-            reason, count = gate.bad.most_common(1)[0]
-            return Health(Level.ERROR, f'{count} images on {topic} are bad: {reason}', values)
-        if gate.bad:
-            reason, count = gate.bad.most_common(1)[0]
-            return Health(
-                Level.WARN, f'{gate.bad.total()} bad images, {count} times: {reason}', values
-            )
+        trouble = meter.trouble(now, f'images on {topic}') or self._checked[role].trouble(
+            now, topic
+        )
+        if trouble is not None:
+            return Health(*trouble, values)
         return Health(Level.OK, f'{values["input rate [Hz]"]} images a second', values)
 
     def _tell_transform(self) -> None:
@@ -122,9 +173,34 @@ class LiveRelay:
         if self._has_sent or depth is None or color is None:
             return
         found = self._depth_from_color
+        if found is None and is_same_frame(depth, color):
+            found = np.eye(4)
         if found is None:
             found = self._tree.find(depth, color)
         if found is not None:
             now = self._node.get_clock().now().nanoseconds
             self._send_transform(found, depth_frame=depth, color_frame=color, time_ns=now)
             self._has_sent = True
+
+
+class _Checked:
+    """What the checks of one topic's images said lately."""
+
+    def __init__(self) -> None:
+        self._good, self._bad, self._last = Recent(), Recent(), ''
+
+    def add(self, now_ns: int, problem: str | None) -> None:
+        """Note an image and what is wrong with it."""
+        if problem is None:
+            self._good.add(now_ns)
+        else:
+            self._bad.add(now_ns)
+            self._last = problem
+
+    def trouble(self, now_ns: int, topic: str) -> tuple[Level, str] | None:
+        """Say what is wrong with the images of the last seconds, or None."""
+        bad = self._bad.count(now_ns)
+        if not bad:
+            return None
+        level = Level.WARN if self._good.count(now_ns) else Level.ERROR
+        return level, f'{bad} bad images on {topic} within 10 s, the last: {self._last}'

@@ -17,6 +17,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.marker_tracker import MarkerTracker
+from diffcal_ros.live.node_words import told_of
 from diffcal_ros.live.stream_meter import StreamMeter
 from diffcal_ros.marker import Board, Marker
 from diffcal_ros.pose.detection import CornerRefinement
@@ -56,6 +57,8 @@ from std_msgs.msg import Int32MultiArray
 FloatArray = NDArray[np.float64]
 
 _SECOND = 1_000_000_000  # [ns]
+_OF_MARKER = ('marker.', 'board.')
+_SCENE_FIRST = "the scene's marker goes before them; set the parameter scene to '' to use them"
 COLOR, COLOR_INFO = 'color/image_raw', 'color/camera_info'
 DEPTH, DEPTH_INFO = 'depth/image_rect_raw', 'depth/camera_info'
 SETTINGS = (
@@ -97,7 +100,10 @@ class MarkerPoseNode(Node):
         self._meter = StreamMeter()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._next_ns = 0
-        self._settings = Parameters(self, SETTINGS, act=self._changed)
+        self._settings = Parameters(self, SETTINGS, check_change=_check_change, act=self._changed)
+        unused = _unused(self._settings.values)
+        if unused:
+            self.get_logger().warning(f'{", ".join(unused)} not used: {_SCENE_FIRST}')
         self._frames = FrameSender(self) if self._settings['publish_tf'] else None
         overriding = QoSOverridingOptions.with_default_policies()
         self._pose = self.create_publisher(
@@ -166,7 +172,7 @@ class MarkerPoseNode(Node):
         return AdaptiveSubscription(self, msg_type, topic, noted, **options)
 
     def _on_lost(self, count: int) -> None:
-        self._meter.lost += count
+        self._meter.lose(self._steady.now().nanoseconds, count)
 
     def _on_color_info(self, info: CameraInfo) -> None:
         topic = self._listeners[0].topic
@@ -204,7 +210,12 @@ class MarkerPoseNode(Node):
         camera, depth_from_color = self._depth_camera, self._depth_from_color
         if self._depth is None or camera is None or depth_from_color is None:
             return None
-        frame = depth_frame(deserialize_message(self._depth, Image))
+        try:
+            frame = depth_frame(deserialize_message(self._depth, Image))
+        except ValueError as error:
+            self._bad_inputs[DEPTH] = str(error)
+            return None
+        self._bad_inputs.pop(DEPTH, None)
         return DepthEvidence(frame.depth, camera, depth_from_color)
 
     def _send(self, image: Image, pose: RigPose) -> None:
@@ -239,15 +250,38 @@ class MarkerPoseNode(Node):
         if self._tracker is None:
             return {'pose': Health(Level.ERROR, self._problem or 'no marker', figures)}
         for topic, reason in self._bad_inputs.items():
-            return {'pose': Health(Level.ERROR, f'{topic}: {reason}', figures)}
+            return {'pose': Health(Level.ERROR, told_of(topic, reason), figures)}
         health = self._tracker.health()
-        return {'pose': Health(health.level, health.message, {**figures, **health.values})}
+        values = {**figures, **health.values}
+        trouble = self._meter.trouble(now, 'colour images')
+        if trouble is not None and health.level is Level.OK:
+            return {'pose': Health(Level.WARN, f'{health.message}; {trouble[1]}', values)}
+        return {'pose': Health(health.level, health.message, values)}
 
 
 def _reach(target: Target) -> float:
     """Return half the size of a target [m]."""
     corners = np.concatenate(list(target.corners.values()))
     return 0.5 * float(np.ptp(corners, axis=0).max())
+
+
+def _unused(values: Values) -> list[str]:
+    """Return parameters of a marker that are given beside a scene."""
+    usual = {setting.name: setting.default for setting in SETTINGS}
+    if not values['scene']:
+        return []
+    return [n for n in usual if n.startswith(_OF_MARKER) and values[n] != usual[n]]
+
+
+def _check_change(old: Values, new: Values) -> None:
+    """Refuse a change after which nothing could be found, or which would change nothing."""
+    changed = [name for name in new if name.startswith(_OF_MARKER) and new[name] != old[name]]
+    if new['scene'] and changed:
+        raise InputError(f'{", ".join(changed)} would not be used: {_SCENE_FIRST}')
+    # Of a board, columns and rows may come one after the other.
+    is_half = bool(new['board.columns']) != bool(new['board.rows'])
+    if new['scene'] != old['scene'] or (changed and not is_half):
+        _target(new)
 
 
 def _target(values: Values) -> Target:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from diffcal_ros.errors import InputError
+from diffcal_ros.live.node_words import for_nodes
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -72,6 +73,7 @@ class Parameters:
         settings: Sequence[Setting],
         *,
         check: Callable[[Values], None] = lambda values: None,
+        check_change: Callable[[Values, Values], None] = lambda old, new: None,
         act: Callable[[frozenset[str]], None] = lambda changed: None,
     ) -> None:
         """Declare them.
@@ -80,6 +82,8 @@ class Parameters:
             node: whose they are.
             settings: one a parameter.
             check: raises InputError when values do not go together.
+            check_change: raises InputError when values cannot be gone over to while the node runs;
+                gets those in force and the new ones.
             act: told what was changed, after it was.
 
         Raises:
@@ -87,6 +91,7 @@ class Parameters:
         """
         self._settings = {setting.name: setting for setting in settings}
         self._check = check
+        self._check_change = check_change
         self._act = act
         self.values: dict[str, Any] = {}
         for setting in settings:
@@ -102,7 +107,8 @@ class Parameters:
 
     def _on_set(self, parameters: list[Parameter]) -> SetParametersResult:
         ours = {p.name: p.value for p in parameters if p.name in self._settings}
-        problem = self._problem({**self.values, **ours}) if ours else None
+        new = {**self.values, **ours}
+        problem = (self._problem(new) or self._change_problem(new)) if ours else None
         return SetParametersResult(successful=problem is None, reason=problem or '')
 
     def _on_changed(self, parameters: list[Parameter]) -> None:
@@ -117,11 +123,19 @@ class Parameters:
             problem = setting.problem(values[name])
             if problem is not None:
                 return problem
-        try:
-            self._check(values)
-        except InputError as error:
-            return str(error)
-        return None
+        return _reason(lambda: self._check(values))
+
+    def _change_problem(self, new: Values) -> str | None:
+        return _reason(lambda: self._check_change(self.values, new))
+
+
+def _reason(check: Callable[[], None]) -> str | None:
+    """Return what a check complains of, or None."""
+    try:
+        check()
+    except InputError as error:
+        return for_nodes(str(error))
+    return None
 
 
 def _declared(node: Node, setting: Setting) -> Any:

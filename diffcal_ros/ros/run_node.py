@@ -11,6 +11,16 @@ from typing import Any
 
 EXIT_DONE = 0
 EXIT_BAD_INPUT = 2
+# What neither ROS nor apt brings in the versions that are needed (requirements.txt).
+PIP_PACKAGES = (
+    'mcap',
+    'meshio',
+    'opencv-contrib-python-headless',
+    'qdldl',
+    'rosbags',
+    'trimesh',
+    'warp-lang',
+)
 # How long after the start a node of the same name is looked for, and how often [s].
 _WATCH, _WATCH_PERIOD = 2.0, 0.1
 
@@ -29,6 +39,9 @@ def run_node(module: str, name: str, arguments: Sequence[str] | None = None) -> 
         make = getattr(import_module(module), name)
     except KeyboardInterrupt:
         return EXIT_DONE
+    except ModuleNotFoundError as error:
+        print(missing_package(error.name or str(error)), file=sys.stderr)
+        return EXIT_BAD_INPUT
     # rclpy ends the context on SIGINT; a KeyboardInterrupt besides could strike anywhere.
     signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init(args=arguments)
@@ -36,6 +49,20 @@ def run_node(module: str, name: str, arguments: Sequence[str] | None = None) -> 
         return _spin(make)
     finally:
         rclpy.try_shutdown()
+
+
+def missing_package(module: str) -> str:
+    """Say which package is missing, and how to install it.
+
+    Args:
+        module: that was not found.
+    """
+    package = module.partition('.')[0]
+    if package == 'rclpy' or package.endswith(('_msgs', '_interfaces')):
+        cure = "source ROS 2's setup.bash, or install the wheels: make build"
+    else:
+        cure = f'install what pip brings: {sys.executable} -m pip install {" ".join(PIP_PACKAGES)}'
+    return f'diffcal_ros needs the Python package {package!r}, which is not installed: {cure}'
 
 
 def _spin(make: Any) -> int:

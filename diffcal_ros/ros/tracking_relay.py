@@ -43,7 +43,7 @@ def relay_tracking(
         change = event.tracked.change
         if change is not None:
             logger.warning(f'the body changed {in_words(change)}')
-            outputs.tell_change(change, tracking.change_count)
+            outputs.tell_change(change, tracking.change_count, event.frame_id)
     if newest is not None and session.tracking is not None:
         outputs.tell_tracked(session.scene, session.tracking, newest)
         session.tracking.told(newest, steady.now().nanoseconds)

@@ -6,21 +6,20 @@ from diagnostic_msgs.msg import DiagnosticArray
 from diffcal_ros.diagnosis.verdict import Diagnosis, NamedEffect, Verdict
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.report.verdict_text import effect_words, verdict_lines
-from diffcal_ros.ros.conversion import stamp_message
 from diffcal_ros.ros.diagnostics import status_message
+from std_msgs.msg import Header
 
 VERDICT = 'verdict'
 
 
-def verdict_message(diagnosis: Diagnosis, time_ns: int) -> DiagnosticArray:
+def verdict_message(diagnosis: Diagnosis, header: Header) -> DiagnosticArray:
     """Put a verdict into one stamped snapshot: the whole first, then each effect by name.
 
     Args:
         diagnosis: the verdict.
-        time_ns: stamp of the newest frame used [ns].
+        header: of the newest frame used.
     """
-    message = DiagnosticArray()
-    message.header.stamp = stamp_message(time_ns)
+    message = DiagnosticArray(header=header)
     healths = [
         (VERDICT, _whole(diagnosis)),
         *((e.identifier, _effect(e)) for e in diagnosis.effects),

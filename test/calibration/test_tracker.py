@@ -3,6 +3,7 @@
 """A body is followed from frame to frame: steps, slow changes, hands and darkness."""
 
 from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.parameters import Kind
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.tracker import Tracker, TrackerSettings
 from diffcal_ros.errors import InputError
@@ -140,3 +141,28 @@ def test_what_cannot_be_followed_is_refused():
         TrackerSettings(memory=0.0)
     with pytest.raises(RuntimeError, match='call follow first'):
         _ = Tracker(calibration(), fitted().parameters).held
+
+
+def test_a_bias_of_edges_alone_is_no_reason_to_search():
+    film = Film()
+    # One frame blurs outlines otherwise than many fused.
+    (bias,) = film.tracker._parameters.find(Kind.EDGE_BIAS)
+    film.tracker.coordinates[bias] += 0.5
+    told = film.shoot([exact()] * 20)
+    assert told[0].is_taken
+    assert film.tracker.search_count == 0
+    assert film.tracker.coordinates[bias] == pytest.approx(0.0, abs=0.2)
+    assert modulus(told[-1]) == pytest.approx(MODULUS, rel=0.01)
+
+
+def test_noise_within_its_own_error_is_no_reason_to_render_anew(monkeypatch):
+    held = []
+    hold = Tracker._hold
+    monkeypatch.setattr(Tracker, '_hold', lambda *given: (held.append(1), hold(*given)))
+    film = Film(settings=TrackerSettings(memory=0.03))
+    random = np.random.default_rng(5)
+    shaken = [exact() + random.normal(scale=0.004, size=exact().shape) for _ in range(60)]
+    told = film.shoot(shaken)
+    assert modulus(told[-1]) == pytest.approx(MODULUS, rel=0.03)
+    # At the start, and when what one frame shows is weighed once more.
+    assert len(held) <= 5

@@ -117,7 +117,8 @@ def test_a_pose_on_a_topic_is_taken_at_the_frames_and_with_its_covariance(random
 def test_a_topic_in_another_frame_needs_a_way_from_there():
     inputs = inputs_with('topic')
     inputs.pose = StampedPose(HAND_FROM_CAMERA @ DEPTH_FROM_WORLD, None, HAND, START)
-    assert inputs.missing(frames()[-1]) == ['depth_from_color']
+    (missing,) = inputs.missing(frames()[-1])
+    assert missing.startswith(f'depth_from_color: where the frame {HAND!r} is in')
     inputs.lookup = robot().find
     seen, notes = observed(inputs)
     np.testing.assert_allclose(seen.depth_from_world, DEPTH_FROM_WORLD, atol=1e-12)

@@ -187,12 +187,40 @@ def test_what_cannot_be_fitted_is_told_and_tried_again(drive, depth, spoil, word
     assert session_health(session).level is Level.OK
 
 
+def test_a_fit_that_fails_is_an_error_and_is_tried_again_later_and_later(drive, depth):
+    running = drive(refit='tracking')
+    session = running.session
+    running.until(lambda: session.phase is not Phase.PREPARING)
+    running.give_camera_and_pose()
+    for failures in (1, 2):
+        # A wall far behind where the body should be.
+        running.film(np.full_like(depth, 3.0))
+        assert session.poll(running.now)
+        end = session.last_end
+        running.until(lambda end=end: session.last_end is not end)
+        health = session_health(session)
+        assert health.level is Level.ERROR
+        assert 'the last fit diverged: No step made the fit better' in health.message
+        assert f'again every {2 * failures} s' in health.message
+        running.film(depth)
+        assert not session.poll(running.now + 2_000_000_000 * failures - 1_000_000_000)
+        running.now += 2_000_000_000 * failures
+    running.film(depth)
+    assert session.poll(running.now)
+    assert session_health(session).level is Level.ERROR, 'until it succeeds'
+    running.until(lambda: session.phase is Phase.TRACKING)
+    assert session_health(session).level is Level.OK
+    assert session._failure_count == 0
+
+
 def test_a_transform_between_other_frames_is_refused(drive, depth):
     running = drive()
     running.give_camera_and_pose()
     running.session.inputs.pose = StampedPose(DEPTH_FROM_WORLD, None, 'color_camera')
     running.film(depth)
-    assert running.session.inputs.missing(running.session.window.newest) == ['depth_from_color']
+    (missing,) = running.session.inputs.missing(running.session.window.newest)
+    assert missing.startswith("depth_from_color: where the frame 'color_camera' is in")
+    assert 'ros-jazzy-tf2-ros' in missing
     running.session.inputs.transform = CameraTransform(np.eye(4), 'another', 'color_camera')
     with pytest.raises(InputError, match="leads to 'another'"):
         running.session.capture()

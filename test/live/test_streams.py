@@ -7,6 +7,7 @@ import struct
 
 from diffcal_ros.live.cdr_stamp import move_stamp, read_stamp
 from diffcal_ros.live.frame_gate import FrameGate, ImageFacts
+from diffcal_ros.live.health import Level
 from diffcal_ros.live.stream_meter import StreamMeter
 from diffcal_ros.recording.ros_messages import deserialize, image_message, serialize, stamp_ns_of
 import numpy as np
@@ -21,6 +22,7 @@ GOOD = ImageFacts('16UC1', 64, 48, 128, 128 * 48, 7 * SECOND, 'camera')
     [
         ({'encoding': 'rgb8'}, "encoding is 'rgb8'"),
         ({'byte_count': 100}, 'cut off'),
+        ({'step': 64}, 'step is 64 bytes, 64 16UC1 pixels take 128'),
         ({'width': 32}, 'image of 32x48, camera_info says 64x48'),
         ({'frame_id': ''}, 'frame_id is empty'),
         ({'stamp_ns': 0}, 'stamp is zero'),
@@ -44,7 +46,8 @@ def test_a_clock_that_was_set_back_costs_one_image():
 
 def test_colour_is_no_depth_and_depth_no_colour():
     assert FrameGate('color', is_depth=False).check(GOOD)
-    assert FrameGate('color', is_depth=False).check(replace(GOOD, encoding='bgr8')) is None
+    picture = replace(GOOD, encoding='bgr8', step=192, byte_count=192 * 48)
+    assert FrameGate('color', is_depth=False).check(picture) is None
 
 
 def test_the_meter_gives_rate_delay_and_age():
@@ -58,6 +61,46 @@ def test_the_meter_gives_rate_delay_and_age():
     figures = meter.figures(now, 2 * SECOND + 250_000_000)
     assert figures['stamp age [s]'] == '0.250'
     assert figures['messages received'] == '61'
+
+
+def test_what_went_wrong_is_told_for_ten_seconds():
+    meter = StreamMeter()
+    for number in range(31):
+        meter.arrived(number * SECOND // 30, number * SECOND // 30)
+    assert meter.trouble(SECOND, 'images') is None
+    meter.lose(SECOND, 100)
+    meter.lose(SECOND + 1, 48)
+    level, words = meter.trouble(2 * SECOND, 'images')
+    assert level is Level.WARN
+    assert '148 images were lost' in words
+    for number in range(30, 361):
+        meter.arrived(number * SECOND // 30, number * SECOND // 30)
+    assert meter.trouble(12 * SECOND, 'images') is None
+    assert meter.lost == 148, 'the sum stays'
+
+
+@pytest.mark.parametrize(
+    ('period', 'quiet', 'level'),
+    [
+        (0.033, 2.5, None),
+        (0.033, 4.0, Level.WARN),
+        (0.033, 9.0, Level.ERROR),
+        # A camera that sends one image in two seconds.
+        (2.0, 9.0, None),
+        (2.0, 11.0, Level.WARN),
+        (2.0, 31.0, Level.ERROR),
+    ],
+)
+def test_a_camera_that_stopped_is_told(period, quiet, level):
+    meter = StreamMeter()
+    assert meter.trouble(99 * SECOND, 'images') is None, 'it has not begun'
+    last = [round(number * period * SECOND) for number in range(5)]
+    for time in last:
+        meter.arrived(time, time)
+    told = meter.trouble(last[-1] + round(quiet * SECOND), 'images')
+    assert (told and told[0]) == level
+    if told is not None:
+        assert f'no images for {quiet:.0f} s' in told[1]
 
 
 def test_a_stamp_is_moved_and_nothing_else():

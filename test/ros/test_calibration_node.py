@@ -3,19 +3,23 @@
 """The calibration node on its own: services, lifecycle, and inputs that are wrong."""
 
 from dataclasses import replace
+from itertools import count
 
 from diffcal_ros.ros.calibration import CalibrationNode
+from diffcal_ros.ros.qos import LATCHED
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 from support.ros_images import (
     CAMERA,
     camera_info,
     depth_image,
+    FRAME,
     millimetre_image,
     world_pose,
 )
@@ -154,6 +158,45 @@ def test_depth_without_a_single_valid_pixel_is_an_error(make_rig):
     assert rig.bench.call(Trigger, 'calibration/reset').success
 
 
+def test_a_fit_that_fails_is_logged_once_and_its_values_stay_on_their_topics(make_rig, capfd):
+    rig = make_rig()
+    rig.info.publish(camera_info())
+    rig.pose.publish(world_pose(CAMERA_FROM_WORLD))
+    # A wall far behind where the body should be, again and again.
+    numbers = count()
+    for _ in range(2):
+        before = rig.bench.value(FIT, 'fits')
+        rig.bench.until(
+            lambda before=before: (
+                rig.depth.publish(depth_image(next(numbers), depth=3.0)),
+                rig.bench.value(FIT, 'fits') not in ('', before),
+            )[1],
+            'the end of a fit',
+            60.0,
+        )
+    rig.bench.status(FIT, ERROR, 'the last fit')
+    assert capfd.readouterr().err.count('the last fit') == 1
+    values = rig.bench.collect(Float64, 'calibration/parameters/youngs_modulus/value', LATCHED)
+    rig.bench.until(lambda: values, 'the last value')
+    assert len(values) == 1
+
+
+def test_millimetres_under_the_label_of_metres_are_an_error_that_stays(make_rig):
+    rig = make_rig()
+    rig.info.publish(camera_info())
+    rig.pose.publish(world_pose(CAMERA_FROM_WORLD))
+    numbers = count()
+
+    def is_told() -> bool:
+        rig.depth.publish(depth_image(next(numbers), depth=400.0))
+        status = rig.bench.health.get(FIT)
+        return status is not None and '32FC1 is in metres' in status.message
+
+    rig.bench.until(is_told, 'the reason', 60.0)
+    assert rig.bench.health[FIT].level == ERROR
+    assert rig.bench.value(FIT, 'fits') == '0'
+
+
 def test_stamps_that_jump_back_start_the_window_anew(make_rig):
     rig = make_rig(**{'window.frames': 10})
     for number in (100, 101, 102):
@@ -170,7 +213,12 @@ def test_deactivated_it_takes_nothing_and_activated_it_goes_on(make_rig):
     rig.depth.publish(depth_image(0))
     rig.window(1)
     assert rig.change_state(Transition.TRANSITION_DEACTIVATE)
-    rig.bench.status(FIT, WARN, 'paused')
+    rig.bench.status(FIT, WARN, 'inactive, nothing is listened to: call ros2 lifecycle set')
+    for kind, name in ((SetBool, 'enable'), (Trigger, 'capture')):
+        request = kind.Request(data=True) if kind is SetBool else None
+        answer = rig.bench.call(kind, f'calibration/{name}', request)
+        assert not answer.success
+        assert 'ros2 lifecycle set /calibration activate' in answer.message
     # Discovery tells the sender a moment after the node let go.
     rig.bench.until(lambda: rig.depth.get_subscription_count() == 0, 'the end of the subscription')
     assert rig.change_state(Transition.TRANSITION_ACTIVATE)
@@ -187,3 +235,43 @@ def test_unconfigured_it_waits_and_a_missing_scene_fails_the_transition(make_ben
     request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
     assert not bench.call(ChangeState, 'calibration/change_state', request).success
     bench.status(FIT, ERROR, 'there is no scene')
+
+
+def test_shut_down_it_says_that_it_is_over(make_rig, write_scene):
+    rig = make_rig()
+    assert rig.change_state(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+    rig.bench.status(FIT, WARN, 'finalized, it was shut down for good')
+    answer = rig.bench.call(Trigger, 'calibration/reset')
+    assert not answer.success
+    assert 'start the node again' in answer.message
+    changed = rig.bench.set_parameter('calibration', 'scene', str(write_scene({})))
+    assert not changed.successful
+    assert 'start the node again' in changed.reason
+
+
+def test_another_camera_begins_anew_and_a_topic_is_named_once(make_rig):
+    rig = make_rig(**{'window.frames': 10})
+    rig.info.publish(camera_info())
+    for number in range(2):
+        rig.depth.publish(depth_image(number))
+    rig.window(2)
+    rig.info.publish(camera_info(replace(CAMERA, fx=1.1 * CAMERA.fx)))
+    rig.bench.until(
+        lambda: rig.bench.value(INPUT, 'frames in the window') == '0', 'an empty window'
+    )
+    bad = camera_info()
+    bad.k[0] = bad.p[0] = 0.0
+    rig.info.publish(bad)
+    status = rig.bench.status(FIT, ERROR, 'depth/camera_info')
+    assert status.message.count('depth/camera_info') == 1
+
+
+def test_what_is_missing_between_two_cameras_is_named_with_its_cure(make_rig):
+    rig = make_rig()
+    rig.info.publish(camera_info())
+    pose = world_pose(CAMERA_FROM_WORLD)
+    pose.header.frame_id = 'color_frame'
+    rig.pose.publish(pose)
+    rig.depth.publish(depth_image())
+    status = rig.bench.status(FIT, WARN, f"where the frame 'color_frame' is in '{FRAME}'")
+    assert 'set the parameter depth_from_color' in status.message

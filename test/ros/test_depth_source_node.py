@@ -2,8 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The depth source: recordings on topics, step by step and in loops; live topics with checks."""
 
+import array
+import itertools
 import time
 
+import cv2
 from diffcal_ros.live.replay_messages import Role
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.ros.conversion import depth_frame, stamp_ns, transform_matrix
@@ -12,7 +15,7 @@ from geometry_msgs.msg import TransformStamped
 import numpy as np
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_srvs.srv import Trigger
 from support.ros_images import CAMERA, camera_info, depth_image, millimetre_image
 
@@ -78,6 +81,9 @@ def test_paused_it_goes_step_by_step(make_bench, bag):
     answer = bench.call(Trigger, 'depth_source/step')
     assert not answer.success
     assert 'has ended' in answer.message
+    (images_before, _) = len(images), images.clear()
+    assert bench.set_parameter('depth_source', 'loop', True).successful
+    bench.until(lambda: len(images) > images_before, 'the recording again, and again')
 
 
 def test_in_a_loop_stamps_go_on(make_bench, bag):
@@ -104,13 +110,20 @@ def test_bad_recordings_are_told_and_a_good_one_cures(make_bench, bag, tmp_path)
     bench.add(DepthSourceNode)
     bench.status(REPLAY, ERROR, 'there is no recording')
     for name, words in (
+        ('none_either', 'there is no recording'),
         ('empty', 'holds no .mcap file'),
+    ):
+        answer = bench.set_parameter('depth_source', 'bag', str(tmp_path / name))
+        assert not answer.successful
+        assert words in answer.reason
+    for name, words in (
         ('blank.mcap', 'blank.mcap'),
         ('corrupt.mcap', 'corrupt.mcap'),
         ('cut.mcap', 'is truncated'),
     ):
         assert bench.set_parameter('depth_source', 'bag', str(tmp_path / name)).successful
         bench.status(REPLAY, ERROR, words)
+    assert 'the parameter allow_truncated' in bench.health[REPLAY].message
     assert not images
     assert bench.set_parameter('depth_source', 'bag', str(bag)).successful
     bench.status(REPLAY, OK, 'was replayed to its end')
@@ -149,3 +162,47 @@ def test_live_topics_are_passed_on_and_bad_images_are_not(make_bench):
     sent = bench.until(lambda: transforms, 'the transform')[0]
     assert sent.transform.translation.x == 0.01
     assert sent.child_frame_id == 'camera_color_optical_frame'
+    bench.status(LIVE, WARN, 'no images on /in/depth/image_rect_raw for')
+
+
+def test_compressed_depth_is_unpacked_while_there_is_no_other(make_bench):
+    bench = make_bench()
+    passed = bench.collect(Image, 'depth/image_rect_raw')
+    bench.add(DepthSourceNode)
+    packed = bench.publisher(CompressedImage, 'in/depth/image_rect_raw/compressedDepth')
+    plain = millimetre_image(3, is_bigendian=False)
+    pixels = np.frombuffer(plain.data, '<u2').reshape(CAMERA.height, CAMERA.width)
+    body = cv2.imencode('.png', pixels)[1].tobytes()
+    message = CompressedImage(header=plain.header, format='16UC1; compressedDepth png')
+    message.data = array.array('B', bytes(12) + body[:40])
+    packed.publish(message)
+    bench.status(LIVE, ERROR, 'no 16-bit PNG')
+    message.data = array.array('B', bytes(12) + body)
+    packed.publish(message)
+    bench.until(lambda: passed, 'the image')
+    assert passed == [plain]
+
+
+def test_one_bad_stamp_is_forgotten_and_lost_images_are_told(make_bench):
+    bench = make_bench()
+    node = bench.add(DepthSourceNode)
+    depth = bench.publisher(Image, 'in/depth/image_rect_raw')
+    unstamped = depth_image()
+    unstamped.header.stamp.sec = unstamped.header.stamp.nanosec = 0
+    depth.publish(unstamped)
+    bench.status(LIVE, ERROR, 'stamp is zero')
+    numbers = itertools.count()
+
+    def film(words, level):
+        status = bench.health[LIVE]
+        depth.publish(depth_image(next(numbers)))
+        return status.level == level and words in status.message
+
+    bench.until(lambda: film('1 bad images', WARN), 'the good ones')
+    # Ten seconds later, without waiting for them.
+    node._relay._checked[Role.DEPTH]._bad._counts.clear()
+    bench.until(lambda: film('images a second', OK), 'the end of it')
+    (listener, *_) = node._relay._listeners
+    listener._on_lost(148)
+    bench.until(lambda: film('148 images', WARN), 'the loss')
+    assert bench.value(LIVE, 'messages lost') == '148'

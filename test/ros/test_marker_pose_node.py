@@ -88,8 +88,9 @@ def test_a_marker_that_cannot_be_is_an_error_until_it_is_changed(make_bench):
     bench.status(POSE, ERROR, 'DICT_9X9_1')
     assert bench.set_parameter('marker_pose', 'marker.dictionary', 'DICT_4X4_50').successful
     bench.status(POSE, WARN, 'waiting for')
-    assert bench.set_parameter('marker_pose', 'marker.id', 1000).successful
-    bench.status(POSE, ERROR, '1000')
+    refused = bench.set_parameter('marker_pose', 'marker.id', 1000)
+    assert not refused.successful
+    assert 'DICT_4X4_50 holds 0 to 49' in refused.reason
     assert bench.set_parameter('marker_pose', 'board.columns', 5).successful
     bench.status(POSE, ERROR, 'board of 5x0 squares')
 

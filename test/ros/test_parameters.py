@@ -86,6 +86,27 @@ def test_a_fit_that_the_scene_cannot_have_is_refused(make_bench, write_scene):
     answer = bench.set_parameter('calibration', 'observation', 'upside_down')
     assert not answer.successful
     assert 'upside_down' in answer.reason
+    for scene, reason in (('', 'there is no scene'), ('/nowhere/scene.yaml', 'scene.yaml')):
+        answer = bench.set_parameter('calibration', 'scene', scene)
+        assert not answer.successful
+        assert reason in answer.reason
+
+
+def test_markers_that_would_not_be_looked_for_are_refused(make_bench, write_scene, capfd):
+    scene = write_scene({})
+    bench = make_bench({'scene': scene, 'marker.id': 7})
+    bench.add(MarkerPoseNode)
+    assert 'marker.id not used: the scene' in capfd.readouterr().err
+    answer = bench.set_parameter('marker_pose', 'marker.side', 0.03)
+    assert not answer.successful
+    assert "set the parameter scene to ''" in answer.reason
+    answer = bench.set_parameter('marker_pose', 'scene', str(scene.parent / 'none.yaml'))
+    assert not answer.successful
+    assert bench.set_parameter('marker_pose', 'scene', '').successful
+    answer = bench.set_parameter('marker_pose', 'marker.dictionary', 'DICT_9X9_7')
+    assert not answer.successful
+    assert 'DICT_9X9_7' in answer.reason
+    assert bench.set_parameter('marker_pose', 'marker.side', 0.03).successful
 
 
 def test_a_scene_that_does_not_exist_is_an_error_and_a_good_one_cures_it(make_bench, write_scene):
