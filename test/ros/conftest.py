@@ -3,9 +3,12 @@
 """Nodes on a DDS domain of their own, on this machine only."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+import fcntl
 import os
 from pathlib import Path
 import secrets
+import tempfile
 from typing import Any
 
 import pytest
@@ -19,13 +22,31 @@ _QUIET = {
 }
 
 
-@pytest.fixture(autouse=True)
-def _quiet_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+@contextmanager
+def _own_domain() -> Iterator[int]:
+    """Take a domain that no other test of this machine has, for as long as it is used."""
     # Beyond 101 Linux may have given the ports away.
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(1 + secrets.randbelow(101)))
+    domains = secrets.SystemRandom().sample(range(1, 102), 101)
+    for domain in domains:
+        path = Path(tempfile.gettempdir()) / f'diffcal_ros_domain_{domain}.{os.getuid()}.lock'
+        with path.open('w') as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield domain
+            return
+    pytest.fail('other tests have taken all DDS domains')
+
+
+@pytest.fixture(autouse=True)
+def _quiet_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for name, value in _QUIET.items():
         if name not in os.environ:
             monkeypatch.setenv(name, value)
+    with _own_domain() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        yield
 
 
 @pytest.fixture
