@@ -10,7 +10,7 @@ from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.node_words import for_nodes
 from diffcal_ros.live.player import Player, ReplaySettings
 from diffcal_ros.live.replay_messages import ReplayMessage, Role
-from diffcal_ros.recording.bag_files import mcap_files
+from diffcal_ros.recording.bag_files import bag_files
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import check_rigid, rotation_from_quaternion, transform
@@ -205,7 +205,7 @@ def _check(values: Values) -> None:
 def _check_change(old: Values, new: Values) -> None:
     """Refuse a recording that is not there; what is in it is seen when it is opened."""
     if new['bag'] and new['bag'] != old['bag']:
-        mcap_files(Path(new['bag']).expanduser())
+        bag_files(Path(new['bag']).expanduser())
 
 
 def _transform_of(values: Values) -> FloatArray | None:
