@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem import fibre_stiffening
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.potential_terms import Potential, ShearRatioTerm
@@ -79,6 +78,9 @@ class FibreTerm(ShearRatioTerm):
         device: str,
         direction: FloatArray,
     ) -> None:
+        # Its kernels, and Warp with them, are not needed to read a scene.
+        from diffcal_ros.fem import fibre_stiffening
+
         self._from_fibre = _frame_along(direction)
         super().__init__(self._turned(discretisation), pattern, device, fibre_stiffening)
 

@@ -4,15 +4,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, TYPE_CHECKING
 
-from diffcal_ros.fem.applied_conditions import AppliedConditions
 from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.material import Material, NeoHookeanNumbers
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:  # Warp is not needed to say what changes.
+    from diffcal_ros.fem.applied_conditions import AppliedConditions
+    from diffcal_ros.fem.elastic_body import ElasticBody
 
 FloatArray = NDArray[np.float64]
 
@@ -100,7 +102,7 @@ def gravity_loads(
 class ForceChanges:
     """Derivatives of loads less internal forces at fixed positions."""
 
-    def __init__(self, elastic: ElasticBody, conditions: AppliedConditions) -> None:
+    def __init__(self, elastic: 'ElasticBody', conditions: 'AppliedConditions') -> None:
         self._elastic = elastic
         self._conditions = conditions
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, Protocol
 
-from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.sparse_pattern import SparsePattern
 from diffcal_ros.material import NeoHookeanNumbers
@@ -116,6 +115,9 @@ class ShearRatioTerm(AddedTerm):
         device: str,
         law: ModuleType,
     ) -> None:
+        # Warp is not needed to know what acts.
+        from diffcal_ros.fem.elastic_body import ElasticBody
+
         self._body = ElasticBody(discretisation, law=law, device=device)
         self._stiffness = self._body.make_stiffness(pattern)
         self._ratio = 0.0

@@ -13,6 +13,7 @@ EXIT_DONE = 0
 EXIT_BAD_INPUT = 2
 # What neither ROS nor apt brings in the versions that are needed (requirements.txt).
 PIP_PACKAGES = (
+    'lz4',
     'mcap',
     'meshio',
     'opencv-contrib-python-headless',
@@ -20,6 +21,7 @@ PIP_PACKAGES = (
     'rosbags',
     'trimesh',
     'warp-lang',
+    'zstandard',
 )
 # How long after the start a node of the same name is looked for, and how often [s].
 _WATCH, _WATCH_PERIOD = 2.0, 0.1

@@ -3,9 +3,11 @@
 """The sections about the rig: cameras, masks, sensor and the rigid offset's prior."""
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 import math
 
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.scene.model import DepthSensor, Masks, RigidOffset
 from diffcal_ros.scene.problems import shown
@@ -103,20 +105,24 @@ RIGID_OFFSET_SHAPE = Keys(
 )
 
 
+@cache
+def _effect_shape(effect: Effect) -> Keys:
+    amplitudes: dict[str, Shape] = {
+        part.name: Number(f'in {part.unit}', Interval(part.lower, part.upper))
+        for part in effect.components
+    }
+    settings: dict[str, Shape] = {
+        name: Number(f'default {usual:g}', Interval(*effect.setting_limits))
+        for name, usual in effect.settings.items()
+    }
+    return Keys({**amplitudes, **settings}, about=effect.sentence)
+
+
 class _EffectShapes(Mapping[str, Shape]):
     """The sections of the effects that the library has when they are asked for."""
 
     def __getitem__(self, identifier: str) -> Shape:
-        effect = EFFECTS[identifier]
-        amplitudes: dict[str, Shape] = {
-            part.name: Number(f'in {part.unit}', Interval(part.lower, part.upper))
-            for part in effect.components
-        }
-        settings: dict[str, Shape] = {
-            name: Number(f'default {usual:g}', Interval(*effect.setting_limits))
-            for name, usual in effect.settings.items()
-        }
-        return Keys({**amplitudes, **settings}, about=effect.sentence)
+        return _effect_shape(EFFECTS[identifier])
 
     def __iter__(self) -> Iterator[str]:
         return iter(EFFECTS)

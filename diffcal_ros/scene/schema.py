@@ -17,7 +17,6 @@ from diffcal_ros.scene.shapes import (
     Constant,
     Flag,
     Keys,
-    LARGEST,
     ListOf,
     Number,
     OneOf,
@@ -63,10 +62,6 @@ def _(shape: Number) -> dict[str, Any]:
     limits = {name: value for name, value in ends.items() if np.isfinite(value)}
     if allowed.is_open and allowed.low == 0.0:
         limits = {**limits, 'minimum': SMALLEST}
-    if not np.isfinite(allowed.high):
-        limits = {**limits, 'maximum': LARGEST}
-    if not np.isfinite(allowed.low):
-        limits = {**limits, 'minimum': -LARGEST}
     return {'type': ['number', 'string'], 'pattern': _WRITTEN_NUMBER, **limits}
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 from functools import cache
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.effect_model import upwards
 from diffcal_ros.calibration.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters import make_parameters
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.tracker import Tracker
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.rigid_motion import upwards
 from diffcal_ros.rigid_transform import transform
 from diffcal_ros.scene.model import HeldPart, Turn
 import numpy as np

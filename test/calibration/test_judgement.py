@@ -17,7 +17,8 @@ import pytest
 GOOD = Gap(median=0.0005, rms=0.0007, coverage=0.97, pixels=5000, explained=0.98)
 MODULUS = FittedParameter('youngs_modulus', 60e3, 600.0, 100.0, 'Pa', 80e3)
 BIAS = FittedParameter('edge_bias', 0.1, 0.01, 0.0, 'px', 0.0, is_nuisance=True)
-KNOWN = Uncertainty(1e-4 * np.eye(2), 1e-4 * np.eye(2), np.zeros(2), (), ())
+SMALL, NOTHING = 1e-4 * np.eye(2), np.zeros(2)
+KNOWN = Uncertainty(SMALL, SMALL, NOTHING, NOTHING, SMALL, (), ())
 
 
 def _judge(

@@ -95,7 +95,7 @@ def test_the_focal_length_of_a_scene_is_checked_too(run_cli, change_scene):
     camera = {'width': 400, 'height': 300, 'fx': 1e-6, 'fy': 1e-6, 'cx': 200.0, 'cy': 150.0}
     ran = run_cli('check', change_scene({'camera': camera}))
     assert ran.code == EXIT_BAD_INPUT
-    assert 'more than 178 degrees in view' in ran.err + ran.out
+    assert 'no camera sees so wide an angle on 400 pixels' in ran.err + ran.out
 
 
 def test_the_camera_of_a_scene_stands_in_for_one_that_was_not_recorded(

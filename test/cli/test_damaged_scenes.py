@@ -28,12 +28,11 @@ def check(run_cli, folder, text) -> None:
     (folder / 'scene.yaml').write_text(text, encoding='utf-8', errors='surrogatepass')
     ran = run_cli('check', 'scene.yaml', '--no-draw')
     assert ran.code in (EXIT_DONE, EXIT_BAD_INPUT), ran.err
-    if ran.code == EXIT_BAD_INPUT:
-        assert ran.err.startswith('diffcal check: scene.yaml')
-        assert ran.out == ''
-        assert len(ran.err) < _LONGEST
-    else:
-        assert ran.err == ''
+    is_refused = ran.code == EXIT_BAD_INPUT
+    assert bool(ran.err) == is_refused
+    assert ran.err.startswith('diffcal check: scene.yaml' if is_refused else '')
+    assert not (is_refused and ran.out)
+    assert len(ran.err) < _LONGEST
 
 
 def test_one_entry_is_replaced_by_anything(run_cli, folder):

