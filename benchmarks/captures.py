@@ -17,7 +17,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.depth.reference_compat import ray_length
 from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
 from diffcal_ros.offline.calibrate_recordings import open_inputs

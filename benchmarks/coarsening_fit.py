@@ -10,7 +10,7 @@ import time
 from typing import Any
 
 from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer

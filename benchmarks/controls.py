@@ -112,8 +112,8 @@ def _judged_of_this_mesh(scene: Any, observations: list[Any]) -> dict[str, Any]:
 
 def _without_mesh(evidence: Any, nominal: Any) -> tuple[Any, Any]:
     """Refit without what is known of the mesh."""
-    from diffcal_ros.diagnosis.evidence import Evidence
-    from diffcal_ros.diagnosis.refit import refit
+    from diffcal_ros.diagnosis.model_comparison.refit import refit
+    from diffcal_ros.diagnosis.patches.evidence import Evidence
 
     still = tuple(np.zeros_like(move) for move in evidence.numerics.moves)
     nothing = replace(evidence.numerics, moves=still)
@@ -125,9 +125,9 @@ def _without_mesh(evidence: Any, nominal: Any) -> tuple[Any, Any]:
 
 def _judged(evidence: Any, nominal: Any) -> dict[str, Any]:
     """Judge a nominal fit."""
-    from diffcal_ros.diagnosis.candidates import candidates
-    from diffcal_ros.diagnosis.disagreement import measure_disagreement
-    from diffcal_ros.diagnosis.screening import screen
+    from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
+    from diffcal_ros.diagnosis.screening.candidates import candidates
+    from diffcal_ros.diagnosis.screening.screening import screen
 
     scores = screen(evidence, nominal.coordinates, candidates(evidence.model.scene))
     found = measure_disagreement(nominal, scores, margin=0.0005)
@@ -144,7 +144,7 @@ def _watched(
     observation: Any, depth: FloatArray, error: FloatArray, random: np.random.Generator
 ) -> Any:
     """Take as many frames of a rendered image as the observation has, and fuse them."""
-    from diffcal_ros.calibration.observation import fuse_frames
+    from diffcal_ros.calibration.observations.observation import fuse_frames
     from diffcal_ros.depth_frame import DepthFrame
 
     frames = []
@@ -158,11 +158,11 @@ def _watched(
 
 def _rank(case: Path) -> dict[str, Any] | None:
     """Let the best scored effect compete with random smooth directions; None where all agrees."""
-    from diffcal_ros.diagnosis.candidates import candidates
+    from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
     from diffcal_ros.diagnosis.diagnose import fit_nominal
-    from diffcal_ros.diagnosis.disagreement import measure_disagreement
-    from diffcal_ros.diagnosis.screening import screen
-    from diffcal_ros.diagnosis.whitened import Part, whiten
+    from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+    from diffcal_ros.diagnosis.screening.candidates import candidates
+    from diffcal_ros.diagnosis.screening.screening import screen
     from diffcal_ros.offline.calibrate_recordings import open_inputs
     from diffcal_ros.scene.load import load_scene
 

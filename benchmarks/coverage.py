@@ -20,9 +20,9 @@ import sys
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.uncertainty import Z_95
+from diffcal_ros.calibration.uncertainty.uncertainty import Z_95
 from diffcal_ros.scene.model import DepthSensor
 from diffcal_ros.synthetic.lidar import LidarModel
 import joblib

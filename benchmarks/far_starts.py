@@ -20,7 +20,7 @@ from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import InputError

@@ -12,7 +12,7 @@ from typing import Any
 
 from coarsening import CAMERA, DEPTH_FROM_WORLD, scene, SIZE
 from diffcal_ros.calibration.law_ranking import rank_laws
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.errors import InputError

@@ -21,8 +21,8 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import fit_field
 from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
-from diffcal_ros.calibration.gap import measure_gap
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.residuals.gap import measure_gap
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.offline.calibrate_recordings import open_inputs

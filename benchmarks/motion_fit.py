@@ -13,7 +13,7 @@ import time
 from typing import Any
 
 from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera

@@ -17,7 +17,7 @@ from typing import Any, TYPE_CHECKING
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import calibrate as calibrate
     from diffcal_ros.calibration.calibrate import Calibration as Calibration
-    from diffcal_ros.calibration.observation import Observation as Observation
+    from diffcal_ros.calibration.observations.observation import Observation as Observation
     from diffcal_ros.calibration.outcome import Outcome as Outcome
     from diffcal_ros.calibration.result import CalibrationResult as CalibrationResult
     from diffcal_ros.calibration.result import save_result as save_result
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from diffcal_ros.depth.tracer import DepthTracer as DepthTracer
     from diffcal_ros.diagnosis.diagnose import diagnose as diagnose
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings as DiagnosisSettings
-    from diffcal_ros.diagnosis.verdict import Diagnosis as Diagnosis
-    from diffcal_ros.diagnosis.verdict import save_verdict as save_verdict
-    from diffcal_ros.diagnosis.verdict import Verdict as Verdict
+    from diffcal_ros.diagnosis.verdict.verdict import Diagnosis as Diagnosis
+    from diffcal_ros.diagnosis.verdict.verdict import save_verdict as save_verdict
+    from diffcal_ros.diagnosis.verdict.verdict import Verdict as Verdict
     from diffcal_ros.errors import InputError as InputError
     from diffcal_ros.fem.conditions import Conditions as Conditions
     from diffcal_ros.fem.element import Element as Element
@@ -58,7 +58,7 @@ _HOMES = {
     'save_fitted_scene': 'scene.save',
     'Scene': 'scene.model',
     # Recordings.
-    'Observation': 'calibration.observation',
+    'Observation': 'calibration.observations.observation',
     'open_inputs': 'offline.calibrate_recordings',
     'open_recording': 'recording.bag_reader',
     # Fits.
@@ -70,10 +70,10 @@ _HOMES = {
     'save_result': 'calibration.result',
     # What a model lacks.
     'diagnose': 'diagnosis.diagnose',
-    'Diagnosis': 'diagnosis.verdict',
+    'Diagnosis': 'diagnosis.verdict.verdict',
     'DiagnosisSettings': 'diagnosis.diagnose',
-    'save_verdict': 'diagnosis.verdict',
-    'Verdict': 'diagnosis.verdict',
+    'save_verdict': 'diagnosis.verdict.verdict',
+    'Verdict': 'diagnosis.verdict.verdict',
     # Bodies.
     'Change': 'fem.force_changes',
     'Conditions': 'fem.conditions',

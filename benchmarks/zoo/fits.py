@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from diffcal_ros import calibrate
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model import Scene

@@ -7,17 +7,24 @@ from dataclasses import replace
 import time
 
 from diffcal_ros.calibration.contest import Contest
-from diffcal_ros.calibration.demon import learning_rates, minimise_with_demon
-from diffcal_ros.calibration.forward_model import ForwardModel, NOT_SIMULATED
-from diffcal_ros.calibration.gap import Gap, measure_gap
-from diffcal_ros.calibration.image_objective import ImageObjective
-from diffcal_ros.calibration.judgement import judge, warn
-from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
-from diffcal_ros.calibration.longest_steps import longest_steps
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.observation import Observation, pose_covariances
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
+from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
+from diffcal_ros.calibration.observations.seen_regions import require_seen_regions
+from diffcal_ros.calibration.optimizers.demon import learning_rates, minimise_with_demon
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import (
+    Iteration,
+    minimise,
+    Minimum,
+    Stop,
+)
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.parameters import Kind, make_parameters, ParameterSet
+from diffcal_ros.calibration.outcome_rules import judge, warn
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.slack_cables import barely_pulling, taut_start
+from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
+from diffcal_ros.calibration.residuals.image_objective import ImageObjective
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import (
     Alternative,
     CalibrationResult,
@@ -26,10 +33,8 @@ from diffcal_ros.calibration.result import (
 )
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch, worth_fitting
 from diffcal_ros.calibration.search.mirrored_pose import settle_mirrored
-from diffcal_ros.calibration.seen_regions import require_seen_regions
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.slack_cables import barely_pulling, taut_start
-from diffcal_ros.calibration.uncertainty import (
+from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
     Uncertainty,
@@ -379,8 +384,11 @@ def fitted_parameters(
     fitted = []
     for place, parameter in enumerate(parameters):
         value = parameter.value(coordinates[place])
-        fine = coordinates[place] + np.clip(uncertainty.fine_shift[place], -_WIDEST, _WIDEST)
-        reach = min(Z_95 * uncertainty.fine_errors[place], _WIDEST)
+        fine, error = coordinates[place], uncertainty.standard_errors[place]
+        if parameter.is_logarithmic:  # Of a placement the whole mesh error is doubt.
+            fine += np.clip(uncertainty.fine_shift[place], -_WIDEST, _WIDEST)
+            error = uncertainty.fine_errors[place]
+        reach = min(Z_95 * error, _WIDEST)
         rate = value if parameter.is_logarithmic else 1.0
         fitted.append(
             FittedParameter(

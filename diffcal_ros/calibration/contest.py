@@ -5,14 +5,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.gap import Gap
-from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum, Stop
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.parameters import Kind, ParameterSet
-from diffcal_ros.calibration.residual_scales import Scales
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import (
+    Iteration,
+    minimise,
+    Minimum,
+    Stop,
+)
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
+from diffcal_ros.calibration.residuals.gap import Gap
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.result import Alternative
-from diffcal_ros.calibration.uncertainty import covariance_of, Z_95
+from diffcal_ros.calibration.uncertainty.uncertainty import covariance_of, Z_95
 import numpy as np
 from numpy.typing import NDArray
 

@@ -6,16 +6,20 @@ from collections.abc import Mapping, Sequence
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters
-from diffcal_ros.calibration.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.gap import Gap, measure_gap
-from diffcal_ros.calibration.joint_parameters import joint_parameters, JointParameters, Shared
-from diffcal_ros.calibration.judgement import judge, warn
-from diffcal_ros.calibration.levenberg_marquardt import Iteration, minimise, Minimum
-from diffcal_ros.calibration.linearisation import Linearisation
-from diffcal_ros.calibration.longest_steps import longest_steps
-from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, minimise, Minimum
+from diffcal_ros.calibration.outcome_rules import judge, warn
+from diffcal_ros.calibration.parameters.joint_parameters import (
+    joint_parameters,
+    JointParameters,
+    Shared,
+)
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
+from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
-from diffcal_ros.calibration.uncertainty import estimate_uncertainty
+from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import InputError
 import numpy as np
 from numpy.typing import NDArray

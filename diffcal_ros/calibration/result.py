@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
-from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.profile import Profile
+from diffcal_ros.calibration.residuals.gap import Gap
+from diffcal_ros.calibration.uncertainty.profile import Profile
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +29,8 @@ class FittedParameter:
         value: in `unit`.
         std_error: statistical and mesh error together, in `unit`.
         mesh_error: the part of mesh and time step in it, in `unit`.
-        fine_value: what a mesh without error would give, in `unit`: the body's own.
+        fine_value: what a mesh without error would give, in `unit`: a material's own; the value
+            itself where it is no material's.
         interval_95: of that, in `unit`; of moduli and the like even in the logarithm.
         unit: SI.
         start: where the fit started.

@@ -31,7 +31,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Add the effect; return the exit code."""
-    from diffcal_ros.diagnosis.acceptance import accept
+    from diffcal_ros.diagnosis.verdict.acceptance import accept
 
     path, added = accept(args.folder, args.effect)
     print(f'added {", ".join(added)} to {path}')

@@ -68,7 +68,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose, write the results and print them; return the exit code."""
-    from diffcal_ros.diagnosis.verdict import Verdict
+    from diffcal_ros.diagnosis.verdict.verdict import Verdict
     from diffcal_ros.offline.diagnose_recordings import run_diagnosis
     from diffcal_ros.report.diagnosis_page import write_diagnosis_page
     from diffcal_ros.report.verdict_text import verdict_lines
@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _settings(args: argparse.Namespace, scene: Any) -> Any:
-    from diffcal_ros.calibration.side_by_side import core_count
+    from diffcal_ros.calibration.forward.side_by_side import core_count
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
     from diffcal_ros.effects.library import EFFECTS
     from diffcal_ros.errors import InputError

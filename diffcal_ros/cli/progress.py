@@ -6,7 +6,7 @@ import sys
 from types import TracebackType
 from typing import Any
 
-from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import IterationRecord
 from diffcal_ros.report.naming import short_values
 

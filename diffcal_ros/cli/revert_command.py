@@ -26,7 +26,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Take the effect out; return the exit code."""
-    from diffcal_ros.diagnosis.acceptance import revert, scene_of
+    from diffcal_ros.diagnosis.verdict.acceptance import revert, scene_of
 
     scene = scene_of(args.target) if args.target.is_dir() else args.target
     path, effect = revert(scene)

@@ -7,22 +7,22 @@ from dataclasses import dataclass, replace
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.border import with_border, with_setting
-from diffcal_ros.diagnosis.candidates import Candidate, candidates
-from diffcal_ros.diagnosis.choice import choose
-from diffcal_ros.diagnosis.crew import Crew
-from diffcal_ros.diagnosis.disagreement import Disagreement, measure_disagreement
-from diffcal_ros.diagnosis.evidence import Evidence, make_evidence
-from diffcal_ros.diagnosis.hypothesis import refitted_there
-from diffcal_ros.diagnosis.local_outlier import find_local_outlier, LocalOutlier
-from diffcal_ros.diagnosis.naming import conclude
-from diffcal_ros.diagnosis.refit import MAX_ITERATIONS, Refit, refit
-from diffcal_ros.diagnosis.screening import Screen, screen
-from diffcal_ros.diagnosis.selection import select, Selection
-from diffcal_ros.diagnosis.small_step import small_step
-from diffcal_ros.diagnosis.verdict import Diagnosis
+from diffcal_ros.diagnosis.detection.depth_discontinuity import small_step
+from diffcal_ros.diagnosis.detection.disagreement import Disagreement, measure_disagreement
+from diffcal_ros.diagnosis.detection.material_boundary import with_border, with_setting
+from diffcal_ros.diagnosis.model_comparison.choice import choose
+from diffcal_ros.diagnosis.model_comparison.hypothesis import refitted_there
+from diffcal_ros.diagnosis.model_comparison.refit import MAX_ITERATIONS, Refit, refit
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
+from diffcal_ros.diagnosis.patches.evidence import Evidence, make_evidence
+from diffcal_ros.diagnosis.patches.local_outlier import find_local_outlier, LocalOutlier
+from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
+from diffcal_ros.diagnosis.screening.screening import Screen, screen
+from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.scene.model import Scene
 
 Progress = Callable[[str], None]
@@ -106,8 +106,8 @@ def diagnose(
     scores, disagreement = judged.scores, judged.disagreement
     selection = choice = None
     if disagreement.is_worth_naming:
-        with Crew(evidence, nominal, tell, jobs=settings.jobs) as crew:
-            selection = select(crew, scores)
+        with RefitPool(evidence, nominal, tell, jobs=settings.jobs) as pool:
+            selection = select(pool, scores)
         choice = choose(selection, evidence)
     # A load that is held is as good as at rest.
     if choice is not None and not all(evidence.numerics.is_slow):

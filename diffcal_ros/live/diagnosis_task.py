@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 import threading
 
-from diffcal_ros.diagnosis.acceptance import VERDICT_FILE
 from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings
-from diffcal_ros.diagnosis.verdict import Diagnosis, save_verdict
+from diffcal_ros.diagnosis.verdict.acceptance import VERDICT_FILE
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, save_verdict
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.inputs import Snapshot

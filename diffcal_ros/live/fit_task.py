@@ -8,9 +8,9 @@ import math
 import threading
 
 from diffcal_ros.calibration.calibrate import Calibration, with_details
-from diffcal_ros.calibration.forward_model import View
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.live.background import Post

@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.camera_pose import stored_pose
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.camera_pose import stored_pose
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, RecordingError

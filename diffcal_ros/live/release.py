@@ -5,10 +5,10 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.effect_model import SensorModel
-from diffcal_ros.calibration.forward_model import View
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.forward.effect_model import SensorModel
+from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError, RecordingError
 from diffcal_ros.fem.equilibrium import EquilibriumError

@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 from enum import Enum
 
-from diffcal_ros.calibration.motion_check import has_changed
+from diffcal_ros.calibration.forward.motion_check import has_changed
 from diffcal_ros.depth_frame import DepthFrame
 
 _SECOND = 1_000_000_000  # [ns]

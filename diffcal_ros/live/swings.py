@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A body that is let go again and again before a live camera: one fit a swing."""
 
-from diffcal_ros.calibration.body_change import BodyChange, ChangeWatch
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.parameters import Kind, ParameterSet
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult
-from diffcal_ros.calibration.tracker import least_changes
+from diffcal_ros.calibration.tracking.body_change import BodyChange, ChangeWatch
+from diffcal_ros.calibration.tracking.tracker import least_changes
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.health import Level
 from diffcal_ros.live.swing_window import Stage, SwingWindow

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import threading
 import time
 
-from diffcal_ros.calibration.observation import untruncated
-from diffcal_ros.calibration.tracker import Tracked, Tracker, TrackerSettings
+from diffcal_ros.calibration.observations.observation import untruncated
+from diffcal_ros.calibration.tracking.tracker import Tracked, Tracker, TrackerSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.fit_task import FitEnd

@@ -7,7 +7,7 @@ import threading
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.observation import Instant, Observation
+from diffcal_ros.calibration.observations.observation import Instant, Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.live.background import Post

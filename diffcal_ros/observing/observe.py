@@ -5,9 +5,9 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Protocol
 
-from diffcal_ros.calibration.frame_times import chosen_frames, frame_times
-from diffcal_ros.calibration.motion_frames import observe_motion
-from diffcal_ros.calibration.observation import (
+from diffcal_ros.calibration.observations.frame_times import chosen_frames, frame_times
+from diffcal_ros.calibration.observations.motion_frames import observe_motion
+from diffcal_ros.calibration.observations.observation import (
     fuse_frames,
     FusedDepth,
     make_observation,

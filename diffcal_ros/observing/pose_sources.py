@@ -9,7 +9,7 @@ is bound to it beforehand.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.camera_pose import (
+from diffcal_ros.calibration.observations.camera_pose import (
     CameraPose,
     pose_from_rig,
     pose_in_world,

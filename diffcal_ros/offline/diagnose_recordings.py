@@ -8,9 +8,9 @@ from pathlib import Path
 
 from diffcal_ros import __version__
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.acceptance import VERDICT_FILE
 from diffcal_ros.diagnosis.diagnose import Course, diagnose, DiagnosisSettings
-from diffcal_ros.diagnosis.verdict import save_verdict
+from diffcal_ros.diagnosis.verdict.acceptance import VERDICT_FILE
+from diffcal_ros.diagnosis.verdict.verdict import save_verdict
 from diffcal_ros.offline.calibrate_recordings import describe_inputs, OfflineInputs
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from diffcal_ros.calibration.camera_pose import CameraPose, pose_from_rig
-from diffcal_ros.calibration.observation import MAX_FUSED_FRAMES
+from diffcal_ros.calibration.observations.camera_pose import CameraPose, pose_from_rig
+from diffcal_ros.calibration.observations.observation import MAX_FUSED_FRAMES
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import PoseError
 from diffcal_ros.observing.observe import observe_film, Take

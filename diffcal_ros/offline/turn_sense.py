@@ -11,8 +11,8 @@ from dataclasses import replace
 import math
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene

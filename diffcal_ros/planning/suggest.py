@@ -5,10 +5,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.expected_information import Candidate, Known
-from diffcal_ros.calibration.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.parameters import Kind, make_parameters
-from diffcal_ros.calibration.residual_scales import Scale, Scales
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
+from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
+from diffcal_ros.calibration.uncertainty.expected_information import Candidate, Known
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import SceneError
 from diffcal_ros.planning.candidates import make_candidates, Refused

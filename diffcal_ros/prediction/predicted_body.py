@@ -4,9 +4,9 @@
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.observation import Instant, Observation
-from diffcal_ros.calibration.parameters import ParameterSet
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.observations.observation import Instant, Observation
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.element import Discretisation

@@ -5,8 +5,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.effect_model import EffectModel
-from diffcal_ros.calibration.parameters import ParameterSet
+from diffcal_ros.calibration.forward.effect_model import EffectModel
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError

@@ -5,7 +5,7 @@
 from typing import Any
 
 from diffcal_ros.diagnosis.diagnose import Course
-from diffcal_ros.diagnosis.screening import Screen
+from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.report.figure_png import new_figure
 from diffcal_ros.report.figure_text import as_text
 import numpy as np

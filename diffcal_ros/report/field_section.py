@@ -6,7 +6,7 @@ from html import escape
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import FieldFit
-from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.report.field_figure import field_figure
 from diffcal_ros.report.figure_png import figure_html
 from diffcal_ros.report.page_tables import plain, table

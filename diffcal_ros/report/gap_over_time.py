@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.gap import Gap, measure_gap
-from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.report import palette
 from diffcal_ros.report.figure_png import new_figure

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.effect_model import SensorModel
-from diffcal_ros.calibration.forward_model import View
-from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.pixel_masks import ViewMask
+from diffcal_ros.calibration.forward.effect_model import SensorModel
+from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.observations.pixel_masks import ViewMask
+from diffcal_ros.calibration.residuals.robust_residual import make_comparers, Reach
 from diffcal_ros.calibration.result import CalibrationResult
-from diffcal_ros.calibration.robust_residual import make_comparers, Reach
 import numpy as np
 from numpy.typing import NDArray
 

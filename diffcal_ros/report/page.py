@@ -11,8 +11,8 @@ from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import FieldFit
-from diffcal_ros.calibration.gap import Gap
 from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.along_body import along_body
 from diffcal_ros.report.along_body_figure import along_body_figure
@@ -123,7 +123,7 @@ def _interval(parameter: FittedParameter) -> str:
     if not np.isfinite(parameter.interval_95).all():
         return ''
     ends = [f'{shown(end, 0.0, parameter.unit).value:.3g}' for end in parameter.interval_95]
-    mesh = 'without the mesh error ' if parameter.mesh_error > 0.0 else ''
+    mesh = 'without the mesh error ' if parameter.fine_value != parameter.value else ''
     return f'95 % {mesh}{number_text(" to ".join(ends))}; '
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from diffcal_ros.calibration.parameters import Parameter, ParameterSet
+from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.along_body import Share
 from diffcal_ros.report.naming import Shown, shown, title, two_digits
@@ -51,7 +51,7 @@ def parameter_table(
         'parameter',
         'fitted',
         'of the error: mesh',
-        '95 % without it',
+        '95 %',
         'start',
         'bounds',
         'prior',

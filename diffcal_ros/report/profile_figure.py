@@ -4,8 +4,8 @@
 
 from typing import Any
 
-from diffcal_ros.calibration.profile import Profile
 from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.uncertainty.profile import Profile
 from diffcal_ros.report import palette
 from diffcal_ros.report.figure_png import new_figure
 from diffcal_ros.report.naming import shown, title

@@ -5,7 +5,7 @@
 import math
 import textwrap
 
-from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.naming import is_material, shown, title
 
@@ -15,7 +15,7 @@ _WIDTH = 96
 def result_text(scene_name: str, result: CalibrationResult) -> str:
     """Write what was fitted, the gap, the outcome with its remedy, and the warnings."""
     asked = [p for p in result.parameters if not p.is_nuisance]
-    rows = [('parameter', 'fitted', '95 %, mesh error taken off', 'start')]
+    rows = [('parameter', 'fitted', '95 %', 'start')]
     rows += [
         (title(p.name), _fitted(p), _range(p), shown(p.start, 0.0, p.unit).text()) for p in asked
     ]

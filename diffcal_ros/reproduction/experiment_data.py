@@ -11,7 +11,7 @@ import shutil
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.errors import RecordingError, SceneError
 from diffcal_ros.fem.element import Element
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs, open_inputs

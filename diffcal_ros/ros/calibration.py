@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.diagnosis.acceptance import accept, revert
+from diffcal_ros.diagnosis.verdict.acceptance import accept, revert
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.diagnosis_task import DiagnosisEnd, DiagnosisStep, run_diagnosis

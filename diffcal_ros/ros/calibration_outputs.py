@@ -5,9 +5,9 @@
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from diffcal_ros.calibration.body_change import BodyChange
 from diffcal_ros.calibration.result import FittedParameter
-from diffcal_ros.diagnosis.verdict import Diagnosis
+from diffcal_ros.calibration.tracking.body_change import BodyChange
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.live.fit_task import FitEnd, FitStep
 from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.track_task import TrackStep

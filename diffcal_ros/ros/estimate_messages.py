@@ -5,9 +5,9 @@
 from collections.abc import Iterator, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
-from diffcal_ros.calibration.body_change import BodyChange
-from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.track_task import TrackStep
 from diffcal_ros.live.tracking import in_words

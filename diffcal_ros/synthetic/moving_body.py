@@ -5,8 +5,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.moving_posture import MovingPosture
-from diffcal_ros.calibration.posture import PostureInputs
+from diffcal_ros.calibration.forward.moving_posture import MovingPosture
+from diffcal_ros.calibration.forward.posture import PostureInputs
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError

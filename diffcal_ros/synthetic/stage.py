@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.pixel_masks import facing_cosines
+from diffcal_ros.calibration.observations.pixel_masks import facing_cosines
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
 from diffcal_ros.marker import Marker

@@ -33,7 +33,7 @@ from diffcal_ros import (
     Observation,
     StaticBody,
 )
-from diffcal_ros.calibration.observation import fuse_frames
+from diffcal_ros.calibration.observations.observation import fuse_frames
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.report.verdict_text import verdict_lines
 import numpy as np

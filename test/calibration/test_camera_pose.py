@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.camera_pose import (
+from diffcal_ros.calibration.observations.camera_pose import (
     CameraPose,
     pose_in_world,
     stated_pose,

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The observed edge is found along the outline's normal, to the pixel, and nowhere else."""
 
-from diffcal_ros.calibration.edge_search import ObservedImage
+from diffcal_ros.calibration.residuals.edge_search import ObservedImage
 from diffcal_ros.depth.trace import Outline
 import numpy as np
 import pytest

@@ -5,9 +5,9 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.errors import InputError

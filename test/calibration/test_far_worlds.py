@@ -6,10 +6,10 @@ from dataclasses import replace
 from functools import cache
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.tracker import Tracker
+from diffcal_ros.calibration.tracking.tracker import Tracker
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.rigid_motion import upwards

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames fade as they should, and a surprise is told from noise."""
 
-from diffcal_ros.calibration.forgetting_filter import ForgettingFilter
-from diffcal_ros.calibration.held_view import FrameEquations
-from diffcal_ros.calibration.innovation import Innovation
+from diffcal_ros.calibration.tracking.forgetting_filter import ForgettingFilter
+from diffcal_ros.calibration.tracking.innovation import Innovation
+from diffcal_ros.calibration.tracking.linearised_view import FrameEquations
 import numpy as np
 import pytest
 

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.frame_times import chosen_frames, frame_times, FrameTime
+from diffcal_ros.calibration.observations.frame_times import chosen_frames, frame_times, FrameTime
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.scene.model import MotionSetup, Quantity
 import numpy as np

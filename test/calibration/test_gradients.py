@@ -4,10 +4,10 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.image_objective import ImageObjective
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.residuals.image_objective import ImageObjective
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.fem.element import Element
 import numpy as np
 import pytest

@@ -4,8 +4,8 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.scene.model import QUASI_STATIC, Scene
 import numpy as np
 import pytest

@@ -3,7 +3,7 @@
 """Learning rates of the paper's Adam follow from the model: nobody has to try them."""
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.demon import learning_rates
+from diffcal_ros.calibration.optimizers.demon import learning_rates
 from diffcal_ros.calibration.settings import CalibrationSettings
 import numpy as np
 import pytest

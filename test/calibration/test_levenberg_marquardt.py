@@ -4,8 +4,8 @@
 
 from collections.abc import Callable
 
-from diffcal_ros.calibration.levenberg_marquardt import minimise, Minimum, Stop
-from diffcal_ros.calibration.linearisation import Linearisation
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise, Minimum, Stop
+from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.fem.equilibrium import EquilibriumError
 import numpy as np
 import pytest

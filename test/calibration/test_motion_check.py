@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether frames show rest and then a release, in noise and flying pixels."""
 
-from diffcal_ros.calibration.motion_check import check_motion, has_changed
+from diffcal_ros.calibration.forward.motion_check import check_motion, has_changed
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.scene.model import MotionSetup, Quantity

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The forward model of a motion: derivatives, what motion can show, shared tracers and poses."""
 
-from diffcal_ros.calibration import moving_posture
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.image_objective import ImageObjective
-from diffcal_ros.calibration.observation import pose_covariances, pose_owners
-from diffcal_ros.calibration.parameters import make_parameters
-from diffcal_ros.calibration.time_correlation import part_means, repeated_frames
+from diffcal_ros.calibration.forward import moving_posture
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.observations.observation import pose_covariances, pose_owners
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.residuals.image_objective import ImageObjective
+from diffcal_ros.calibration.residuals.time_correlation import part_means, repeated_frames
 from diffcal_ros.fem.motion.moving_body import INTEGRATOR_NAMES
 from diffcal_ros.scene.motion import INTEGRATORS
 import numpy as np

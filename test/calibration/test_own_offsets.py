@@ -5,8 +5,8 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import calibrate, Calibration
-from diffcal_ros.calibration.observation import Observation, pose_covariances
-from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import rotation_matrix, transform

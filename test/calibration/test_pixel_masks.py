@@ -4,7 +4,11 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.pixel_masks import facing_cosines, make_view_mask, pixels_left_out
+from diffcal_ros.calibration.observations.pixel_masks import (
+    facing_cosines,
+    make_view_mask,
+    pixels_left_out,
+)
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.static_body import StaticBody

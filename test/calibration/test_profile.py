@@ -5,8 +5,8 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.profile_search import check_profiles, profile
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.calibration.uncertainty.profile_search import check_profiles, profile
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model import Quantity

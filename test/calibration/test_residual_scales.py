@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Widths follow the bulk of the residuals down, and stop where the sensor's structure begins."""
 
-from diffcal_ros.calibration.residual_scales import FINAL_WIDTH, Scale, Scales, spread
-from diffcal_ros.calibration.robust_residual import Residuals
+from diffcal_ros.calibration.residuals.residual_scales import FINAL_WIDTH, Scale, Scales, spread
+from diffcal_ros.calibration.residuals.robust_residual import Residuals
 import numpy as np
 import pytest
 

@@ -4,7 +4,7 @@
 
 from threading import Barrier, get_ident
 
-from diffcal_ros.calibration.side_by_side import core_count, side_by_side
+from diffcal_ros.calibration.forward.side_by_side import core_count, side_by_side
 import pytest
 
 

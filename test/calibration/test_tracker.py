@@ -3,9 +3,9 @@
 """A body is followed from frame to frame: steps, slow changes, hands and darkness."""
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.tracker import Tracker, TrackerSettings
+from diffcal_ros.calibration.tracking.tracker import Tracker, TrackerSettings
 from diffcal_ros.errors import InputError
 import numpy as np
 import pytest

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors on problems whose answer is known."""
 
-from diffcal_ros.calibration.linearisation import Linearisation
-from diffcal_ros.calibration.parameters import make_parameters
-from diffcal_ros.calibration.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 import numpy as np
 import pytest
 from support.scenes import beam_scene

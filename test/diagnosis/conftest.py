@@ -4,10 +4,10 @@
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.candidates import candidates
-from diffcal_ros.diagnosis.evidence import make_evidence
-from diffcal_ros.diagnosis.refit import refit
-from diffcal_ros.diagnosis.screening import screen
+from diffcal_ros.diagnosis.model_comparison.refit import refit
+from diffcal_ros.diagnosis.patches.evidence import make_evidence
+from diffcal_ros.diagnosis.screening.candidates import candidates
+from diffcal_ros.diagnosis.screening.screening import screen
 import pytest
 from support.scenes import beam_scene
 from support.watched import watched

@@ -5,13 +5,13 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-from diffcal_ros.calibration.parameters import make_parameters
-from diffcal_ros.diagnosis.block import Block
-from diffcal_ros.diagnosis.descent import Descent
-from diffcal_ros.diagnosis.noise_model import NoiseModel
-from diffcal_ros.diagnosis.numerics import Numerics
-from diffcal_ros.diagnosis.patches import Patches
-from diffcal_ros.diagnosis.whitened import Part
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.diagnosis.detection.discretisation_error import Numerics
+from diffcal_ros.diagnosis.model_comparison.descent import Descent
+from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
+from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.diagnosis.patches.whitened import Part
 import numpy as np
 import pytest
 from support.scenes import beam_scene

@@ -5,8 +5,8 @@
 import json
 
 from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings
-from diffcal_ros.diagnosis.verdict import save_verdict, Verdict
-from diffcal_ros.diagnosis.whitened import Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
+from diffcal_ros.diagnosis.verdict.verdict import save_verdict, Verdict
 from diffcal_ros.report.verdict_text import verdict_lines
 import numpy as np
 import pytest

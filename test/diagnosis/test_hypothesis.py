@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects that do nothing, or nothing that is seen, are told from those that matter."""
 
-from diffcal_ros.diagnosis.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.diagnose import fit_nominal
-from diffcal_ros.diagnosis.evidence import Evidence
-from diffcal_ros.diagnosis.hypothesis import Hypothesis, try_effects
-from diffcal_ros.diagnosis.refit import Refit, refit
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 import numpy as np
 import pytest
 from support.scenes import beam_scene

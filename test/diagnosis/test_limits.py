@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.limits import upper_limits
+from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.effects.library import EFFECTS
 import numpy as np
 import pytest

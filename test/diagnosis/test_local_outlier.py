@@ -5,11 +5,11 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.diagnose import diagnose
-from diffcal_ros.diagnosis.hypothesis import try_effects
-from diffcal_ros.diagnosis.local_outlier import find_local_outlier
-from diffcal_ros.diagnosis.naming import doubts_about
-from diffcal_ros.diagnosis.shortlist import starts_of
-from diffcal_ros.diagnosis.verdict import Verdict
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.patches.local_outlier import find_local_outlier
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.diagnosis.verdict.naming import doubts_about
+from diffcal_ros.diagnosis.verdict.verdict import Verdict
 import numpy as np
 import pytest
 from support.scenes import beam_scene

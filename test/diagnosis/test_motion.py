@@ -4,13 +4,13 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.candidates import candidates
+from diffcal_ros.diagnosis.detection.disagreement import unstrained
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
-from diffcal_ros.diagnosis.disagreement import unstrained
-from diffcal_ros.diagnosis.noise_model import CommonError
-from diffcal_ros.diagnosis.screening import screen
-from diffcal_ros.diagnosis.verdict import Verdict
-from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.screening.candidates import candidates
+from diffcal_ros.diagnosis.screening.screening import screen
+from diffcal_ros.diagnosis.verdict.verdict import Verdict
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest

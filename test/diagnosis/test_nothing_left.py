@@ -4,14 +4,14 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.choice import Choice
-from diffcal_ros.diagnosis.crew import Crew
-from diffcal_ros.diagnosis.disagreement import measure_disagreement
-from diffcal_ros.diagnosis.hypothesis import Hypothesis, try_effects
-from diffcal_ros.diagnosis.naming import conclude
-from diffcal_ros.diagnosis.selection import select, Selection
-from diffcal_ros.diagnosis.shortlist import shortlist, starts_of, with_tangents
-from diffcal_ros.diagnosis.verdict import Verdict
+from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
+from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
+from diffcal_ros.diagnosis.screening.shortlist import shortlist, starts_of, with_tangents
+from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict.verdict import Verdict
 from diffcal_ros.report.verdict_text import verdict_lines
 import pytest
 
@@ -80,5 +80,5 @@ def test_a_plane_that_touches_nowhere_keeps_nobody_out(loud_plane, monkeypatch):
         'has_idle_effect',
         property(lambda self: self.identifiers == ('contact_plane',)),
     )
-    selection = select(Crew(evidence, fit), scores)
+    selection = select(RefitPool(evidence, fit), scores)
     assert 'gravity_tilt' in {name for h in selection.singles for name in h.identifiers}

@@ -4,8 +4,8 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.null_distribution import chance_of_clean
-from diffcal_ros.diagnosis.screening import gains
+from diffcal_ros.diagnosis.detection.null_distribution import chance_of_clean
+from diffcal_ros.diagnosis.screening.screening import gains
 import numpy as np
 import pytest
 from scipy.stats import kstest

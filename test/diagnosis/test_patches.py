@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Patches: means with their Jacobian, and a covariance that says how far they may be off."""
 
-from diffcal_ros.calibration.robust_residual import Residuals
-from diffcal_ros.diagnosis.noise_model import NoiseModel
-from diffcal_ros.diagnosis.patches import depth_patches, edge_patches
-from diffcal_ros.diagnosis.whitened import _tolerant
+from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
+from diffcal_ros.diagnosis.patches.patches import depth_patches, edge_patches
+from diffcal_ros.diagnosis.patches.whitened import _tolerant
 import numpy as np
 import pytest
 

@@ -4,11 +4,11 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
-from diffcal_ros.diagnosis.verdict import Verdict
-from diffcal_ros.diagnosis.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.verdict.verdict import Verdict
 from diffcal_ros.rigid_transform import apply, transform
 from diffcal_ros.scene.fixture import box_fixture
 import numpy as np
@@ -36,7 +36,7 @@ def block_depth(pose=DEPTH_FROM_WORLD):
 
 
 def seen(*, body_shift, block_shift, seed=5):
-    """Look for eight frames at beam and block, each shifted in the camera's frame [m]."""
+    """RefitRequest for eight frames at beam and block, each shifted in the camera's frame [m]."""
     poses = [transform(np.eye(3), shift) @ DEPTH_FROM_WORLD for shift in (body_shift, block_shift)]
     exact = np.fmin(true_depth(depth_from_world=poses[0]), block_depth(poses[1]))
     random = np.random.default_rng(seed)

@@ -4,10 +4,14 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.block import Block
-from diffcal_ros.diagnosis.noise_model import NoiseModel
-from diffcal_ros.diagnosis.patches import Patches
-from diffcal_ros.diagnosis.roughness import log_likelihoods, measured_noises, measured_roughness
+from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
+from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.diagnosis.patches.roughness import (
+    log_likelihoods,
+    measured_noises,
+    measured_roughness,
+)
 import numpy as np
 import pytest
 

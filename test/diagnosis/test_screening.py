@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scores by projection agree with explicit least squares."""
 
-from diffcal_ros.diagnosis.candidates import candidates
-from diffcal_ros.diagnosis.full_prior import full_prior
-from diffcal_ros.diagnosis.screening import largest_cosines, Projection
-from diffcal_ros.diagnosis.whitened import Part, whiten
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+from diffcal_ros.diagnosis.screening.candidates import candidates
+from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.screening import largest_cosines, Projection
 from diffcal_ros.effects.library import EFFECTS
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def test_a_score_is_the_fall_of_chi_square_with_one_more_effect(screened):
     """Solve nuisances and tilt together, priors included, and compare with the score's gain."""
     evidence, fit, result = screened
     score = next(s for s in result.scores if s.candidate.identifier == 'gravity_tilt')
-    from diffcal_ros.calibration.parameters import make_parameters, ParameterSet
+    from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 
     scene, nominal = evidence.model.scene, evidence.model.parameters
     more = make_parameters(scene, ('gravity_tilt',), with_edge_bias=False)

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-from diffcal_ros.diagnosis.candidates import Candidate
-from diffcal_ros.diagnosis.screening import Score, Screen
-from diffcal_ros.diagnosis.shortlist import shortlist
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.screening import Score, Screen
+from diffcal_ros.diagnosis.screening.shortlist import shortlist
 import numpy as np
 
 SHIFT, TURN = ('x', 'y', 'z'), ('rx', 'ry', 'rz')

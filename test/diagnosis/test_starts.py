@@ -4,10 +4,10 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.candidates import candidates
 from diffcal_ros.diagnosis.diagnose import fit_nominal
-from diffcal_ros.diagnosis.hypothesis import try_effects
-from diffcal_ros.diagnosis.starts import more_starts
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.screening.candidates import candidates
+from diffcal_ros.diagnosis.screening.starts import more_starts
 import numpy as np
 import pytest
 from support.scenes import beam_scene

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """When a gap is large, and at which frequency residuals swing."""
 
-from diffcal_ros.diagnosis.time_course import _frequency, _means, _words
+from diffcal_ros.diagnosis.verdict.time_course import _frequency, _means, _words
 import numpy as np
 import pytest
 

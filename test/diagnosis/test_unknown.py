@@ -4,9 +4,9 @@
 
 from types import SimpleNamespace
 
-from diffcal_ros.diagnosis.noise_model import CommonError
-from diffcal_ros.diagnosis.patches import Patches
-from diffcal_ros.diagnosis.unknown import describe_unknown, is_unexplained
+from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.diagnosis.verdict.unknown import describe_unknown, is_unexplained
 import numpy as np
 import pytest
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A name is no surer than what else could look like it allows."""
 
-from diffcal_ros.diagnosis.hypothesis import try_effects
-from diffcal_ros.diagnosis.verdict_figures import named_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.verdict.verdict_figures import named_effects
 from diffcal_ros.effects.library import EFFECTS
 import pytest
 

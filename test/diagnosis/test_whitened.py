@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two models compared patch by patch."""
 
-from diffcal_ros.diagnosis.block import Block
-from diffcal_ros.diagnosis.noise_model import CommonError
-from diffcal_ros.diagnosis.patches import Patches
-from diffcal_ros.diagnosis.whitened import excess_over, Part
+from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.diagnosis.patches.whitened import excess_over, Part
 import numpy as np
 import pytest
 

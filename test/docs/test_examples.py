@@ -9,7 +9,7 @@ import sys
 from typing import Any
 
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.diagnosis.verdict import Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Verdict
 import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[2] / 'docs' / 'examples'

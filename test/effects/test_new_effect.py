@@ -6,13 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 import re
 
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.parameters import make_parameters
-from diffcal_ros.diagnosis.acceptance import accept
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.diagnosis.diagnose import Course, diagnose
-from diffcal_ros.diagnosis.verdict import save_verdict, Verdict
+from diffcal_ros.diagnosis.verdict.acceptance import accept
+from diffcal_ros.diagnosis.verdict.verdict import save_verdict, Verdict
 from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.effects.library import EFFECTS, what_settles
 from diffcal_ros.fem.conditions import Conditions

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.errors import SceneError
 from diffcal_ros.prediction.film_times import FilmTimes
 from diffcal_ros.prediction.predicted_body import predict_bodies

@@ -5,7 +5,7 @@
 from dataclasses import replace
 import math
 
-from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.report.naming import short_values, shown, title
 from diffcal_ros.report.result_table import result_text
 import pytest

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cables in scene files: what is read, what is refused, and what a fitted scene says."""
 
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.cable_route import route_through, RouteError

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 import tempfile
 
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.recording.dataset_import import import_case
 from diffcal_ros.scene.load import load_scene

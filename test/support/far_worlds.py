@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.rigid_transform import apply, inverse, rotation_matrix, transform
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
 import numpy as np

@@ -5,7 +5,7 @@
 from dataclasses import replace
 from typing import Any
 
-from diffcal_ros.calibration.observation import Instant, Observation
+from diffcal_ros.calibration.observations.observation import Instant, Observation
 from diffcal_ros.scene.model import Quantity, QUASI_STATIC, Scene
 import numpy as np
 from scipy.ndimage import gaussian_filter

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A notched finger with cables through its notches, in front of a tilted camera."""
 
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.element import Element

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.observation import Instant, Observation
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.observations.observation import Instant, Observation
+from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.scene.model import HeldPart, MotionSetup, Quantity, Scene
 import numpy as np
 

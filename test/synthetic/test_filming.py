@@ -4,7 +4,7 @@
 
 import json
 
-from diffcal_ros.calibration.motion_check import has_changed
+from diffcal_ros.calibration.forward.motion_check import has_changed
 from diffcal_ros.errors import InputError
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.scene.load import load_scene

@@ -16,12 +16,12 @@ from diffcal_ros.calibration.field.weight_choice import (
     WeightChoice,
     WeightTrial,
 )
-from diffcal_ros.calibration.judgement import judge, warn
-from diffcal_ros.calibration.levenberg_marquardt import Minimum, Stop
-from diffcal_ros.calibration.objective import RobustObjective
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.outcome_rules import judge, warn
+from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
-from diffcal_ros.calibration.uncertainty import (
+from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
 )

@@ -10,9 +10,9 @@ dense, are eliminated: what is left is what the data know of the field whatever 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward_model import View
-from diffcal_ros.calibration.objective import robust_weights, RobustObjective
-from diffcal_ros.calibration.robust_residual import Comparison
+from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.residuals.objective import robust_weights, RobustObjective
+from diffcal_ros.calibration.residuals.robust_residual import Comparison
 from diffcal_ros.fem.force_changes import Change
 import numpy as np
 from numpy.typing import NDArray

@@ -10,7 +10,7 @@ at first; how many were lost is told beside it.
 
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.objective import robust_cost, RobustObjective
+from diffcal_ros.calibration.residuals.objective import robust_cost, RobustObjective
 import numpy as np
 from numpy.typing import NDArray
 

@@ -14,11 +14,11 @@ from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.field.merit import measure_merit, Merit
 from diffcal_ros.calibration.field.smoothness import Smoothness
-from diffcal_ros.calibration.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.longest_steps import longest_steps
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.parameters import Kind
-from diffcal_ros.calibration.residual_scales import spread
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.parameters.parameters import Kind
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.residual_scales import spread
 import numpy as np
 from numpy.typing import NDArray
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.field.search import FieldSearch, FieldState
-from diffcal_ros.calibration.gap import Gap
+from diffcal_ros.calibration.residuals.gap import Gap
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,10 +5,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.levenberg_marquardt import minimise
-from diffcal_ros.calibration.longest_steps import longest_steps
-from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
 from diffcal_ros.calibration.search.shapes import modulus_places, Shape
 import numpy as np

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.scene.model import Masks, Scene
 import numpy as np

@@ -10,9 +10,9 @@ elements, and each is placed on a coarse image by a few cheap steps.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward_model import ForwardModel, NOT_SIMULATED
-from diffcal_ros.calibration.observation import Observation
-from diffcal_ros.calibration.parameters import Kind
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.search.basins import Basin, PLACING, Placing
 from diffcal_ros.calibration.search.coarse_views import (
     coarse_observation,

@@ -5,9 +5,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward_model import ForwardModel, NOT_SIMULATED
-from diffcal_ros.calibration.observation import Observation, pose_covariances
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
+from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
+from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.scene.model import Scene

@@ -4,10 +4,10 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.forward_model import ForwardModel, View
-from diffcal_ros.calibration.objective import RobustObjective
-from diffcal_ros.calibration.residual_scales import LONGEST_CORRELATION, Scale, Scales
-from diffcal_ros.calibration.robust_residual import Reach
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.residual_scales import LONGEST_CORRELATION, Scale, Scales
+from diffcal_ros.calibration.residuals.robust_residual import Reach
 import numpy as np
 from numpy.typing import NDArray
 

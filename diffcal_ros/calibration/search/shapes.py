@@ -10,8 +10,8 @@ taken for all.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.parameters import Kind, ParameterSet
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.search.posed_shapes import PosedShapes
 import numpy as np
 from numpy.typing import NDArray

@@ -10,9 +10,9 @@ made from is its slope on the residuals of one instant, so that is what is diffe
 
 from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.objective import robust_weights, RobustObjective
-from diffcal_ros.calibration.parameters import make_parameters
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.residuals.objective import robust_weights, RobustObjective
 from diffcal_ros.fem.force_changes import Change
 import numpy as np
 import pytest

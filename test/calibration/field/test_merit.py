@@ -3,10 +3,10 @@
 """The cost of what is found does not leap where an edge is lost, and tells that it was."""
 
 from diffcal_ros.calibration.field.merit import measure_merit
-from diffcal_ros.calibration.forward_model import ForwardModel
-from diffcal_ros.calibration.objective import robust_cost, RobustObjective
-from diffcal_ros.calibration.parameters import make_parameters
-from diffcal_ros.calibration.robust_residual import Residuals
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.residuals.objective import robust_cost, RobustObjective
+from diffcal_ros.calibration.residuals.robust_residual import Residuals
 import numpy as np
 import pytest
 from support.scenes import beam_scene, observation, true_depth

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The other direction of the gap: measured body beside the simulated one, and what hides it."""
 
-from diffcal_ros.calibration.measured_body import measured_shares, SimulatedView
+from diffcal_ros.calibration.residuals.measured_body import measured_shares, SimulatedView
 from diffcal_ros.camera import PinholeCamera
 import numpy as np
 import pytest

@@ -1,0 +1,215 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From amplitudes of effects to what they do to the body and to the sensor."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
+from diffcal_ros.effects.effect import Effect, Numbers
+from diffcal_ros.effects.library import Amplitudes, EFFECTS, seen_border
+from diffcal_ros.effects.site import SeenPixels, Site, Tets
+from diffcal_ros.fem.body_axes import body_axes, BodyAxes
+from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
+from diffcal_ros.fem.creep import Creep, NO_CREEP
+from diffcal_ros.fem.own_frame import own_origin
+from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.posing import world_positions
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_ONE_PIXEL = SeenPixels(np.ones(1), np.ones(1, dtype=bool))
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """How a depth camera reads a true depth.
+
+    Attributes:
+        errors: effects that make it read wrong, with their amplitudes.
+    """
+
+    errors: tuple[tuple[str, Numbers], ...] = ()
+
+    @property
+    def is_exact(self) -> bool:
+        """Tell whether it reads what is there."""
+        return not self.errors
+
+    def reading(self, depth: FloatArray, is_second: NDArray[np.bool_]) -> FloatArray:
+        """Return what is read [m] of true depths [m], and where they are of another material."""
+        read, seen = depth, SeenPixels(depth, is_second)
+        for identifier, own in self.errors:
+            effect = EFFECTS[identifier]
+            for part in effect.components:
+                mode = effect.depth_error_mode(part.name, seen)
+                if mode is not None:
+                    read = read + own.get(part.name, 0.0) * mode
+        return read
+
+
+EXACT_SENSOR = SensorModel()
+
+
+class EffectModel:
+    """The effects of one scene: those that it states, and those that are fitted."""
+
+    def __init__(self, scene: Scene, parameters: ParameterSet) -> None:
+        self._scene = scene
+        self._parameters = parameters
+        self._object_axes = {
+            index: _axes_of(scene, setup) for index, setup in enumerate(scene.observations)
+        }
+        self._tets = _tets_of(scene, self._object_axes[0])
+        rest = world_positions(scene.mesh, scene.observations[0])
+        self._pivot = own_origin(TetMesh(rest, scene.mesh.tets))
+
+    def amplitudes(self, coordinates: FloatArray) -> Amplitudes:
+        """Return the amplitudes at some coordinates, SI units, by effect and component."""
+        found = {name: dict(given) for name, given in self._scene.effects.items()}
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.effect:
+                own = found.setdefault(parameter.effect, {})
+                own[parameter.amplitude] = float(coordinate)
+        return {name: {**EFFECTS[name].settings, **own} for name, own in found.items()}
+
+    def object_axes(self, setup_index: int) -> BodyAxes:
+        """Return the body's axes in the object frame; postures may hold other parts."""
+        return self._object_axes[setup_index]
+
+    def axes(self, setup_index: int) -> BodyAxes:
+        """Return the body's axes in the world frame of one posture."""
+        return self.site(setup_index).axes
+
+    def site(
+        self,
+        setup_index: int,
+        rest_nodes: FloatArray | None = None,
+        gravity: FloatArray | None = None,
+        camera_pivot: FloatArray | None = None,
+    ) -> Site:
+        """Return what effects may know of the body in one posture.
+
+        Args:
+            setup_index: of the posture.
+            rest_nodes: nodes at rest in the world frame [m], shape (N, 3); default: none.
+            gravity: as it acts [m/s^2], world frame, shape (3,); default: as stated.
+            camera_pivot: about which the camera's offset turns, in its frame [m], shape (3,).
+        """
+        setup = self._scene.observations[setup_index]
+        return Site(
+            self._object_axes[setup_index],
+            setup.world_from_object,
+            np.zeros((0, 3)) if rest_nodes is None else rest_nodes,
+            setup.gravity,
+            setup.gravity if gravity is None else gravity,
+            self._pivot,
+            camera_pivot,
+        )
+
+    def gravity(self, amplitudes: Amplitudes, setup_index: int) -> FloatArray:
+        """Return gravity in the world frame of one posture [m/s^2], shape (3,)."""
+        gravity = self._scene.observations[setup_index].gravity
+        for effect, own in _there(amplitudes):
+            gravity = effect.gravity(own, gravity)
+        return gravity
+
+    def log_modulus(self, amplitudes: Amplitudes) -> FloatArray | None:
+        """Return what is added to the logarithm of Young's modulus, shape (T,), or None."""
+        modes = [
+            (own[part.name], effect.log_modulus_mode(part.name, own, self._tets))
+            for effect, own in _there(amplitudes)
+            for part in effect.components
+            if part.name in own
+        ]
+        added = [amplitude * mode for amplitude, mode in modes if mode is not None]
+        return np.sum(added, axis=0) if added else None
+
+    def conditions(
+        self, amplitudes: Amplitudes, setup_index: int, rest_nodes: FloatArray
+    ) -> Conditions:
+        """Return what acts on the body in one posture.
+
+        Args:
+            amplitudes: see `amplitudes`.
+            setup_index: of the posture.
+            rest_nodes: nodes at rest in the world frame [m], shape (N, 3).
+        """
+        site, all_of_them = self.site(setup_index, rest_nodes), NO_CONDITIONS
+        for effect, own in _there(amplitudes):
+            all_of_them = all_of_them.joined(effect.conditions(own, site))
+        return all_of_them
+
+    def modulus_mode(self, parameter: Parameter, own: Numbers) -> FloatArray | None:
+        """Return d log E / d amplitude of an effect's parameter, shape (T,), or None.
+
+        Args:
+            parameter: of the fit.
+            own: amplitudes of its effect.
+        """
+        effect = EFFECTS[parameter.effect]
+        return effect.log_modulus_mode(parameter.amplitude, own, self._tets)
+
+    def time_offset(self, amplitudes: Amplitudes) -> float:
+        """Return by how much the stamps of depth images are late [s]."""
+        return sum(effect.lateness(own) for effect, own in _there(amplitudes))
+
+    def creep(self, amplitudes: Amplitudes) -> Creep:
+        """Return how the material creeps under a held load."""
+        found = (effect.creep(own) for effect, own in _there(amplitudes))
+        return next((creep for creep in found if creep is not None), NO_CREEP)
+
+    def sensor(self, amplitudes: Amplitudes) -> SensorModel:
+        """Return how the depth camera reads."""
+        return SensorModel(
+            tuple(
+                (effect.identifier, own)
+                for effect, own in _there(amplitudes)
+                if effect.depth_error_mode(effect.components[0].name, _ONE_PIXEL) is not None
+            )
+        )
+
+    def second_triangles(
+        self, nodes: NDArray[np.int32], triangles: NDArray[np.int32]
+    ) -> NDArray[np.bool_]:
+        """Tell which surface triangles show another material than the first, shape (F,).
+
+        Args:
+            nodes: of the elements, shape (T, n).
+            triangles: of the surface, shape (F, 3).
+        """
+        own = seen_border()
+        stated = {**own.settings, **self._scene.effects.get(own.identifier, {})}
+        is_second = self._tets.second(stated['at'])
+        count = int(nodes.max()) + 1
+        votes, all_votes = np.zeros(count), np.zeros(count)
+        np.add.at(votes, nodes, is_second[:, None].astype(np.float64))
+        np.add.at(all_votes, nodes, 1.0)
+        shares = votes / np.maximum(all_votes, 1.0)
+        found: NDArray[np.bool_] = shares[triangles].mean(axis=1) > 0.5
+        return found
+
+
+def _there(amplitudes: Amplitudes) -> Iterator[tuple[Effect, Numbers]]:
+    """Return the effects that do anything, with their amplitudes."""
+    for identifier, effect in EFFECTS.items():
+        own = amplitudes.get(identifier)
+        if own is not None and effect.is_there(own):
+            yield effect, own
+
+
+def _axes_of(scene: Scene, setup: ObservationSetup) -> BodyAxes:
+    held = np.unique(np.concatenate([part.vertices for part in setup.held]))
+    return body_axes(scene.mesh.rest_positions, held.astype(np.int32))
+
+
+def _tets_of(scene: Scene, axes: BodyAxes) -> Tets:
+    share = axes.share(scene.mesh.rest_positions[scene.mesh.tets].mean(axis=1))
+    if len(scene.regions) == 1:
+        return Tets(share, None)
+    others = np.ones(scene.mesh.tet_count, dtype=bool)
+    others[scene.regions[0].tets] = False
+    return Tets(share, others)

@@ -1,0 +1,225 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A body that rests on a support until that lets go: one simulation for all of its frames."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from diffcal_ros.calibration.forward.finer_motion import is_affordable, refined_inputs
+from diffcal_ros.calibration.forward.posture import PostureInputs
+from diffcal_ros.damping import Damping
+from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.laws import find_law
+from diffcal_ros.fem.mesh_error import MeshError
+from diffcal_ros.fem.motion.inputs import HeldMotion, Release
+from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody, TIME_STEP
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.posing import held_targets, world_positions
+from diffcal_ros.scene.refinement import refined_scene
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+_SECOND_ORDER = 'implicit'
+# Share of a second-order error that half the step removes.
+_BY_HALVING = 1.0 - 0.5**2
+# So many times its tolerance a step may err before that is told.
+_COARSE = 2.0
+
+
+class MovingPosture:
+    """A body in motion.
+
+    Attributes:
+        body: held by the parts that stay.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        setup: ObservationSetup,
+        times: Sequence[float],
+        solver: str,
+        device: str,
+    ) -> None:
+        """Prepare one body.
+
+        Args:
+            scene: mesh and material law.
+            setup: its motion and held parts.
+            times: of the frames, after the first one [s], shape (S,).
+            solver: name of the sparse solver.
+            device: Warp device.
+
+        Raises:
+            ValueError: for an observation that does not move.
+        """
+        if setup.motion is None:
+            raise ValueError(f'{setup.name} is at rest: it has no motion to simulate')
+        self._times = np.array(times, dtype=np.float64)
+        self._rest = world_positions(scene.mesh, setup)
+        self._staying = _held_vertices(setup, stays=True)
+        self._scene, self._setup = scene, setup
+        self._solver, self._device = solver, device
+        self.body = self._make_body()
+        targets = self._rest.copy()
+        held = held_targets(setup, self._rest)
+        targets[held.vertices] = held.positions
+        released = np.setdiff1d(_held_vertices(setup, stays=False), self._staying)
+        self._clamped_at = targets[self.body.held_vertices]
+        self._release = Release(released, setup.motion.release_time.start, targets[released])
+        self._name, self._integrator = setup.name, setup.motion.integrator
+        self._tolerance = setup.motion.tolerance
+        usual = TIME_STEP if self._tolerance is None else LONGEST_STEP
+        self._time_step = setup.motion.time_step or usual
+        self._moving = MovingBody(
+            self.body,
+            self._release,
+            integrator=self._integrator,
+            time_step=self._time_step,
+            tolerance=self._tolerance,
+        )
+        self._rungs: tuple[int, ...] = ()
+        self._is_turned = any(part.turn is not None for part in setup.staying)
+
+    def _make_body(self) -> StaticBody:
+        return StaticBody(
+            TetMesh(self._rest, self._scene.mesh.tets),
+            self._scene.element,
+            self._staying,
+            law=find_law(self._scene.law),
+            solver=self._solver,
+            device=self._device,
+        )
+
+    @property
+    def motion(self) -> Motion:
+        """The last motion."""
+        return self._moving.motion
+
+    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+        """Simulate; the motion starts from rest and needs no prediction.
+
+        Where a tolerance chooses the steps, those of the first motion stay: tangents and adjoint
+        are exact for fixed steps, and a cost whose steps were chosen anew would jump by what the
+        tolerance allows wherever one of them changes, which no gradient knows of.
+        """
+        motion = self._simulate(self._moving, inputs, self._rungs)
+        if self._tolerance is not None:
+            self._rungs = motion.rungs
+
+    def _simulate(self, moving: MovingBody, inputs: PostureInputs, rungs: Sequence[int]) -> Motion:
+        return moving.simulate(
+            inputs.material,
+            Damping(inputs.damping),
+            inputs.gravity,
+            self._times,
+            held_motion=self._held_motion(),
+            conditions=inputs.conditions,
+            release_time=inputs.release_time,
+            time_offset=inputs.time_offset,
+            rungs=rungs or None,
+        )
+
+    def positions(self, state: int) -> FloatArray:
+        """Return the nodes in one frame, world frame [m], shape (N, 3)."""
+        frame: FloatArray = self.motion.positions[state]
+        return frame
+
+    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+        """Return how all frames follow changes of the inputs [m], shape (k, S, N, 3)."""
+        return self._moving.tangents(changes)
+
+    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+        """Pull a derivative by positions, shape (S, N, 3), back to the inputs."""
+        return self._moving.gradient(by_positions)
+
+    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+        """Return about how half the mesh size and step would move the nodes [m], (S, N, 3)."""
+        steps = _BY_HALVING * self.step_moves(inputs)
+        if is_affordable(self._scene, inputs) and not self._is_turned:
+            return self._on_finer_mesh(inputs) - self.motion.positions + steps
+        return self._stiffness_moves(inputs, solver) + steps
+
+    def _on_finer_mesh(self, inputs: PostureInputs) -> FloatArray:
+        """Return where the nodes are if half the mesh size moves them [m], shape (S, N, 3)."""
+        scene = refined_scene(replace(self._scene, observations=(self._setup,)))
+        (setup,) = scene.observations
+        finer = MovingPosture(scene, setup, self._times.tolist(), self._solver, self._device)
+        finer._rungs = self._rungs
+        finer.settle(refined_inputs(inputs, self._scene.mesh), None)
+        # Vertices and middles of edges, in the order of the coarse nodes, come first.
+        return finer.motion.positions[:, : scene.mesh.vertex_count]
+
+    def _stiffness_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+        """Return about how a better mesh would move the nodes [m], shape (S, N, 3).
+
+        A coarse mesh is above all too stiff. How much, the body at rest in its clamp tells, in
+        which the better mesh is affordable: that change of stiffness is followed in the motion,
+        and what stiffness does not explain grows with how far the body sags in each frame.
+        """
+        stiffer = Change(youngs_modulus=inputs.material.youngs_modulus)
+        (by_stiffness,) = self.tangents([stiffer])
+        body, path = self._make_body(), self._held_motion()
+        body.settle(inputs.material, inputs.gravity, held_path=path, conditions=inputs.conditions)
+        (static,) = body.tangents([stiffer])
+        error = MeshError(body, solver=solver)
+        moved = error.displacement(inputs.material, inputs.gravity, path)
+        share = float((static * moved).sum() / max(float((static**2).sum()), 1e-300))
+        sag = body.state.positions - body.discretisation.rest_nodes
+        sagged = self.motion.positions - body.discretisation.rest_nodes
+        follows = np.einsum('sni,ni->s', sagged, sag) / max(float((sag**2).sum()), 1e-300)
+        rest = follows[:, None, None] * (moved - share * static)
+        return share * by_stiffness + rest
+
+    def step_moves(self, inputs: PostureInputs) -> FloatArray:
+        """Return how steps too short to matter would move the nodes [m], shape (S, N, 3).
+
+        By Richardson's extrapolation from half the step; zero for the semi-implicit integrator,
+        whose steps are as short as its stability asks for.
+        """
+        if self._integrator != _SECOND_ORDER:
+            return np.zeros_like(self.motion.positions)
+        halved = MovingBody(self._make_body(), self._release, time_step=0.5 * self._time_step)
+        # Every step in two where a tolerance chose them.
+        rungs = [rung for rung in self._rungs for _ in range(2)]
+        change = self._simulate(halved, inputs, rungs).positions - self.motion.positions
+        return change / _BY_HALVING
+
+    def warnings(self) -> list[str]:
+        """Say so when the time step had to be halved, or steps err more than they may."""
+        halvings = self.motion.halvings
+        if self._tolerance is not None:
+            return self._coarse_steps(self._tolerance)
+        if not halvings:
+            return []
+        return [
+            f'{self._name}: the time step of {self._time_step:.2g} s did not converge and was '
+            f'halved {halvings} times on the way; a shorter `motion.time_step` in the scene '
+            'avoids that'
+        ]
+
+    def _coarse_steps(self, tolerance: float) -> list[str]:
+        largest = float(self.motion.step_errors.max(initial=0.0))
+        if largest <= _COARSE * tolerance:
+            return []
+        return [
+            f'{self._name}: the time steps were chosen for the start values, and now one of them '
+            f'is off by {largest:.2g} m where `motion.tolerance` is {tolerance:.2g}: fit again '
+            'from the fitted scene'
+        ]
+
+    def _held_motion(self) -> HeldMotion | None:
+        """Return where the clamp holds its vertices at any time; None: at rest."""
+        return (lambda _: self._clamped_at) if self._is_turned else None
+
+
+def _held_vertices(setup: ObservationSetup, *, stays: bool) -> NDArray[np.int32]:
+    """Return the vertices of the parts that stay, or of those that let go, shape (h,)."""
+    names = [part.name for part in setup.staying]
+    chosen = [part.vertices for part in setup.held if (part.name in names) == stays]
+    return np.unique(np.concatenate(chosen)).astype(np.int32)

@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From world positions to camera points: the measured pose, its error and the rigid offset."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.calibration.observations.observation import Observation, pose_owners
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
+from diffcal_ros.effects.camera_offset import stated_offset
+from diffcal_ros.rigid_motion import moved, moved_by
+from diffcal_ros.rigid_transform import apply, rotation_matrix
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class CameraOffsets:
+    """Where each observation's camera sees points of the world, as the parameters have it."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        observations: Sequence[Observation],
+        parameters: ParameterSet,
+        pivots: Sequence[FloatArray],
+    ) -> None:
+        """Take down what offsets turn about.
+
+        Args:
+            scene: states an offset, or none.
+            observations: with their poses.
+            parameters: of the fit.
+            pivots: the middle of the held part in each camera's frame [m], shape (3,) each.
+        """
+        self._scene = scene
+        self._observations = observations
+        self._parameters = parameters
+        self._pivots = pivots
+        self._owners = pose_owners(observations)
+        # One camera that is elsewhere is elsewhere in every view: its offset has one pivot [m].
+        poses = sorted(set(self._owners))
+        self.offset_pivot: FloatArray = np.mean([pivots[owner] for owner in poses], axis=0)
+
+    def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'CameraOffsets':
+        """Return the same cameras with other parameters."""
+        return CameraOffsets(scene, self._observations, parameters, self._pivots)
+
+    def rigid_offset(self, coordinates: FloatArray) -> FloatArray:
+        """Return the offset's translation [m] and rotation vector [rad], shape (6,)."""
+        return self._six(coordinates, Kind.RIGID_OFFSET, None)
+
+    def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
+        """Return world positions in the frame of one observation's camera [m], shape (N, 3)."""
+        points = apply(self._observations[number].depth_from_world, world)
+        for six, pivot in self._both(number, coordinates):
+            points = moved(points, six, pivot)
+        return points
+
+    def rotation(self, number: int, coordinates: FloatArray) -> FloatArray:
+        """Return the rotation from the world to the camera, offsets included, shape (3, 3)."""
+        rotation = self._observations[number].depth_from_world[:3, :3]
+        for six, _ in self._both(number, coordinates):
+            rotation = rotation_matrix(six[3:]) @ rotation
+        return rotation
+
+    def motion(
+        self, number: int, place: int, world: FloatArray, coordinates: FloatArray
+    ) -> FloatArray | None:
+        """Return how a camera parameter moves the points [m], shape (N, 3); None for others.
+
+        Args:
+            number: of the observation.
+            place: of the parameter.
+            world: positions in the world frame [m], shape (N, 3).
+            coordinates: shape (k,).
+        """
+        parameter = self._parameters.parameters[place]
+        is_pose = parameter.kind is Kind.CAMERA_POSE and parameter.target == self._owners[number]
+        if not is_pose and parameter.kind is not Kind.RIGID_OFFSET:
+            return None
+        (pose, point), (offset, pivot) = self._both(number, coordinates)
+        start = apply(self._observations[number].depth_from_world, world)
+        if is_pose:
+            turned = rotation_matrix(offset[3:])
+            return moved_by(start, pose, point, parameter.axis) @ turned.T
+        return moved_by(moved(start, pose, point), offset, pivot, parameter.axis)
+
+    def _both(self, number: int, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Return translation and rotation vector, shape (6,), and pivot, in order of use."""
+        pivot = self._pivots[number]
+        measured = self._observations[number].pose_pivot
+        return [
+            (
+                self._six(coordinates, Kind.CAMERA_POSE, self._owners[number]),
+                pivot if measured is None else measured,
+            ),
+            (self.rigid_offset(coordinates), self.offset_pivot),
+        ]
+
+    def _six(self, coordinates: FloatArray, kind: Kind, observation: int | None) -> FloatArray:
+        is_rigid = kind is Kind.RIGID_OFFSET
+        values = stated_offset(self._scene.effects) if is_rigid else np.zeros(6)
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.kind is kind and observation in (None, parameter.target):
+                values[parameter.axis] = coordinate
+        return values

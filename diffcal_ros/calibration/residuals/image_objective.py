@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's comparison: the whole depth image, background and all.
+
+`paper` is the loss of Arnavaz et al. 2023 as their code computes it, 1000 times the Euclidean
+norm of rendered less observed depth over every pixel; `l1` is the sum of absolute differences.
+Both take 0 for a pixel without depth, rendered or observed. Most of their value lies outside the
+body, so they say little about the fit; they are here to reproduce and to compare.
+"""
+
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.observations.pixel_masks import make_view_mask
+from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
+from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.depth.area_image import AreaImage
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+IMAGE_LOSSES = ('paper', 'l1')
+# Absolute differences are smoothed below this [m], for a gradient at 0.
+_L1_CORNER = 1e-4
+
+
+@dataclass(frozen=True)
+class _ImageView:
+    """One view's area-averaged image against its observation, within the window."""
+
+    view: View
+    area: AreaImage
+    difference: FloatArray
+    outside: float
+
+
+class ImageObjective:
+    """Whole-image losses and their derivatives."""
+
+    def __init__(self, model: ForwardModel, loss: str, *, samples: int = 8) -> None:
+        """Prepare.
+
+        Args:
+            model: simulates and traces.
+            loss: one of `IMAGE_LOSSES`.
+            samples: along each side of a pixel in which the outline turns.
+        """
+        if loss not in IMAGE_LOSSES:
+            raise ValueError(f'image loss is {loss!r}: use one of {", ".join(IMAGE_LOSSES)}')
+        self.model = model
+        self.loss = loss
+        self._samples = samples
+        self._targets = [
+            np.nan_to_num(observation.depth.astype(np.float64), nan=0.0)
+            for observation in model.observations
+        ]
+        masks = model.scene.masks
+        self.truncation = masks.truncation
+        self._masks = [
+            make_view_mask(observation, model.body(observation), tracer, masks)
+            for observation, tracer in zip(model.observations, model.tracers, strict=True)
+        ]
+        self._noise = 0.0
+
+    @property
+    def is_sharp(self) -> bool:
+        """The cost has one form only."""
+        return True
+
+    def narrow(self, coordinates: FloatArray) -> None:
+        """Do nothing: the cost has one form only."""
+
+    def refine(self, coordinates: FloatArray) -> bool:
+        """Do nothing: the cost has one form only."""
+        return False
+
+    def value(self, coordinates: FloatArray) -> float:
+        """Return the loss as the paper reports it."""
+        return self._value(self._views(coordinates))
+
+    def cost(self, coordinates: FloatArray) -> float:
+        """Return the loss as half a chi-square of its start."""
+        return self._half_chi_square(self._views(coordinates))
+
+    def gradient(self, coordinates: FloatArray) -> tuple[float, FloatArray]:
+        """Return the loss and its gradient by the coordinates, by adjoints, shape (k,)."""
+        views = self._views(coordinates)
+        value = self._value(views)
+        by_points = [view.area.pull_back(self._by_image(view.difference, value)) for view in views]
+        return value, self.model.pull_back(by_points, coordinates)
+
+    def linearise(self, coordinates: FloatArray) -> Linearisation:
+        """Expand the cost around some coordinates (forward tangents)."""
+        views = self._views(coordinates)
+        if self._noise == 0.0:
+            self._noise = self._mean_square(views)
+        tangents = self.model.tangents(coordinates)
+        count = len(coordinates)
+        descent, curvature = np.zeros(count), np.zeros((count, count))
+        scatter = np.zeros((count, count))
+        for view, tangent in zip(views, tangents, strict=True):
+            jacobian = view.area.push_forward(tangent).reshape(-1, count)
+            difference = view.difference.ravel()
+            weight = self._weights(difference)
+            descent -= jacobian.T @ (weight * difference)
+            curvature += (jacobian * weight[:, None]).T @ jacobian
+            scatter += (jacobian * ((weight * difference) ** 2)[:, None]).T @ jacobian
+        information = curvature / self._noise
+        return Linearisation(
+            cost=self._half_chi_square(views),
+            descent=descent / self._noise,
+            curvature=information,
+            information=information,
+            scatter=scatter / self._noise**2,
+        )
+
+    def gap(self, coordinates: FloatArray) -> Gap:
+        """Measure the gap on the body."""
+        residuals, counted = [], []
+        views = self.model.views(coordinates)
+        for view, mask, observation in zip(
+            views, self._masks, self.model.observations, strict=True
+        ):
+            trace = view.trace
+            observed = observation.depth[trace.rows, trace.columns].astype(np.float64)
+            residuals.append(observed - trace.depth)
+            seen = (trace.faces >= 0) & ~mask.triangles[np.maximum(trace.faces, 0)]
+            counted.append(seen & ~mask.image[trace.rows, trace.columns])
+        return measure_gap(residuals, counted, self.truncation)
+
+    def _views(self, coordinates: FloatArray) -> list[_ImageView]:
+        result = []
+        for view, target in zip(self.model.views(coordinates), self._targets, strict=True):
+            trace = view.trace
+            area = trace.area_image(side=self._samples, background=0.0)
+            inside = target[trace.rows, trace.columns]
+            outside = self._sum(target) - self._sum(inside)
+            result.append(_ImageView(view, area, area.image - inside, outside))
+        return result
+
+    def _sum(self, difference: FloatArray) -> float:
+        if self.loss == 'l1':
+            return float(np.abs(difference).sum())
+        return float((difference**2).sum())
+
+    def _total(self, views: list[_ImageView]) -> float:
+        return sum(self._sum(view.difference) + view.outside for view in views)
+
+    def _value(self, views: list[_ImageView]) -> float:
+        total = self._total(views)
+        return 1e3 * float(np.sqrt(total)) if self.loss == 'paper' else total
+
+    def _mean_square(self, views: list[_ImageView]) -> float:
+        pixels = sum(target.size for target in self._targets)
+        return max(self._total(views) / pixels, 1e-12)
+
+    def _half_chi_square(self, views: list[_ImageView]) -> float:
+        if self._noise == 0.0:
+            self._noise = self._mean_square(views)
+        share = 0.5 if self.loss == 'paper' else 1.0
+        return share * self._total(views) / self._noise
+
+    def _weights(self, difference: FloatArray) -> FloatArray:
+        if self.loss == 'paper':
+            return np.ones_like(difference)
+        return 1.0 / np.maximum(np.abs(difference), _L1_CORNER)
+
+    def _by_image(self, difference: FloatArray, value: float) -> FloatArray:
+        if self.loss == 'paper':
+            return 1e6 * difference / max(value, 1e-12)
+        return np.clip(difference / _L1_CORNER, -1.0, 1.0)

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Find a body that changed in one frame, fast."""
+
+from collections.abc import Callable, Sequence
+
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, minimise, Stop
+from diffcal_ros.calibration.outcome_rules import leaves_body_out
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.residual_scales import Scales
+from diffcal_ros.calibration.search.basins import Basin
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Of a body that is found, a larger share of what is rendered is seen.
+FOUND = 0.10
+# A brief search ends with a step no longer than this share of the longest (1.4 % of a modulus):
+# frames can do the rest, and polishing what is hard to tell apart takes as long again.
+_NEAR = 0.02
+
+
+def find_body(
+    objective: RobustObjective,
+    start: FloatArray,
+    bounds: tuple[FloatArray, FloatArray],
+    longest: FloatArray,
+    *,
+    is_brief: bool,
+) -> FloatArray | None:
+    """Fit the frame that an objective compares with.
+
+    Args:
+        objective: with widths as wide as the search is to begin with; they narrow.
+        start: coordinates, shape (k,).
+        bounds: lower and upper, shape (k,) each.
+        longest: step of each coordinate, shape (k,).
+        is_brief: come near only; not to the minimum itself.
+
+    Returns:
+        Coordinates, shape (k,); None when the body is not found.
+    """
+    goes_on = _Approach(objective, longest) if is_brief else None
+    try:
+        minimum = minimise(objective, start, bounds, longest, on_iteration=goes_on)
+        gap = objective.gap(minimum.coordinates)
+    except NOT_SIMULATED:
+        return None
+    if minimum.stop is Stop.STUCK or gap.coverage < FOUND:
+        return None
+    return minimum.coordinates
+
+
+def find_body_anywhere(
+    objective: RobustObjective,
+    basins: Callable[[], Sequence[Basin]],
+    bounds: tuple[FloatArray, FloatArray],
+    longest: FloatArray,
+    near: FloatArray | None,
+) -> FloatArray | None:
+    """Look over the whole range where a search from near by leaves a part of the body out.
+
+    Args:
+        objective: compares with the frame.
+        basins: finds places to start from, the best first.
+        bounds: lower and upper, shape (k,) each.
+        longest: step of each coordinate, shape (k,).
+        near: what was found from near by, shape (k,), or None.
+
+    Returns:
+        Coordinates, shape (k,), with the objective's scales as they ended there; None when the
+        body is found nowhere.
+    """
+    if near is not None and not leaves_body_out(objective.gap(near)):
+        return near
+    near_scales = objective.scales
+    for basin in basins()[:1]:
+        objective.scales = Scales()
+        far = find_body(objective, basin.coordinates, bounds, longest, is_brief=False)
+        if far is not None and (near is None or objective.misfit(far) < objective.misfit(near)):
+            return far
+    objective.scales = near_scales
+    return near
+
+
+class _Approach:
+    """Lets a search go on until its steps are short."""
+
+    def __init__(self, objective: RobustObjective, longest: FloatArray) -> None:
+        self._objective, self._longest = objective, longest
+        self._last: FloatArray | None = None
+
+    def __call__(self, iteration: Iteration) -> bool:
+        """Return False when the last step was short, under the final widths."""
+        last, self._last = self._last, iteration.coordinates
+        if last is None or not self._objective.is_sharp:
+            return True
+        return bool((np.abs(iteration.coordinates - last) > _NEAR * self._longest).any())

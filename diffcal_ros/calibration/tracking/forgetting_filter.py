@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Many frames as one cost to second order, in which old frames fade.
+
+An information filter: the past is kept as gradient and curvature at one point, the frames
+themselves are gone. Each new frame weighs a share a, and what was known weighs 1 - a. That is a
+Kalman filter whose process noise widens the covariance of the past by the factor 1 / (1 - a)
+before every frame (West and Harrison 1997, section 6.3): nothing has to be known about how a body
+may change, only how fast.
+
+The weights add up to one, so that in the end it says what a fit to the fused frames says.
+"""
+
+import math
+
+from diffcal_ros.calibration.tracking.linearised_view import FrameEquations
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_SECOND = 1e9  # [ns]
+
+
+class ForgettingFilter:
+    """Weighted mean of the frames' equations around one point.
+
+    Attributes:
+        descent: minus the gradient there, without priors, shape (k,).
+        curvature: shape (k, k).
+        count: frames since it was empty.
+    """
+
+    def __init__(self, size: int, memory: float) -> None:
+        """Start empty.
+
+        Args:
+            size: number of coordinates.
+            memory: age at which a frame weighs 1/e of the newest [s].
+        """
+        self.memory = memory
+        self._last_ns = 0
+        self.descent, self.curvature = np.zeros(size), np.zeros((size, size))
+        self.count = 0
+        self._squares = 1.0
+
+    @property
+    def frames_worth(self) -> float:
+        """How many equally weighted frames would average as well."""
+        return 1.0 / self._squares if self.count else 0.0
+
+    def clear(self) -> None:
+        """Forget every frame."""
+        self.count = 0
+
+    def add(self, frame: FrameEquations, stamp_ns: int, least_share: float = 0.0) -> None:
+        """Take one more frame; after a gap it weighs the more, as what is old has faded.
+
+        Args:
+            frame: at the point of the filter.
+            stamp_ns: not before that of the last one [ns].
+            least_share: that it must weigh, because it says something new.
+        """
+        age = (stamp_ns - self._last_ns) / _SECOND
+        self.count += 1
+        share = 1.0
+        if self.count > 1:
+            share = max(1.0 - math.exp(-age / self.memory), 1.0 / self.count, least_share)
+        self._last_ns = stamp_ns
+        self.descent = (1.0 - share) * self.descent + share * frame.descent
+        self.curvature = (1.0 - share) * self.curvature + share * frame.curvature
+        self._squares = (1.0 - share) ** 2 * self._squares + share**2
+
+    def move(self, step: FloatArray) -> None:
+        """Move the point that everything is around; the curvature is taken along.
+
+        Args:
+            step: shape (k,).
+        """
+        self.descent = self.descent - self.curvature @ step

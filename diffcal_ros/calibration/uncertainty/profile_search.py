@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Profile likelihood: how much worse the best fit gets as one parameter is held elsewhere.
+
+At each value of the parameter the others are fitted again. The cost itself is rough, as pixels
+join and leave; its slope is not, and by the envelope theorem the profile's slope is the partial
+derivative of the cost at the constrained minimum. So the profile is the integral of its slope. An
+interval of confidence p is where it stays under chi2_1(p) / 2 times the ratio of the variance that
+correlated residuals leave to the one that the curvature says (Rotnitzky and Jewell 1990).
+"""
+
+from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise, Stop
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.uncertainty.profile import Profile
+from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, Z_95
+from diffcal_ros.errors import InputError
+from diffcal_ros.fem.equilibrium import EquilibriumError
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_THRESHOLD = 0.5 * Z_95**2
+# Values are tried at these shares of the standard error until the threshold is passed.
+_STEP = 0.5
+_MOST_STEPS = 16
+_GROWTH = 1.25
+_MAX_ITERATIONS = 12
+
+
+class _HeldForm:
+    """The objective in the form that the fit ended with."""
+
+    is_sharp = True
+
+    def __init__(self, objective: RobustObjective) -> None:
+        self._objective = objective
+
+    def cost(self, coordinates: FloatArray) -> float:
+        return self._objective.cost(coordinates)
+
+    def linearise(self, coordinates: FloatArray) -> Linearisation:
+        return self._objective.linearise(coordinates)
+
+    def narrow(self, coordinates: FloatArray) -> None:
+        """Keep the form."""
+
+    def refine(self, coordinates: FloatArray) -> bool:
+        """Keep the form."""
+        return False
+
+
+def check_profiles(fit: Calibration, names: tuple[str, ...]) -> None:
+    """Refuse profiles that a fit cannot have.
+
+    Raises:
+        InputError: for a name that is not fitted, or a whole-image loss.
+    """
+    if names and not isinstance(fit.objective, RobustObjective):
+        raise InputError('a whole-image loss has no likelihood to profile: use the robust loss')
+    for name in names:
+        if name not in fit.parameters.names:
+            raise InputError(
+                f'cannot profile {name!r}: fitted are {", ".join(fit.parameters.names)}'
+            )
+
+
+def profile(fit: Calibration, name: str) -> Profile:
+    """Profile one parameter of a finished fit.
+
+    Args:
+        fit: after `run`.
+        name: of the parameter.
+
+    Raises:
+        InputError: see `check_profiles`.
+    """
+    check_profiles(fit, (name,))
+    search = _Search(fit, name)
+    below, above = search.walk(-1.0), search.walk(1.0)
+    places = np.concatenate([below[0][:0:-1], above[0]])
+    rises = np.concatenate([below[1][:0:-1], above[1]])
+    # The best value may be a little off the fit's end, which stops within a fiftieth of an error.
+    parameter = fit.parameters.parameters[search.place]
+    ends = [
+        -np.inf if below[2] is None else parameter.value(below[2]),
+        np.inf if above[2] is None else parameter.value(above[2]),
+    ]
+    middle, reach = search.best[search.place], Z_95 * search.error
+    return Profile(
+        name=name,
+        unit=parameter.unit,
+        values=np.array([parameter.value(place) for place in places]),
+        rises=rises,
+        low=float(ends[0]),
+        high=float(ends[1]),
+        laplace=(parameter.value(middle - reach), parameter.value(middle + reach)),
+    )
+
+
+class _Search:
+    """Walks from the best value to both sides."""
+
+    def __init__(self, fit: Calibration, name: str) -> None:
+        assert isinstance(fit.objective, RobustObjective)
+        self._fit, self._objective = fit, _HeldForm(fit.objective)
+        self.place = fit.parameters.names.index(name)
+        self.best = fit.coordinates.copy()
+        self._linear = fit.objective.linearise(self.best)
+        none = np.zeros(len(self.best))
+        uncertainty = estimate_uncertainty(self._linear, fit.parameters, none)
+        variance = float(uncertainty.statistical[self.place, self.place])
+        self.error = float(np.sqrt(variance))
+        curved = np.linalg.pinv(self._linear.information + fit.parameters.prior()[1])
+        own = float(curved[self.place, self.place])
+        # Where the data see nothing, neither number means anything.
+        self._threshold = _THRESHOLD * (variance / own if own > 0.0 else 1.0)
+
+    def walk(self, sign: float) -> tuple[FloatArray, FloatArray, float | None]:
+        """Go to one side until the threshold is passed.
+
+        Returns:
+            Coordinates from the best one on, rises there over the threshold, and where the
+            profile passes it; None where it does not within the bounds.
+        """
+        lower, upper = (bound[self.place] for bound in self._fit.parameters.bounds())
+        places, slopes, rises = [self.best[self.place]], [0.0], [0.0]
+        coordinates, step = self.best, _STEP * self.error
+        for _ in range(_MOST_STEPS):
+            place = float(np.clip(places[-1] + sign * step, lower, upper))
+            if abs(place - places[-1]) < 1e-9 * max(step, 1e-12):
+                break
+            try:
+                coordinates, slope = self._constrained(coordinates, place)
+            except NOT_SIMULATED:
+                break
+            length = place - places[-1]
+            rises.append(rises[-1] + 0.5 * length * (slopes[-1] + slope) / self._threshold)
+            places.append(place)
+            slopes.append(slope)
+            if rises[-1] > 1.0:
+                end = _crossing(places[-2:], rises[-2:], slopes[-2:], self._threshold)
+                return np.array(places), np.array(rises), end
+            step *= _GROWTH
+        return np.array(places), np.array(rises), None
+
+    def _constrained(self, start: FloatArray, place: float) -> tuple[FloatArray, float]:
+        """Fit the others with this one held; return them and the profile's slope."""
+        lower, upper = (bound.copy() for bound in self._fit.parameters.bounds())
+        lower[self.place] = upper[self.place] = place
+        begin = start.copy()
+        begin[self.place] = place
+        found = minimise(
+            self._objective,
+            begin,
+            (lower, upper),
+            longest_steps(self._fit.parameters),
+            max_iterations=_MAX_ITERATIONS,
+        )
+        if found.stop is Stop.STUCK:
+            raise EquilibriumError(f'no fit with coordinate {place:g} held')
+        return found.coordinates, self._slope(found.linearisation)
+
+    def _slope(self, linear: Linearisation) -> float:
+        """Return the profile's slope where the others are near their best, to first order.
+
+        Optimisers stop within a share of an error; of strongly correlated parameters, the slope
+        would still be off by much.
+        """
+        others = np.delete(np.arange(len(self.best)), self.place)
+        if len(others) == 0:
+            return -float(linear.descent[self.place])
+        curvature = linear.curvature[np.ix_(others, others)]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), 1e-300))
+        step, *_ = np.linalg.lstsq(
+            curvature * np.outer(scale, scale), scale * linear.descent[others], rcond=1e-12
+        )
+        follow = float(linear.curvature[self.place, others] @ (scale * step))
+        return -(float(linear.descent[self.place]) - follow)
+
+
+def _crossing(
+    places: list[float], rises: list[float], slopes: list[float], threshold: float
+) -> float:
+    """Return where a profile passes its threshold between two points, slope linear between."""
+    width = places[1] - places[0]
+    first, second = slopes[0] / threshold, slopes[1] / threshold
+    # rises[0] + first s + (second - first) s^2 / (2 width) = 1.
+    square, missing = 0.5 * (second - first) / width, rises[0] - 1.0
+    if abs(square) * width**2 < 1e-12:
+        return places[0] - missing / first
+    root = np.sqrt(max(first**2 - 4.0 * square * missing, 0.0))
+    found = [(-first + sign * root) / (2.0 * square) for sign in (1.0, -1.0)]
+    inside = [s for s in found if 0.0 <= s / width <= 1.0 + 1e-9]
+    return places[0] + (inside[0] if inside else width)

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Is there a disagreement, and does it matter?"""
+
+from dataclasses import dataclass, replace
+
+from diffcal_ros.diagnosis.detection.null_distribution import chance_of_clean
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, PatchGap
+from diffcal_ros.diagnosis.screening.screening import Screen
+from diffcal_ros.diagnosis.verdict.verdict import Verdict
+import numpy as np
+
+ALPHA = 0.003
+# Where the floors hide what would matter, a gap must stand out from them so many times.
+_FAR_ABOVE = 3.0
+# In a motion, mesh and step err a little in many ways: less than this share of the floors is that.
+_LEAST_EXCESS = 0.5
+# A parameter so many standard deviations from what is known of it is strained.
+_STRAINED = 3.0
+# Fewer patches say nothing.
+_LEAST_PATCHES = 12
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """How the nominal model fares.
+
+    Attributes:
+        verdict: in one word.
+        p_value: chance that clean data look as bad, over all candidates.
+        gap: on all patches, with no parameter farther from what is known of it than its prior
+            allows.
+        excess: root mean square of the gap above the floors [m].
+    """
+
+    verdict: Verdict
+    p_value: float
+    gap: PatchGap
+    excess: float
+
+    @property
+    def is_worth_naming(self) -> bool:
+        """Tell whether to look for a name: what hides in a parameter leaves a small gap."""
+        return self.verdict in (Verdict.DISAGREE, Verdict.BELOW_MARGIN)
+
+
+def measure_disagreement(
+    nominal: Refit, screen: Screen, margin: float, *, is_moving: bool = False
+) -> Disagreement:
+    """Judge the nominal fit.
+
+    Two questions, as a verdict must answer both: could clean data look like that, and is it
+    large enough to matter?
+
+    Args:
+        nominal: the fit.
+        screen: scores around it.
+        margin: an excess that does not matter [m].
+        is_moving: whether a motion is among the recordings.
+    """
+    gap = patch_gap(unstrained(nominal), Part.ALL)
+    excess = float(np.sqrt(max(gap.rms**2 - gap.floor**2 - gap.mesh**2, 0.0)))
+    p_value = chance_of_clean(nominal, screen)
+    floor = gap.whole_floor
+    if gap.count < _LEAST_PATCHES or floor > margin:
+        # Too little, or too noisy, to see what would matter.
+        is_clear = p_value < ALPHA and excess > max(margin, _FAR_ABOVE * floor)
+        verdict = Verdict.DISAGREE if is_clear else Verdict.CANNOT_TELL
+    elif p_value >= ALPHA or (is_moving and excess < _LEAST_EXCESS * floor):
+        verdict = Verdict.AGREE
+    else:
+        verdict = Verdict.DISAGREE if excess > margin else Verdict.BELOW_MARGIN
+    return Disagreement(verdict, p_value, gap, excess)
+
+
+def unstrained(fit: Refit) -> list[Block]:
+    """Return the patches as they would be if no parameter strained its prior, to first order.
+
+    An effect may hide in a parameter of which better is known: the gap is then small, and the
+    parameter absurd.
+    """
+    beyond = np.zeros(len(fit.coordinates))
+    for place, parameter in enumerate(fit.parameters):
+        mean, std = parameter.quantity.prior_mean, parameter.quantity.prior_std
+        if mean is None or std is None or parameter.is_nuisance:
+            continue
+        allowed = _STRAINED * (std / mean if parameter.is_logarithmic else std)
+        here, _ = fit.of_the_body(place)
+        offset = here - parameter.coordinate(mean)
+        beyond[place] = offset - np.clip(offset, -allowed, allowed)
+    if not beyond.any():
+        return fit.blocks
+    return [
+        replace(
+            block,
+            patches=replace(
+                block.patches, values=block.patches.values + block.patches.jacobian @ beyond
+            ),
+        )
+        for block in fit.blocks
+    ]

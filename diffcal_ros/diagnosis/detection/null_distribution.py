@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How often clean data would look as bad: a parametric bootstrap with a linear refit.
+
+Noise is drawn from the floors, what the nuisances would take up of it is taken out, and every
+candidate is scored as it was on the data. The least likely of all scores is compared with the
+least likely one of the data, so that the number of looks is paid for exactly, as the chi-square
+distributions would only bound it.
+"""
+
+from collections.abc import Sequence
+
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.screening.screening import gains, Score, Screen
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+FloatArray = NDArray[np.float64]
+
+DRAWS = 4000
+_SEED = 20_230_421
+
+
+def chance_of_clean(nominal: Refit, screen: Screen, draws: int = DRAWS) -> float:
+    """Return the chance that clean data look as bad over all candidates.
+
+    Chances below what so many draws can show are bounded by the number of looks.
+
+    Args:
+        nominal: the fit.
+        screen: scores around it.
+        draws: of the noise.
+    """
+    freedom = max(nominal.patch_count - len(nominal.coordinates), 1)
+    scored = [s for s in screen.scores if s.candidate.effect.has_tangent]
+    whole = float(chi2.sf(nominal.chi_square, freedom))
+    observed = [_tail(s.plain_gain / screen.noise_scale, s) for s in scored]
+    least = min([whole, *map(float, observed)])
+    bound = min(1.0, least * (1 + len(scored)))
+    as_bad = int((_least_chances(screen, scored, freedom, draws) <= least).sum())
+    if as_bad == 0:
+        return min(bound, 1.0 / draws)
+    return as_bad / draws
+
+
+def _least_chances(
+    screen: Screen, scored: Sequence[Score], freedom: int, draws: int
+) -> FloatArray:
+    """Return the least likely of all scores of each draw of clean data, shape (draws,)."""
+    random = np.random.default_rng(_SEED)
+    noise = screen.project(random.standard_normal((screen.patch_count, draws)))
+    least = np.asarray(chi2.sf((noise**2).sum(axis=0), freedom))
+    for score in scored:
+        found = gains(score.candidate, score.plain_columns, noise)
+        least = np.minimum(least, _tail(found, score))
+    return least
+
+
+def _tail(gain: FloatArray | float, score: Score) -> FloatArray:
+    return np.asarray(chi2.sf(gain, len(score.amplitudes)))

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which refitted model the data favour, how surely, and what explains them as well."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.selection import AS_WELL, Selection
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.whitened import excess_over, Part
+import numpy as np
+
+# Log evidence is that of a noise model which is a guess: it counts for so much.
+_TEMPERATURE = 2.0
+_HARDLY_MORE = 0.0005  # [m]
+# With one pose twins differ by details, which mesh and smooth errors have, too: models this close
+# in log evidence, per unit of noise scale, explain it as well.
+_ONE_POSE_AS_WELL = 12.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The favoured model among all.
+
+    Attributes:
+        hypothesis: it.
+        confidence: 0 to 1.
+        alike: identifiers that explain the data as well, its own first.
+        runner_up: identifier of the next best, or None.
+    """
+
+    hypothesis: Hypothesis
+    confidence: float
+    alike: tuple[str, ...]
+    runner_up: str | None
+
+
+def choose(selection: Selection, evidence: Evidence) -> Choice | None:
+    """Return the favoured model; None where there is none."""
+    best = selection.best
+    if best is None:
+        return None
+    rivals = selection.singles if len(best.added) == 1 else selection.pairs
+    levels: dict[tuple[str, ...], float] = {}
+    for hypothesis in rivals:
+        level = hypothesis.fit.log_evidence / selection.noise_scale
+        if hypothesis.is_at_bound and hypothesis is not best:
+            continue
+        key = hypothesis.identifiers
+        levels[key] = max(levels.get(key, -np.inf), level)
+    top = levels[best.identifiers]
+    ranked = sorted(levels, key=lambda key: -levels[key])
+    weights = {key: np.exp((levels[key] - top) / _TEMPERATURE) for key in levels}
+    confidence = float(weights[best.identifiers] / sum(weights.values()))
+    others = [key for key in ranked if key != best.identifiers]
+    has_one_pose = len({seen.setup_index for seen in evidence.model.observations}) == 1
+    as_well = _ONE_POSE_AS_WELL if has_one_pose else AS_WELL
+    near = {key for key in others if top - levels[key] < as_well}
+    if not evidence.is_measured:
+        # The log evidence rests on a floor that is a guess: what is left must tell.
+        near |= _as_near(best, rivals)
+    if has_one_pose or not evidence.is_measured:
+        confidence = min(confidence, 1.0 / (1 + len(near)))
+    alike = [best.identifiers, *(key for key in others if key in near)]
+    return Choice(
+        hypothesis=best,
+        confidence=confidence,
+        alike=tuple(dict.fromkeys(name for key in alike for name in key)),
+        runner_up=_joined(others[0]) if others else None,
+    )
+
+
+def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, ...]]:
+    """Return the effects that leave hardly more on held-out patches than the best."""
+    return {
+        rival.identifiers
+        for rival in rivals
+        if rival.identifiers != best.identifiers
+        and excess_over(rival.fit.blocks, best.fit.blocks, Part.REPORT) < _HARDLY_MORE
+    }
+
+
+def _joined(identifiers: Sequence[str]) -> str:
+    return ' and '.join(identifiers)

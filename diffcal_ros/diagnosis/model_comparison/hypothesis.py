@@ -1,0 +1,267 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A model with one or more effects added, refitted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.starts import more_starts
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+FloatArray = NDArray[np.float64]
+
+# Of a start that tangents propose, where the whole cannot be simulated.
+_SHARES = (1.0, 0.3, 0.0)
+# Amplitudes that noise alone makes as large with this chance may be zero.
+_BY_CHANCE = 0.003
+# An effect whose usual size moves no patch by more than this is idle [m].
+_NOTHING = 1e-7
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """A fitted amplitude, in the unit that people use.
+
+    Attributes:
+        name: of the component.
+        value: amplitude.
+        std_error: its standard error.
+        unit: of both.
+        at_bound: whether it stopped at a bound.
+    """
+
+    name: str
+    value: float
+    std_error: float
+    unit: str
+    at_bound: bool
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Some effects, and the model with them refitted.
+
+    Attributes:
+        added: the effects.
+        scene: with the settings of the effects.
+        evidence: of the model.
+        fit: where it ended.
+    """
+
+    added: tuple[Candidate, ...]
+    scene: Scene
+    evidence: Evidence
+    fit: Refit
+
+    @property
+    def identifiers(self) -> tuple[str, ...]:
+        """Identifiers of the effects, in alphabetical order."""
+        return tuple(sorted(candidate.identifier for candidate in self.added))
+
+    @property
+    def is_at_bound(self) -> bool:
+        """Tell whether an amplitude stopped at a bound, where it is as good as absent."""
+        return any(a.at_bound for c in self.added for a in self.amplitudes(c))
+
+    @property
+    def has_idle_effect(self) -> bool:
+        """Tell whether one of the effects does nothing, as a plane that touches nowhere."""
+        return any(self._reach(candidate) < _NOTHING for candidate in self.added)
+
+    @property
+    def has_doubtful_effect(self) -> bool:
+        """Tell whether the amplitudes of one of the effects may be zero within their errors."""
+        return any(self._chance_of_zero(candidate) > _BY_CHANCE for candidate in self.added)
+
+    def _chance_of_zero(self, candidate: Candidate) -> float:
+        """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test."""
+        if not candidate.effect.has_tangent:
+            return 0.0  # It is there at zero.
+        places = [self.fit.parameters.names.index(name) for name in candidate.names]
+        values = self.fit.coordinates[places]
+        covariance = self.fit.covariance[np.ix_(places, places)]
+        return float(chi2.sf(values @ np.linalg.pinv(covariance) @ values, len(places)))
+
+    def _reach(self, candidate: Candidate) -> float:
+        """Return how far usual sizes of an effect move the patch that they move most [m]."""
+        names = self.fit.parameters.names
+        farthest = 0.0
+        for name, component in zip(candidate.names, candidate.components, strict=True):
+            place = names.index(name)
+            slopes = [b.patches.jacobian[:, place] for b in self.fit.blocks]
+            largest = max((float(np.abs(s).max(initial=0.0)) for s in slopes), default=0.0)
+            farthest = max(farthest, largest * candidate.effect.component(component).scale)
+        return farthest
+
+    def amplitudes(self, candidate: Candidate) -> list[Amplitude]:
+        """Return the fitted amplitudes of one of the effects."""
+        fit = self.fit
+        lower, upper = fit.parameters.bounds()
+        names = fit.parameters.names
+        found = []
+        for name, component in zip(candidate.names, candidate.components, strict=True):
+            place = names.index(name)
+            part = candidate.effect.component(component)
+            is_inside = lower[place] < fit.coordinates[place] < upper[place]
+            value, std_error = fit.of_the_body(place)
+            found.append(
+                Amplitude(
+                    name=component,
+                    value=value * part.shown_factor,
+                    std_error=std_error * part.shown_factor,
+                    unit=part.shown_unit,
+                    at_bound=not is_inside,
+                )
+            )
+        return found
+
+
+def with_effects(
+    nominal: Evidence, base: Refit, added: Sequence[Candidate]
+) -> tuple[Scene, Evidence]:
+    """Return the scene with effects, and the evidence of a model of it, not yet fitted.
+
+    Args:
+        nominal: evidence of the nominal model.
+        base: its fit.
+        added: effects to add.
+    """
+    scene = _with_settings(nominal.model.scene, added)
+    parameters = _with_amplitudes(scene, base.parameters, added)
+    return scene, nominal.of(nominal.model.with_parameters(scene, parameters))
+
+
+def try_effects(
+    nominal: Evidence,
+    base: Refit,
+    added: Sequence[Candidate],
+    starts: dict[str, float],
+    *,
+    max_iterations: int = 12,
+    least_evidence: float = -np.inf,
+) -> Hypothesis | None:
+    """Add effects to the nominal model and refit everything.
+
+    Args:
+        nominal: evidence of the nominal model.
+        base: its fit.
+        added: effects to add.
+        starts: where amplitudes start, SI units by name among the parameters; others at zero.
+        max_iterations: evaluations of the model at most.
+        least_evidence: logarithm of the evidence below which the model is of no use.
+
+    Returns:
+        The refitted model, or None where it cannot be simulated.
+    """
+    scene, evidence = with_effects(nominal, base, added)
+    far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
+    best: Refit | None = None
+    for more in more_starts(nominal, base, added):
+        is_robust = not evidence.is_measured and not far & more.keys()
+        # Of several starts the best is kept.
+        least = least_evidence if best is None else max(least_evidence, best.log_evidence)
+        begin = {**starts, **more}
+        found = _refit_from(evidence, base, begin, max_iterations, is_robust, least)
+        if found is None:
+            continue
+        if best is None or found.log_evidence > best.log_evidence:
+            best = found
+    return None if best is None else Hypothesis(tuple(added), scene, evidence, best)
+
+
+def refitted_there(hypothesis: Hypothesis) -> Hypothesis:
+    """Fit a motion's model on with what mesh and step cost where it stands.
+
+    Found around the nominal fit, these are of another motion: where the drag of the air hides in
+    the damping, nothing rings that a coarse mesh would delay.
+
+    Args:
+        hypothesis: the model.
+
+    Returns:
+        The fitted model; the same one where it cannot be simulated again: a state that was
+        reached by small steps is not always found from another one.
+    """
+    here = hypothesis.fit.coordinates
+    try:
+        evidence = hypothesis.evidence.renewed(here)
+        return replace(hypothesis, evidence=evidence, fit=refit(evidence, here))
+    except NOT_SIMULATED:
+        return hypothesis
+
+
+def _refit_from(
+    evidence: Evidence,
+    base: Refit,
+    starts: dict[str, float],
+    max_iterations: int,
+    is_robust: bool,
+    least_evidence: float,
+) -> Refit | None:
+    """Refit from a start; tangents may have promised more than the body can bear."""
+    amplitudes = {
+        p.name
+        for p in evidence.model.parameters.parameters[len(base.parameters) :]
+        if p.quantity.prior_std is not None
+    }
+    for share in _SHARES:
+        fewer = {n: share * v if n in amplitudes else v for n, v in starts.items()}
+        begin = _start(evidence.model.parameters, base, fewer)
+        try:
+            if is_robust:
+                # What noise to fit patches by is a guess: the robust fit stands as it is.
+                return refit(evidence, evidence.robust_fit(begin), max_iterations=1)
+            return refit(
+                evidence, begin, max_iterations=max_iterations, least_evidence=least_evidence
+            )
+        except NOT_SIMULATED:
+            continue
+    return None
+
+
+def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:
+    effects = dict(scene.effects)
+    for candidate in added:
+        if candidate.settings:
+            effects[candidate.identifier] = candidate.settings
+    return replace(scene, effects=effects)
+
+
+def _with_amplitudes(
+    scene: Scene, nominal: ParameterSet, added: Sequence[Candidate]
+) -> ParameterSet:
+    names: list[str] = []
+    for candidate in added:
+        names.extend(candidate.effect.fit_names(candidate.components))
+    more = make_parameters(scene, tuple(names), with_edge_bias=False).parameters
+    wanted = {name for candidate in added for name in candidate.names}
+    usual = {
+        name: candidate.effect.component(component).scale
+        for candidate in added
+        for name, component in zip(candidate.names, candidate.components, strict=True)
+    }
+    chosen = tuple(
+        replace(p, quantity=replace(p.quantity, prior_mean=0.0, prior_std=usual[p.name]))
+        if p.quantity.prior_std is not None
+        else p
+        for p in more
+        if p.name in wanted
+    )
+    return ParameterSet((*nominal.parameters, *chosen), nominal.pose_covariances)
+
+
+def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> FloatArray:
+    begin = parameters.start()
+    begin[: len(base.coordinates)] = base.coordinates
+    for place, parameter in enumerate(parameters):
+        if parameter.name in starts:
+            begin[place] = starts[parameter.name]
+    return np.clip(begin, *parameters.bounds())

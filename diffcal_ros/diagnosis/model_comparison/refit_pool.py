@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Refit models that add effects to one nominal model, several at a time."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+import time
+
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_effects
+from diffcal_ros.diagnosis.model_comparison.processes import fit_here, Processes
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest, Task
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+
+Progress = Callable[[str], None]
+
+# Processes take some seconds to begin: with less than this left to do [s] they are not started.
+_WORTH_STARTING = 15.0
+# More would hardly find work.
+_MOST = 8
+
+
+class RefitPool:
+    """Those who refit; a context that ends their processes.
+
+    Attributes:
+        nominal: evidence of the nominal model.
+        base: its fit.
+    """
+
+    def __init__(
+        self,
+        nominal: Evidence,
+        base: Refit,
+        tell: Progress = lambda _: None,
+        *,
+        jobs: int = 1,
+    ) -> None:
+        """Begin nothing yet.
+
+        Args:
+            nominal: evidence of the nominal model.
+            base: its fit.
+            tell: told what is being done.
+            jobs: processes at most; on a GPU there is only one.
+        """
+        self.nominal, self.base = nominal, base
+        self._tell = tell
+        self._jobs = min(jobs, _MOST) if nominal.model.device == 'cpu' else 1
+        self._processes: Processes | None = None
+
+    def __enter__(self) -> 'RefitPool':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._processes is not None:
+            self._processes.end()
+            self._processes = None
+
+    def refit_all(self, requests: Sequence[RefitRequest]) -> list[Hypothesis]:
+        """Refit models; return those that can be simulated, in the same order."""
+        return [
+            self._hypothesis(request.added, fit)
+            for request, fit in zip(requests, self._fits(requests), strict=True)
+            if fit is not None
+        ]
+
+    def finish(self, hypotheses: Sequence[Hypothesis], least: Sequence[float]) -> list[Hypothesis]:
+        """Fit models to the end; one that cannot be simulated again stays what it is.
+
+        A state that was reached by small steps is not always found from another one.
+
+        Args:
+            hypotheses: models.
+            least: logarithm of the evidence below which each is of no use.
+        """
+        tasks = [
+            Continuation(h.added, h.fit.coordinates, evidence)
+            for h, evidence in zip(hypotheses, least, strict=True)
+        ]
+        return [
+            hypothesis if fit is None else replace(hypothesis, fit=fit)
+            for hypothesis, fit in zip(hypotheses, self._fits(tasks), strict=True)
+        ]
+
+    def _hypothesis(self, added: tuple[Candidate, ...], fit: Refit) -> Hypothesis:
+        scene, evidence = with_effects(self.nominal, self.base, added)
+        return Hypothesis(added, scene, evidence, fit)
+
+    def _fits(self, tasks: Sequence[Task]) -> list[Refit | None]:
+        found: list[Refit | None] = []
+        while len(found) < len(tasks):
+            left = tasks[len(found) :]
+            if self._processes is not None:
+                found.extend(self._fits_in_processes(self._processes, left))
+                continue
+            begun = time.perf_counter()
+            self._tell(left[0].words)
+            found.append(fit_here(left[0], self.nominal, self.base))
+            seconds = time.perf_counter() - begun
+            if self._jobs > 1 and seconds * (len(left) - 1) > _WORTH_STARTING:
+                self._processes = Processes(self.nominal, self.base, self._jobs)
+        return found
+
+    def _fits_in_processes(
+        self, processes: Processes, tasks: Sequence[Task]
+    ) -> Iterator[Refit | None]:
+        """Yield fits in order; fewer where a process has died, and then there is no pool."""
+        try:
+            # The longest first: none is left alone at the end.
+            longest = sorted(range(len(tasks)), key=lambda place: -tasks[place].max_iterations)
+            pending = {place: processes.submit(tasks[place]) for place in longest}
+            for place, task in enumerate(tasks):
+                self._tell(task.words)
+                yield pending[place].result()
+        except BrokenProcessPool:
+            self._tell('a process died (was there memory enough?): going on in one')
+            self.__exit__()
+            self._jobs = 1

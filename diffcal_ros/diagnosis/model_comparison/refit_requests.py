@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Refits that any process can do: models that add effects to one nominal model."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Protocol
+
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects, with_effects
+from diffcal_ros.diagnosis.model_comparison.refit import MAX_ITERATIONS, Refit, refit
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Task(Protocol):
+    """A refit that any process can do."""
+
+    @property
+    def max_iterations(self) -> int:
+        """Evaluations of the model at most."""
+
+    @property
+    def words(self) -> str:
+        """What is being done, for a person."""
+
+    def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
+        """Refit; None where the model cannot be simulated."""
+
+
+@dataclass(frozen=True)
+class RefitRequest:
+    """A model that is refitted from the nominal fit.
+
+    Attributes:
+        added: effects.
+        starts: where amplitudes start, SI units by name; others at zero.
+        max_iterations: evaluations of the model at most.
+        least_evidence: logarithm of the evidence below which the model is of no use.
+    """
+
+    added: tuple[Candidate, ...]
+    starts: dict[str, float]
+    max_iterations: int
+    least_evidence: float = -np.inf
+
+    @property
+    def words(self) -> str:
+        """What is being done, for a person."""
+        return f'refitting with {" and ".join(candidate.identifier for candidate in self.added)}'
+
+    def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
+        """Refit; None where the model cannot be simulated."""
+        found = try_effects(
+            nominal,
+            base,
+            self.added,
+            self.starts,
+            max_iterations=self.max_iterations,
+            least_evidence=self.least_evidence,
+        )
+        return None if found is None else found.fit
+
+
+@dataclass(frozen=True)
+class Continuation:
+    """A model that is fitted on from where it stands, to the end.
+
+    Attributes:
+        added: effects.
+        coordinates: where it stands, shape (k,).
+        least_evidence: logarithm of the evidence below which the model is of no use.
+        max_iterations: evaluations of the model at most.
+    """
+
+    added: tuple[Candidate, ...]
+    coordinates: FloatArray
+    least_evidence: float
+    max_iterations: int = MAX_ITERATIONS
+
+    @property
+    def words(self) -> str:
+        """What is being done, for a person."""
+        names = sorted(candidate.identifier for candidate in self.added)
+        return f'refitting with {" and ".join(names)} to the end'
+
+    def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
+        """Refit; None where the model cannot be simulated."""
+        _, evidence = with_effects(nominal, base, self.added)
+        with suppress(*NOT_SIMULATED):
+            return refit(
+                evidence,
+                self.coordinates,
+                max_iterations=self.max_iterations,
+                least_evidence=self.least_evidence,
+            )
+        return None

@@ -1,0 +1,240 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Refit the best candidates with all nominal parameters, and compare what is left."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
+from diffcal_ros.diagnosis.model_comparison.descent import HOPE
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.patches.whitened import closed_share, Part, patch_gap, whiten
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.screening import Screen, screen
+from diffcal_ros.diagnosis.screening.shortlist import (
+    distinct,
+    front_runners,
+    shortlist,
+    starts_of,
+    with_tangents,
+)
+import numpy as np
+
+# Evaluations of the model in a first request, and where one of the effects needs a long one; and
+# how far behind in log evidence per unit of noise scale a model may then be to be fitted on.
+_BRIEF, _LONG = 4, 8
+# So many times a model that ran out of evaluations, and may still win, is fitted on.
+_ROUNDS = 2
+_OUT_OF_REACH = 40.0
+# Models this close in log evidence, per unit of noise scale, explain the data as well.
+AS_WELL = 5.0
+# Chi-square per patch above which something may be left to explain; where the floor is a guess,
+# what most patches are off by in floors.
+_POOR, _POOR_FLOORS = 1.0, 2.0
+# Best single effects that a second one is sought for, and how many for each.
+_FIRSTS, _SECONDS = 2, 3
+# Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
+_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
+# A second effect must be better by so much log evidence, per unit of noise scale, and by so much
+# log likelihood on held-out patches. Where the floor is a guess likelihoods are too: it must close
+# so much of what the first one leaves on those.
+_PAIR_GAIN, _HELD_OUT_GAIN = 8.0, 4.0
+_CLOSES_GUESSED = 0.5
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Refitted models.
+
+    Attributes:
+        singles: one effect each, best first.
+        pairs: two effects each, best first.
+        noise_scale: chi-square per patch of the best of all, at least 1.
+        is_measured: whether the sensor floor was.
+    """
+
+    singles: tuple[Hypothesis, ...]
+    pairs: tuple[Hypothesis, ...] = field(default_factory=tuple)
+    noise_scale: float = 1.0
+    is_measured: bool = True
+
+    @property
+    def best(self) -> Hypothesis | None:
+        """The model that the data favour: two effects only where one is not enough."""
+        if not self.singles:
+            return None
+        one = self._fullest(self.singles[0])
+        if self.pairs:
+            two = self.pairs[0]
+            gain = (two.fit.log_evidence - one.fit.log_evidence) / self.noise_scale
+            if gain > _PAIR_GAIN and self._is_confirmed(one.fit, two.fit):
+                return two
+        return one
+
+    def _is_confirmed(self, one: Refit, two: Refit) -> bool:
+        """Tell whether held-out patches want the second effect, too."""
+        if not self.is_measured:
+            return _closed(one, two) > _CLOSES_GUESSED
+        likelihoods = [-0.5 * whiten(fit.blocks, Part.REPORT).chi_square for fit in (one, two)]
+        return (likelihoods[1] - likelihoods[0]) / self.noise_scale > _HELD_OUT_GAIN
+
+    def _fullest(self, leader: Hypothesis) -> Hypothesis:
+        """Return the variant of an effect with most amplitudes that explains the data as well.
+
+        One that leaves an amplitude out is sure of what it cannot know.
+        """
+        least = leader.fit.log_evidence - AS_WELL * self.noise_scale
+        variants = [
+            h
+            for h in self.singles
+            if h.identifiers == leader.identifiers
+            and h.fit.log_evidence > least
+            and not h.is_at_bound
+        ]
+        return max(variants, key=_amplitude_count, default=leader)
+
+
+def _closed(one: Refit, two: Refit) -> float:
+    """Return the share of the excess on held-out patches that a second effect closes."""
+    before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
+    floor = before.whole_floor
+    if before.most - floor <= 0.2 * floor:
+        return 0.0
+    return closed_share(before.most, after.most, floor)
+
+
+def select(pool: RefitPool, scores: Screen) -> Selection:
+    """Refit candidates, and pairs where no single one is enough.
+
+    Args:
+        pool: who refit, and what the nominal model is.
+        scores: of all candidates.
+    """
+    is_measured = pool.nominal.is_measured
+    singles = _singles(pool, scores)
+    if singles and all(h.has_idle_effect for h in singles):
+        # What stood in for those without a tangent kept others out, and they do nothing.
+        singles = _singles(pool, with_tangents(scores))
+    pairs: list[Hypothesis] = []
+    if singles and _is_poor(singles[0], is_measured):
+        pairs = _pairs(pool, singles, scores)
+        singles = sorted([*singles, *_halves(pool, singles, pairs)], key=_order)
+    singles = [h for h in singles if not h.has_idle_effect]
+    pairs = [h for h in pairs if not (h.has_idle_effect or h.has_doubtful_effect)]
+    best = min([*singles, *pairs], key=lambda h: h.fit.chi_square_per_patch, default=None)
+    scale = 1.0 if best is None else max(1.0, best.fit.chi_square_per_patch)
+    return Selection(tuple(singles), tuple(pairs), scale, is_measured)
+
+
+def _singles(pool: RefitPool, scores: Screen) -> list[Hypothesis]:
+    """Refit the effects that their scores speak for, one at a time; best first."""
+    listed = shortlist(scores, is_measured=pool.nominal.is_measured)
+    refits = pool.refit_all(
+        [_first_request([score.candidate], starts_of(score)) for score in listed]
+    )
+    return _finished(pool, refits, front_runners(scores))
+
+
+def _first_request(
+    added: Sequence[Candidate], starts: dict[str, float], rivals: Sequence[Hypothesis] = ()
+) -> RefitRequest:
+    """Return a brief refit, given up where it will hardly come near its rivals."""
+    most = _LONG if any(candidate.effect.needs_long_look for candidate in added) else _BRIEF
+    return RefitRequest(tuple(added), starts, most, _within_reach(rivals))
+
+
+def _within_reach(rivals: Sequence[Hypothesis]) -> float:
+    """Return the log evidence below which a model is out of reach of the best of others."""
+    if not rivals:
+        return -np.inf
+    scale = max(1.0, min(h.fit.chi_square_per_patch for h in rivals))
+    return max(h.fit.log_evidence for h in rivals) - _OUT_OF_REACH * scale
+
+
+def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
+    """Tell whether one effect leaves so much that a second one is sought."""
+    if is_measured:
+        return hypothesis.fit.chi_square_per_patch > _POOR
+    left = patch_gap(hypothesis.fit.blocks, Part.FIT)
+    return left.most > _POOR_FLOORS * left.whole_floor
+
+
+def _finished(
+    pool: RefitPool,
+    brief: Sequence[Hypothesis],
+    front: frozenset[str] = frozenset(),
+    rivals: Sequence[Hypothesis] = (),
+) -> list[Hypothesis]:
+    """Fit the models that may still win, or lead by their scores, to the end; best first."""
+    models = list(brief)
+    for _ in range(_ROUNDS):
+        reach = _within_reach([*models, *rivals])
+        worth: dict[int, float] = {}
+        for place, hypothesis in enumerate(models):
+            fit = hypothesis.fit
+            least = -np.inf if front & set(hypothesis.identifiers) else reach
+            # After a brief look a model may be far behind, and halfway down.
+            if not fit.is_converged and fit.log_evidence + HOPE * fit.promise >= least:
+                worth[place] = least
+        further = pool.finish([models[place] for place in worth], list(worth.values()))
+        for place, hypothesis in zip(worth, further, strict=True):
+            models[place] = hypothesis
+        # A twin that ran out of evaluations is no reason to be sure of the other one.
+        front = frozenset()
+    return sorted(models, key=_order)
+
+
+def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
+    return hypothesis.is_at_bound, -hypothesis.fit.log_evidence
+
+
+def _amplitude_count(hypothesis: Hypothesis) -> int:
+    return sum(len(candidate.components) for candidate in hypothesis.added)
+
+
+def _pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[Hypothesis]:
+    """Add a second effect to the best single ones, by the scores around each."""
+    requests: dict[tuple[str, ...], RefitRequest] = {}
+    most = _MOST_PAIRS if pool.nominal.is_measured else _MOST_PAIRS_GUESSED
+    listed = [score.candidate for score in scores.scores]
+    for one in _distinct(singles)[:_FIRSTS]:
+        (first,) = one.added
+        others = [c for c in listed if c.identifier != first.identifier]
+        try:
+            again = screen(one.evidence, one.fit.coordinates, others)
+        except NOT_SIMULATED:
+            continue  # It was reached by small steps, and is not found from rest.
+        for score in distinct(again.scores)[:_SECONDS]:
+            key = tuple(sorted((first.identifier, score.candidate.identifier)))
+            starts = {**_fitted(one), **starts_of(score)}
+            requests.setdefault(key, _first_request([first, score.candidate], starts, singles))
+    return _finished(pool, pool.refit_all(list(requests.values())[:most]))
+
+
+def _halves(
+    pool: RefitPool, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Refit each effect of the best pair without the other, from where the pair ended.
+
+    From the nominal fit a large effect may not be reached, and be found as a part of a pair only.
+    """
+    if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
+        return []
+    best = pairs[:1]
+    requests = [_first_request([added], _fitted(best[0]), best) for added in best[0].added]
+    return _finished(pool, pool.refit_all(requests), rivals=best)
+
+
+def _fitted(hypothesis: Hypothesis) -> dict[str, float]:
+    fit = hypothesis.fit
+    return dict(zip(fit.parameters.names, fit.coordinates.tolist(), strict=True))
+
+
+def _distinct(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
+    first: dict[str, Hypothesis] = {}
+    for hypothesis in singles:
+        first.setdefault(hypothesis.added[0].identifier, hypothesis)
+    return list(first.values())

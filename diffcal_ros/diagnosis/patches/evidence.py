@@ -1,0 +1,324 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that is measured about one set of parameters, patch by patch and view by view."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.observations.observation import Observation, pose_owners
+from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.residual_scales import Scales
+from diffcal_ros.calibration.residuals.robust_residual import (
+    Comparison,
+    make_comparers,
+    Reach,
+    ViewComparer,
+)
+from diffcal_ros.diagnosis.detection.discretisation_error import find_numerics, Numerics
+from diffcal_ros.diagnosis.patches.noise_model import noise_of, NoiseModel
+from diffcal_ros.diagnosis.patches.patch_group import (
+    Block,
+    PatchName,
+    report_part,
+    strange_patches,
+)
+from diffcal_ros.diagnosis.patches.patches import cell_size, depth_patches, edge_patches, Patches
+from diffcal_ros.diagnosis.patches.rigid_reference import make_references, RigidReference
+from diffcal_ros.diagnosis.patches.roughness import measured_noises
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_ROBUST_STEPS = 15
+_FAR_REACH = Reach(depth=0.060, edge_depth=0.090, edge_pixels=60)
+
+
+class Evidence:
+    """Evaluates patches of one model; see `blocks`."""
+
+    def __init__(
+        self,
+        model: ForwardModel,
+        comparers: list[ViewComparer],
+        numerics: Numerics,
+        cell: int,
+        left_out: frozenset[PatchName] = frozenset(),
+        references: Sequence[RigidReference | None] = (),
+        noises: Sequence[NoiseModel] = (),
+    ) -> None:
+        """Prepare a model.
+
+        Args:
+            model: with its parameters.
+            comparers: of its observations.
+            numerics: what a finer mesh and step would change.
+            cell: side of the image cells [px].
+            left_out: patches that show something else than the body.
+            references: the fixture in every view, None where there is none; default: nowhere.
+            noises: of every view; default: as far as frames and sensor tell.
+        """
+        self.left_out = left_out
+        self._references = tuple(references) or (None,) * len(comparers)
+        self.model = model
+        self.comparers = comparers
+        self.numerics = numerics
+        self.cell = cell
+        self._objective = RobustObjective(model, comparers=comparers)
+        self._objective.scales = Scales(reach=_FAR_REACH)
+        self._rigid_objective = RobustObjective(
+            model,
+            comparers=[
+                comparer if reference is None else reference.comparer
+                for comparer, reference in zip(comparers, self._references, strict=True)
+            ],
+        )
+        self._groups = pose_owners(model.observations)
+        self._noises = tuple(noises) or tuple(
+            _noise(observation, model, reference)
+            for observation, reference in zip(model.observations, self._references, strict=True)
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what it is made of: another process has comparers of its own."""
+        known = (self.model, self.numerics, self.cell, self.left_out, self._noises)
+        return _put_together, known
+
+    @property
+    def is_measured(self) -> bool:
+        """Tell whether the sensor floor comes from repeated frames."""
+        return all(noise.is_measured for noise in self._noises)
+
+    @property
+    def stays_robust(self) -> bool:
+        """Tell whether the robust fit of pixels stands: what noise to fit patches by is a guess.
+
+        A motion is fitted by patches all the same: a robust fit would see held-out frames.
+        """
+        return not self.is_measured and not any(
+            observation.is_held_out for observation in self.model.observations
+        )
+
+    def without_fixture(self, blocks: Sequence[Block]) -> tuple[str, ...]:
+        """Return the names of observations that should show the fixture, and do not."""
+        shown = {block.view for block in blocks if block.is_rigid and len(block.patches.values)}
+        return tuple(
+            observation.name
+            for number, observation in enumerate(self.model.observations)
+            if self._references[number] is not None and number not in shown
+        )
+
+    def of(self, model: ForwardModel) -> 'Evidence':
+        """Return the evidence of another model of the same bodies and observations."""
+        return self._changed(model=model)
+
+    def renewed(self, coordinates: FloatArray) -> 'Evidence':
+        """Return the same evidence with the errors of mesh and step as they are somewhere else.
+
+        Args:
+            coordinates: where, shape (c,).
+        """
+        return self._changed(numerics=find_numerics(self.model, coordinates))
+
+    def with_measured_noise(self, coordinates: FloatArray) -> 'Evidence':
+        """Return the same evidence with the noise that single patches show in several poses.
+
+        In one pose, details of that size tell twins apart that a mesh's error has, too: there the
+        noise stays as assumed.
+
+        Args:
+            coordinates: of the nominal fit, shape (c,).
+        """
+        seen = self.model.observations
+        still = [number for number, one in enumerate(seen) if one.instant is None]
+        if not still or len({observation.setup_index for observation in seen}) == 1:
+            return self
+        blocks = self.blocks(coordinates)
+        return self._changed(noises=measured_noises(self._noises, blocks, still))
+
+    def without(self, patches: frozenset[PatchName]) -> 'Evidence':
+        """Return the same evidence with some patches left out."""
+        return self._changed(left_out=patches)
+
+    def _changed(
+        self,
+        *,
+        model: ForwardModel | None = None,
+        numerics: Numerics | None = None,
+        left_out: frozenset[PatchName] | None = None,
+        noises: Sequence[NoiseModel] | None = None,
+    ) -> 'Evidence':
+        return Evidence(
+            model or self.model,
+            self.comparers,
+            numerics or self.numerics,
+            self.cell,
+            self.left_out if left_out is None else left_out,
+            self._references,
+            noises or self._noises,
+        )
+
+    def robust_fit(self, start: FloatArray) -> FloatArray:
+        """Fit as a calibration does, which structured errors and obstacles mislead least.
+
+        Args:
+            start: coordinates, shape (c,).
+
+        Raises:
+            EquilibriumError: when the start cannot be simulated.
+            OutOfViewError: when a camera does not see the body at the start.
+        """
+        parameters = self.model.parameters
+        found = minimise(
+            RobustObjective(self.model, comparers=self.comparers),
+            start,
+            parameters.bounds(),
+            longest_steps(parameters),
+            max_iterations=_ROBUST_STEPS,
+        )
+        return found.coordinates
+
+    def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
+        """Compare every view with its observation, pixel by pixel."""
+        return self._objective.comparisons(coordinates)
+
+    def residual_images(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Return measured depth less what the sensor would read [m], shape (H, W) each.
+
+        NaN where either is missing. The fixture is rendered, too.
+        """
+        compared, sensor = self.comparisons(coordinates), self.model.sensor(coordinates)
+        images = []
+        for number, view in enumerate(self.model.views(coordinates)):
+            image = view.trace.in_image(compared[number].difference)
+            reference = self._references[number]
+            fixture = (
+                None if reference is None else reference.view(number, self.model, coordinates)
+            )
+            if reference is not None and fixture is not None:
+                image = reference.lay_over(image, fixture, view.trace, sensor)
+            images.append(image)
+        return images
+
+    def blocks(
+        self, coordinates: FloatArray, more: Sequence[FloatArray] | None = None
+    ) -> list[Block]:
+        """Compare and average.
+
+        Args:
+            coordinates: of the model's parameters, shape (c,).
+            more: further ways that the points of each view may move [m], camera frame, shape
+                (k, N, 3) each; their columns follow those of the parameters.
+
+        Raises:
+            EquilibriumError: when a posture has no equilibrium.
+            OutOfViewError: when a camera does not see the body.
+        """
+        model = self.model
+        compared = self._objective.comparisons(coordinates)
+        tangents = model.tangents(coordinates)
+        if more is not None:
+            tangents = [np.concatenate(pair) for pair in zip(tangents, more, strict=True)]
+        blocks = []
+        for number, view in enumerate(model.views(coordinates)):
+            wide = np.concatenate([tangents[number], self.numerics.columns(number)])
+            inside, outline = self._patches(
+                self._objective, number, compared[number], view, wide, coordinates
+            )
+            blocks.append(self._block(number, 'depth', self._kept(number, 'depth', inside)))
+            blocks.append(self._block(number, 'edge', self._kept(number, 'edge', outline)))
+            blocks += self._rigid_blocks(number, view, coordinates, len(wide))
+        return blocks
+
+    def _rigid_blocks(
+        self, number: int, body: View, coordinates: FloatArray, count: int
+    ) -> list[Block]:
+        """Compare and average the fixture in a view, where it is seen."""
+        reference = self._references[number]
+        view = None if reference is None else reference.view(number, self.model, coordinates)
+        if reference is None or view is None:
+            return []
+        wide = reference.tangents(number, self.model, coordinates, count)
+        sensor = self.model.sensor(coordinates)
+        compared = reference.compare(view, body.trace, _FAR_REACH, sensor)
+        inside, outline = self._patches(
+            self._rigid_objective, number, compared, view, wide, coordinates
+        )
+        found = [self._block(number, 'depth', inside), self._block(number, 'edge', outline)]
+        # The gap that is reported is the body's.
+        return [
+            replace(block, is_rigid=True, is_report=np.zeros_like(block.is_report))
+            for block in found
+        ]
+
+    def _patches(
+        self,
+        objective: RobustObjective,
+        number: int,
+        compared: Comparison,
+        view: View,
+        wide: FloatArray,
+        coordinates: FloatArray,
+    ) -> tuple[Patches, Patches]:
+        """Average one view's comparison; return patches of depth and of outline."""
+        (depth, by_depth, _), (edge, by_edge, _) = objective.blocks(
+            number, compared, view, wide, coordinates
+        )
+        noise = self._noises[number]
+        doubt = objective.comparers[number].edge_doubt(view, edge.places)
+        return (
+            depth_patches(depth, by_depth, noise, self.cell),
+            edge_patches(edge, by_edge, compared.edge_scale, doubt, noise, self.cell),
+        )
+
+    def _block(self, view: int, kind: str, wide: Patches) -> Block:
+        expected, spread, doubt = wide.jacobian[:, -3:].T
+        patches = replace(
+            wide, values=wide.values - expected, jacobian=wide.jacobian[:, :-3]
+        ).doubted(np.abs(doubt))
+        is_report = report_part(self.model.observations[view], wide.cells)
+        return Block(view, kind, self._groups[view], patches, spread, is_report)
+
+    def _kept(self, view: int, kind: str, patches: Patches) -> Patches:
+        if not self.left_out:
+            return patches
+        kept = np.array([(view, kind, int(c)) not in self.left_out for c in patches.cells], bool)
+        return patches.chosen(kept)
+
+
+def _noise(
+    observation: Observation, model: ForwardModel, reference: RigidReference | None
+) -> NoiseModel:
+    """Return an observation's noise; a fixture has its smooth errors in common with the body."""
+    noise = noise_of(observation, model.scene.sensor)
+    return noise if reference is None else replace(noise, common=1.0)
+
+
+def _put_together(
+    model: ForwardModel,
+    numerics: Numerics,
+    cell: int,
+    left_out: frozenset[PatchName],
+    noises: Sequence[NoiseModel],
+) -> Evidence:
+    return Evidence(
+        model, make_comparers(model), numerics, cell, left_out, make_references(model), noises
+    )
+
+
+def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:
+    """Prepare the evidence around a nominal fit."""
+    comparers = make_comparers(model)
+    numerics = find_numerics(model, coordinates)
+    views = model.views(coordinates)
+    pixels = [int(np.isfinite(view.trace.depth).sum()) for view in views]
+    frames = max(Counter(pose_owners(model.observations)).values())
+    cell = cell_size(int(np.median(pixels)), frames)
+    evidence = Evidence(model, comparers, numerics, cell, references=make_references(model))
+    evidence = evidence.without(strange_patches(evidence.blocks(coordinates)))
+    return evidence.with_measured_noise(coordinates)

@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The sensor floor: how far patches of a measurement may be off, and how that is correlated.
+
+A patch is many pixels, so white noise averages out in it; what is left is a smooth error that
+whole parts of an image share. Taken for white noise it raises false alarms by the dozen. Most of
+it stands in the image and does not move with the body: frames of one recording have it in common,
+and many frames tell no more about it than one.
+"""
+
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.observations.observation import MEASURED_FRAMES, Observation
+from diffcal_ros.scene.model import DepthSensor
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Share of the variance of smooth errors that does not change while the body moves.
+_COMMON = 0.8
+# What a sensor that was not watched for a while is trusted with: structured errors of a LIDAR on
+# translucent silicone are far above its noise.
+_UNMEASURED = {
+    'smooth': 0.0005,
+    'rough': 0.00015,
+    'edge_pixels': 0.7,
+    'edge_smooth': 0.4,
+    'edge_rough': 0.3,
+}
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """Errors of one observation's patches.
+
+    Attributes:
+        pixel: standard deviation of one fused pixel [m].
+        smooth: of the smooth error of depth [m].
+        smooth_length: over which that changes [px].
+        rough: of an error of depth that no two patches share [m].
+        edge_pixels: standard deviation of where one piece of an outline is found [px].
+        edge_smooth: of an error that pieces near each other share [px].
+        edge_length: over which that changes [px].
+        edge_rough: of one that no two patches of outline share [px].
+        is_measured: whether `pixel` comes from repeated frames.
+        common: share of the variance of smooth errors that frames of a recording have in common.
+    """
+
+    pixel: float
+    smooth: float = 0.0002
+    smooth_length: float = 80.0
+    rough: float = 0.00005
+    edge_pixels: float = 0.35
+    edge_smooth: float = 0.10
+    edge_length: float = 40.0
+    edge_rough: float = 0.06
+    is_measured: bool = False
+    common: float = 0.0
+
+    def depth_covariance(self, centers: FloatArray, counts: FloatArray) -> FloatArray:
+        """Return the covariance of patches of depth [m^2], shape (n, n).
+
+        Args:
+            centers: of the patches [px], shape (n, 2).
+            counts: pixels in each, shape (n,).
+        """
+        shared = (1.0 - self.common) * self.smooth**2 * _kernel(centers, self.smooth_length)
+        return shared + np.diag(self.pixel**2 / counts + self.rough**2)
+
+    def edge_covariance(
+        self, centers: FloatArray, counts: FloatArray, pixel_sizes: FloatArray
+    ) -> FloatArray:
+        """Return the covariance of patches of outline [m^2], shape (n, n).
+
+        Args:
+            centers: of the patches [px], shape (n, 2).
+            counts: length of outline in each [px], shape (n,).
+            pixel_sizes: of a pixel at the body [m], shape (n,).
+        """
+        shared = (1.0 - self.common) * self.edge_smooth**2 * _kernel(centers, self.edge_length)
+        own = np.diag(self.edge_pixels**2 / np.maximum(counts, 1.0) + self.edge_rough**2)
+        return (shared + own) * np.outer(pixel_sizes, pixel_sizes)
+
+    def depth_common(self, count: int) -> 'CommonError':
+        """Return what so many patches of depth have in common with those of other frames."""
+        spread = np.sqrt(self.common) * self.smooth
+        return CommonError(np.full(count, spread), self.smooth_length)
+
+    def edge_common(self, pixel_sizes: FloatArray) -> 'CommonError':
+        """Return what patches of outline have in common with those of other frames.
+
+        Args:
+            pixel_sizes: of a pixel at the body [m], shape (n,).
+        """
+        return CommonError(np.sqrt(self.common) * self.edge_smooth * pixel_sizes, self.edge_length)
+
+
+@dataclass(frozen=True)
+class CommonError:
+    """A smooth error that stands in the image through all frames of a recording.
+
+    Attributes:
+        spread: standard deviation at each patch [m], shape (n,).
+        length: over which it changes [px].
+    """
+
+    spread: FloatArray
+    length: float
+
+    def covariance(self, centers: FloatArray) -> FloatArray:
+        """Return the covariance of patches [m^2], shape (n, n), at image points (n, 2) [px]."""
+        return _kernel(centers, self.length) * np.outer(self.spread, self.spread)
+
+
+def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
+    """Return the noise of an observation: measured from its frames where there are enough."""
+    is_moving = observation.instant is not None
+    enough = is_moving or observation.frame_count >= MEASURED_FRAMES
+    is_measured = enough and np.isfinite(observation.noise)
+    pixel = observation.noise if is_measured else sensor.noise
+    unmeasured = {} if is_measured else _UNMEASURED
+    # Rounding is noise too, as long as the true depth varies over a patch.
+    rounding = sensor.quantization / np.sqrt(12.0 * max(observation.frame_count, 1))
+    return NoiseModel(
+        pixel=float(np.hypot(pixel, rounding)),
+        is_measured=bool(is_measured),
+        common=_COMMON if is_moving else 0.0,
+        **unmeasured,
+    )
+
+
+def _kernel(centers: FloatArray, length: float) -> FloatArray:
+    apart = centers[:, None] - centers[None]
+    return np.exp(-np.sum(apart**2, axis=-1) / length**2)

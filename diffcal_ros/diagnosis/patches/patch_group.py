@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Patches of one kind in one view, and which of them are kept for the report or left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.diagnosis.patches.patches import Patches
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+PatchName = tuple[int, str, int]  # View, kind and cell.
+
+# Times the usual residual of a view.
+_STRANGE = 8.0
+_MOST, _MOST_SIGMAS = 0.8, 1.28
+
+
+@dataclass(frozen=True)
+class Block:
+    """Patches of one kind in one view, with what the mesh may add to them.
+
+    Attributes:
+        view: number of the observation.
+        kind: `depth` or `edge`.
+        group: number of the first view of its recording; views of a group share errors.
+        patches: residuals and Jacobian; the mesh's expected error is taken off.
+        mesh: what the mesh's error adds to the values, one standard deviation [m], shape (n,).
+        is_report: which patches are kept for the report, shape (n,).
+        is_rigid: whether they show the fixture, not the body.
+    """
+
+    view: int
+    kind: str
+    group: int
+    patches: Patches
+    mesh: FloatArray
+    is_report: BoolArray
+    is_rigid: bool = False
+
+
+def of_the_body(blocks: Sequence[Block]) -> list[Block]:
+    """Return the blocks that show the body, not the fixture."""
+    return [block for block in blocks if not block.is_rigid]
+
+
+def report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:
+    """Tell which patches are kept for the report: whole frames of a motion, else cells."""
+    if observation.instant is not None:
+        return np.full(len(cells), observation.is_held_out)
+    rows, columns = np.divmod(cells, 100_000)
+    # Every second cell of every second row: none touches another.
+    found: BoolArray = (rows % 2 == 0) & (columns % 2 == 0)
+    return found
+
+
+def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
+    """Return patches so far off the rest of their view that they show something else.
+
+    Where a clamp or a cable covers the body, its edge is found in place of the body's. A model
+    that lacks an effect is off in many patches, and none of them is strange then.
+    """
+    found: set[PatchName] = set()
+    bodies = of_the_body(blocks)
+    for view in dict.fromkeys(block.view for block in bodies):
+        own = [block for block in bodies if block.view == view]
+        sizes = [_sizes(block) for block in own]
+        # A quantile that a fault of a fifth of the body already moves.
+        usual = max(1.0, float(np.quantile(np.concatenate(sizes), _MOST)) / _MOST_SIGMAS)
+        for block, size in zip(own, sizes, strict=True):
+            cells = block.patches.cells[size > _STRANGE * usual]
+            found.update((view, block.kind, int(cell)) for cell in cells)
+    return frozenset(found)
+
+
+def _sizes(block: Block) -> FloatArray:
+    """Return residuals in units of their noise, shape (n,)."""
+    noise = block.patches.variances + block.mesh**2
+    return np.asarray(np.abs(block.patches.values) / np.sqrt(noise))

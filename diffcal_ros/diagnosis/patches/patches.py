@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Residuals averaged over patches of the image, with their Jacobian: what a diagnosis looks at."""
+
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.diagnosis.patches.noise_model import CommonError, NoiseModel
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# A body fills about so many patches of depth.
+_WANTED = 60
+# And so many at least in each of many frames.
+_WANTED_OF_MANY = 16
+_SMALLEST_CELL, _LARGEST_CELL = 8, 40
+# A patch with less is noise [px].
+_LEAST_PIXELS, _LEAST_OUTLINE = 12, 3.0
+# A surface seen too flat beside the outline is no harm when it is thinner than this [px].
+_HARMLESS = 0.25
+# Pixels off their patch's median by more are not the body.
+_OUTLIER_SPREADS, _OUTLIER_SLACK = 4.0, 0.0004
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Patches of one kind in one view.
+
+    Attributes:
+        values: mean residual, observed less modelled [m], shape (n,).
+        jacobian: of the modelled side, shape (n, k).
+        covariance: of the values [m^2], shape (n, n).
+        centers: in the image [px], shape (n, 2).
+        cells: number of the image cell of each, the same at other coordinates, shape (n,).
+        weights: pixels, or length of outline, shape (n,).
+        common: error that other frames of the recording have too; not in `covariance`.
+    """
+
+    values: FloatArray
+    jacobian: FloatArray
+    covariance: FloatArray
+    centers: FloatArray
+    cells: IntArray
+    weights: FloatArray
+    common: CommonError
+
+    @property
+    def variances(self) -> FloatArray:
+        """Variance of each value [m^2], shape (n,)."""
+        return np.asarray(np.diag(self.covariance) + self.common.spread**2)
+
+    def doubted(self, spread: FloatArray) -> 'Patches':
+        """Return the patches with a further smooth error of this size [m], shape (n,)."""
+        if not spread.any():
+            return self
+        further = CommonError(spread, self.common.length).covariance(self.centers)
+        return replace(self, covariance=self.covariance + further)
+
+    def chosen(self, places: IntArray | NDArray[np.bool_]) -> 'Patches':
+        """Return some of the patches."""
+        own = np.arange(len(self.values))[places]
+        return Patches(
+            values=self.values[own],
+            jacobian=self.jacobian[own],
+            covariance=self.covariance[np.ix_(own, own)],
+            centers=self.centers[own],
+            cells=self.cells[own],
+            weights=self.weights[own],
+            common=CommonError(self.common.spread[own], self.common.length),
+        )
+
+
+def cell_size(pixel_count: int, frame_count: int = 1) -> int:
+    """Return the side of the image cells [px].
+
+    Args:
+        pixel_count: of the body in one view.
+        frame_count: views of one recording; many need fewer patches each.
+    """
+    wanted = max(_WANTED / np.sqrt(frame_count), _WANTED_OF_MANY)
+    side = int(np.sqrt(max(pixel_count, 1) / wanted))
+    return int(np.clip(side, _SMALLEST_CELL, _LARGEST_CELL))
+
+
+def depth_patches(
+    residuals: Residuals, jacobian: FloatArray, noise: NoiseModel, cell: int
+) -> Patches:
+    """Average residuals of depth over cells of the image."""
+    numbers = cell_numbers(residuals.pixels, cell)
+    kept = _near_median(residuals.values, numbers)
+    weights = np.where(kept, residuals.weights, 0.0)
+    values, slopes, centers, cells, totals = averaged_by_cell(
+        residuals, jacobian, numbers, weights, _LEAST_PIXELS
+    )
+    covariance = noise.depth_covariance(centers, totals)
+    common = noise.depth_common(len(values))
+    return Patches(values, slopes, covariance, centers, cells, totals, common)
+
+
+def edge_patches(
+    residuals: Residuals,
+    jacobian: FloatArray,
+    pixel_sizes: FloatArray,
+    doubt: FloatArray,
+    noise: NoiseModel,
+    cell: int,
+) -> Patches:
+    """Average distances of the outline over cells of the image, each side of the body by itself.
+
+    Args:
+        residuals: of the outline.
+        jacobian: shape (M, k).
+        pixel_sizes: of a pixel at the body for each residual [m], shape (M,).
+        doubt: how far each piece may seem to lie inside [px], shape (M,).
+        noise: of the observation.
+        cell: side of the cells [px].
+    """
+    numbers = cell_numbers(residuals.pixels, cell)
+    wide = np.hstack([jacobian, pixel_sizes[:, None], doubt[:, None]])
+    # Pieces in doubt say little beside others of the same cell.
+    weights = residuals.weights / (1.0 + (doubt / _HARMLESS) ** 2)
+    values, slopes, centers, cells, totals = averaged_by_cell(
+        residuals, wide, numbers, weights, _LEAST_OUTLINE
+    )
+    sizes, doubts = slopes[:, -2], slopes[:, -1]
+    covariance = noise.edge_covariance(centers, totals, sizes) + np.diag((doubts * sizes) ** 2)
+    common = noise.edge_common(sizes)
+    return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common)
+
+
+def cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:
+    """Return the number of the image cell in which each pixel lies, shape (M,).
+
+    Args:
+        pixels: column and row, shape (M, 2).
+        cell: side of the cells [px].
+    """
+    columns, rows = (pixels // cell).T.astype(np.int64)
+    return rows * 100_000 + columns
+
+
+def _near_median(values: FloatArray, numbers: IntArray) -> NDArray[np.bool_]:
+    """Tell which residuals are no outliers of their cell."""
+    kept = np.ones(len(values), dtype=bool)
+    order = np.argsort(numbers, kind='stable')
+    _, starts = np.unique(numbers[order], return_index=True)
+    for members in np.split(order, starts[1:]):
+        own = values[members]
+        middle = np.median(own)
+        spread = 1.4826 * np.median(np.abs(own - middle))
+        kept[members] = np.abs(own - middle) <= _OUTLIER_SPREADS * spread + _OUTLIER_SLACK
+    return kept
+
+
+def averaged_by_cell(
+    residuals: Residuals,
+    jacobian: FloatArray,
+    numbers: IntArray,
+    weights: FloatArray,
+    least: float,
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray, FloatArray]:
+    """Average over cells; return values, slopes, centers, cells and weights of those with enough.
+
+    Args:
+        residuals: with the pixels of each.
+        jacobian: whatever else is averaged, shape (M, k).
+        numbers: cell of each residual, shape (M,).
+        weights: of each, shape (M,).
+        least: weight that a cell must hold.
+
+    Returns:
+        Values (n,), slopes (n, k), centers (n, 2) [px], cells (n,), ascending, and weights (n,).
+    """
+    if len(numbers) == 0:
+        nothing = np.zeros(0)
+        empty = np.zeros((0, jacobian.shape[1]))
+        return nothing, empty, np.zeros((0, 2)), np.zeros(0, dtype=np.int64), nothing
+    cells, places = np.unique(numbers, return_inverse=True)
+    columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian])
+    totals = np.zeros(len(cells))
+    np.add.at(totals, places, weights)
+    sums = np.zeros((len(cells), columns.shape[1]))
+    np.add.at(sums, places, weights[:, None] * columns)
+    enough = totals >= least
+    means = sums[enough] / totals[enough, None]
+    return means[:, 0], means[:, 3:], means[:, 1:3], cells[enough], totals[enough]

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The fixture as a camera sees it: what moves it is the camera or its readings, not the body.
+
+With one pose a camera that is elsewhere and a body that sits elsewhere in its clamp are the same
+to every pixel of the body, and a depth that is read too far nearly is. A rigid part in view parts
+them: no load, clamp or material moves it.
+"""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.forward.effect_model import SensorModel
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.observations.pixel_masks import pixels_left_out, ViewMask
+from diffcal_ros.calibration.residuals.robust_residual import (
+    Comparison,
+    Reach,
+    Residuals,
+    ViewComparer,
+)
+from diffcal_ros.depth.trace import Trace
+from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
+from diffcal_ros.rigid_transform import apply
+from diffcal_ros.scene.model import Fixture, Scene
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+
+# So near to the body a pixel may be the body's, and an edge is not found [px].
+_BESIDE, _BESIDE_EDGE = 4, 10
+
+
+class RigidReference:
+    """The fixture before one observation's camera."""
+
+    def __init__(self, scene: Scene, fixture: Fixture, observation: Observation) -> None:
+        """Prepare its surface.
+
+        Args:
+            scene: with masks and the posture of the observation.
+            fixture: of the scene.
+            observation: what was seen.
+        """
+        self._seen = observation.depth
+        placed = scene.observations[observation.setup_index].world_from_object
+        self._world = apply(placed, fixture.positions)
+        self._tracer = DepthTracer(fixture.triangles, len(fixture.positions), observation.camera)
+        no_triangle = np.zeros(len(fixture.triangles), dtype=bool)
+        no_edge = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
+        mask = ViewMask(pixels_left_out(observation, scene.masks), no_triangle, no_edge)
+        self.comparer = ViewComparer(
+            observation, self._tracer, mask, scene.masks, 'cpu', no_triangle
+        )
+
+    def view(self, number: int, model: ForwardModel, coordinates: FloatArray) -> View | None:
+        """Return the fixture as a model predicts it; None where the camera does not see it.
+
+        Args:
+            number: of the observation.
+            model: whose cameras look.
+            coordinates: of its parameters, shape (c,).
+        """
+        view = View(model.cameras.points(number, self._world, coordinates), self._tracer)
+        try:
+            view.trace  # noqa: B018  It is traced when it is first asked for.
+        except OutOfViewError:
+            return None
+        return view
+
+    def tangents(
+        self, number: int, model: ForwardModel, coordinates: FloatArray, count: int
+    ) -> FloatArray:
+        """Return how its corners follow the parameters, and that nothing else moves them.
+
+        Args:
+            number: of the observation.
+            model: whose cameras look.
+            coordinates: of its parameters, shape (c,).
+            count: of rows, those of what moves the body alone included.
+
+        Returns:
+            Camera frame [m], shape (count, V, 3).
+        """
+        tangents = np.zeros((count, *self._world.shape))
+        for place in range(len(coordinates)):
+            motion = model.cameras.motion(number, place, self._world, coordinates)
+            if motion is not None:
+                tangents[place] = motion
+        return tangents
+
+    def lay_over(
+        self, residuals: FloatArray, view: View, body: Trace, sensor: SensorModel
+    ) -> FloatArray:
+        """Return a residual image of the body with the fixture's where that is before it.
+
+        Args:
+            residuals: measured depth less what the sensor would read [m], shape (H, W).
+            view: of the fixture.
+            body: traced in the same image.
+            sensor: how the camera reads.
+        """
+        depth = view.trace.in_image(self.comparer.read(view.trace, sensor))
+        hides = np.isfinite(depth) & ~_in_front(body, view.trace)
+        return np.where(hides, self._seen - depth, residuals)
+
+    def compare(self, view: View, body: Trace, reach: Reach, sensor: SensorModel) -> Comparison:
+        """Compare the fixture with what was seen of it, away from the body.
+
+        Args:
+            view: of the fixture.
+            body: traced in the same image.
+            reach: how far to look.
+            sensor: how the camera reads.
+        """
+        compared = self.comparer.compare(view, reach, sensor)
+        before = _in_front(body, view.trace)
+        inside = _off(compared.depth, binary_dilation(before, iterations=_BESIDE))
+        outline = _off(compared.edge, binary_dilation(before, iterations=_BESIDE_EDGE))
+        return replace(
+            compared,
+            depth=_chosen(compared.depth, inside),
+            edge=_chosen(compared.edge, outline),
+            edge_scale=compared.edge_scale[outline],
+        )
+
+
+def make_references(model: ForwardModel) -> tuple[RigidReference | None, ...]:
+    """Prepare the scene's fixture before the camera of every observation of a body at rest.
+
+    None where there is no fixture, and for the frames of a motion.
+    """
+    fixture = model.scene.fixture
+    return tuple(
+        None
+        if fixture is None or observation.instant is not None
+        else RigidReference(model.scene, fixture, observation)
+        for observation in model.observations
+    )
+
+
+def _in_front(body: Trace, fixture: Trace) -> BoolArray:
+    """Tell which pixels of the image show the body, and not the fixture before it, (H, W)."""
+    far = np.nan_to_num(fixture.full_depth(), nan=np.inf)
+    near: BoolArray = body.full_depth() < far
+    return near
+
+
+def _off(residuals: Residuals, marks: BoolArray) -> BoolArray:
+    """Tell which residuals lie on no marked pixel of the image, shape (M,)."""
+    columns, rows = residuals.pixels.T
+    height, width = marks.shape
+    found: BoolArray = ~marks[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
+    return found
+
+
+def _chosen(residuals: Residuals, kept: BoolArray) -> Residuals:
+    return replace(
+        residuals,
+        values=residuals.values[kept],
+        weights=residuals.weights[kept],
+        pixels=residuals.pixels[kept],
+        places=residuals.places[kept],
+    )

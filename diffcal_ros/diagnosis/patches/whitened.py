@@ -1,0 +1,223 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Patches of all views in units of their own noise, uncorrelated."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from diffcal_ros.diagnosis.patches.patch_group import Block, of_the_body
+from diffcal_ros.diagnosis.patches.patches import Patches
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, cholesky, solve_triangular
+
+FloatArray = NDArray[np.float64]
+
+
+# In standard deviations: beyond this a patch counts less; a residual is clear of the floor.
+_FAR = 5.0
+_CLEAR = 2.0
+_MOST = 0.8
+# Far from where they were taken, tangents hold to a share of the whole.
+_TANGENT_ERROR = 0.15
+# A single patch says no more about which of two models is nearer [m].
+_MOST_TOLD = 0.005
+
+
+class Part(Enum):
+    """Which patches are looked at."""
+
+    FIT = 'fit'
+    REPORT = 'report'
+    ALL = 'all'
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """Patches in units of their noise.
+
+    Attributes:
+        values: shape (n,).
+        jacobian: shape (n, k).
+        views: number of the view of each, shape (n,).
+    """
+
+    values: FloatArray
+    jacobian: FloatArray
+    views: NDArray[np.int64]
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squares."""
+        return float(self.values @ self.values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+def whiten(blocks: Sequence[Block], part: Part, slack: float = 0.0) -> Whitened:
+    """Put the patches of one part together; those of different recordings are independent.
+
+    Args:
+        blocks: of all views.
+        part: which patches.
+        slack: further error of each patch [m]: what a model that is still far off, or tangents
+            far from where they were taken, cannot be held to.
+    """
+    values: list[FloatArray] = []
+    jacobians: list[FloatArray] = []
+    views: list[NDArray[np.int64]] = []
+    for group in dict.fromkeys(block.group for block in blocks):
+        own = sorted((b for b in blocks if b.group == group), key=lambda block: block.kind)
+        chosen = [chosen_patches(block, part) for block in own]
+        patches = [b.patches.chosen(w) for b, w in zip(own, chosen, strict=True)]
+        covariance = block_diag(*(p.covariance for p in patches)) + _common(own, patches)
+        if not covariance.size:
+            continue
+        mesh = np.concatenate([b.mesh[w] for b, w in zip(own, chosen, strict=True)])
+        plain = np.concatenate([p.values for p in patches])
+        slopes = np.concatenate([p.jacobian for p in patches])
+        # The mesh's error is one number a recording: it moves depth and outline together.
+        covariance = covariance + np.outer(mesh, mesh) + slack**2 * np.eye(len(plain))
+        factor = cholesky(_tolerant(covariance, plain), lower=True)
+        both = solve_triangular(factor, np.hstack([plain[:, None], slopes]), lower=True)
+        values.append(both[:, 0])
+        jacobians.append(both[:, 1:])
+        views.extend(np.full(len(p.values), b.view) for b, p in zip(own, patches, strict=True))
+    return Whitened(np.concatenate(values), np.concatenate(jacobians), np.concatenate(views))
+
+
+def _common(blocks: Sequence[Block], patches: Sequence[Patches]) -> FloatArray:
+    """Return the covariance of what frames of one recording have in common, shape (n, n)."""
+    parts = []
+    for kind in dict.fromkeys(block.kind for block in blocks):
+        own = [p for b, p in zip(blocks, patches, strict=True) if b.kind == kind]
+        spread = np.concatenate([p.common.spread for p in own])
+        common = CommonError(spread, own[0].common.length)
+        parts.append(common.covariance(np.concatenate([p.centers for p in own])))
+    return np.asarray(block_diag(*parts))
+
+
+def _tolerant(covariance: FloatArray, values: FloatArray) -> FloatArray:
+    """Let patches that are far off count in proportion to that, not to its square."""
+    own = np.diag(covariance)
+    beyond = np.abs(values) / (_FAR * np.sqrt(own))
+    return covariance + np.diag(own * np.maximum(beyond - 1.0, 0.0))
+
+
+def residual_size(blocks: Sequence[Block], part: Part) -> float:
+    """Return a robust root mean square of the residuals [m]; 0 within the noise."""
+    gap = patch_gap(blocks, part)
+    size = 1.4826 * gap.median
+    return size if size > _CLEAR * gap.whole_floor else 0.0
+
+
+def tangent_slack(blocks: Sequence[Block]) -> float:
+    """Return the further error of each patch [m] that tangents at a fit must be allowed."""
+    return _TANGENT_ERROR * residual_size(blocks, Part.FIT)
+
+
+def chosen_patches(block: Block, part: Part) -> NDArray[np.int64]:
+    """Return the places of a block's patches of one part."""
+    if part is Part.ALL:
+        return np.arange(len(block.is_report))
+    return np.flatnonzero(block.is_report == (part is Part.REPORT))
+
+
+@dataclass(frozen=True)
+class PatchGap:
+    """How far the model is off on some patches.
+
+    Attributes:
+        rms: of the residuals [m].
+        median: of their sizes [m].
+        most: what four fifths of their sizes stay below [m].
+        floor: root mean square of what the sensor's noise alone would give [m].
+        mesh: of what the mesh may add [m].
+        count: patches.
+    """
+
+    rms: float
+    median: float
+    most: float
+    floor: float
+    mesh: float
+    count: int
+
+    @property
+    def whole_floor(self) -> float:
+        """What sensor and mesh together would give [m]."""
+        return float(np.hypot(self.floor, self.mesh))
+
+    def size(self, *, is_measured: bool) -> float:
+        """Return one figure for how far the model is off [m].
+
+        The root mean square where the noise was measured; else what most patches stay below,
+        which the few that show a fixture in place of the body do not move.
+        """
+        return self.rms if is_measured else self.most
+
+
+def closed_share(old: float, new: float, floor: float) -> float:
+    """Return which share of a gap above its floor is closed; NaN where it is within the floor.
+
+    Args:
+        old: gap before [m].
+        new: gap after [m]; below the floor there is nothing left to close.
+        floor: what sensor and mesh would give [m].
+    """
+    if old <= floor:
+        return float('nan')
+    return (old - max(new, floor)) / (old - floor)
+
+
+def excess_over(blocks: Sequence[Block], best: Sequence[Block], part: Part) -> float:
+    """Return how much farther off one model is than another, patch by patch [m].
+
+    The mean over patches that both see, each counting for a few millimetres at most: what shows a
+    fixture in place of the body is far off in both and says nothing, and a part of the body that
+    only one of them meets is not outvoted by the rest, as it would be in a median.
+
+    Args:
+        blocks: of the one.
+        best: of the other.
+        part: patches that are compared.
+    """
+    one, other = _sizes_by_patch(blocks, part), _sizes_by_patch(best, part)
+    shared = [name for name in one if name in other]
+    if not shared:
+        return float('nan')
+    differences = np.array([one[name] - other[name] for name in shared])
+    return float(np.clip(differences, -_MOST_TOLD, _MOST_TOLD).mean())
+
+
+def _sizes_by_patch(blocks: Sequence[Block], part: Part) -> dict[tuple[int, str, int], float]:
+    return {
+        (block.view, block.kind, int(block.patches.cells[place])): abs(
+            float(block.patches.values[place])
+        )
+        for block in of_the_body(blocks)
+        for place in chosen_patches(block, part)
+    }
+
+
+def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
+    """Measure the gap on the body's patches of one part."""
+    blocks = of_the_body(blocks)
+    chosen = [chosen_patches(block, part) for block in blocks]
+    values = np.concatenate([b.patches.values[w] for b, w in zip(blocks, chosen, strict=True)])
+    noise = np.concatenate([b.patches.variances[w] for b, w in zip(blocks, chosen, strict=True)])
+    mesh = np.concatenate([b.mesh[w] for b, w in zip(blocks, chosen, strict=True)])
+    if len(values) == 0:
+        nothing = float('nan')
+        return PatchGap(nothing, nothing, nothing, nothing, nothing, 0)
+    return PatchGap(
+        rms=float(np.sqrt(np.mean(values**2))),
+        median=float(np.median(np.abs(values))),
+        most=float(np.quantile(np.abs(values), _MOST)),
+        floor=float(np.sqrt(np.mean(noise))),
+        mesh=float(np.sqrt(np.mean(mesh**2))),
+        count=len(values),
+    )

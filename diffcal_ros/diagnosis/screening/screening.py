@@ -1,0 +1,355 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Score every candidate by tangents at the nominal fit: one factorisation, no refit.
+
+Residuals and tangents are whitened and the nuisances (modulus, density, pose, edges, mesh) are
+projected out. What is left says how much each candidate could explain to first order. This
+screens, it does not judge: an amplitude that is not small has another signature.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
+from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
+from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+FloatArray = NDArray[np.float64]
+
+_DETECTABLE_SIGMAS = 4.0
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a candidate could explain.
+
+    Attributes:
+        candidate: which.
+        gain: fall of chi-square to first order.
+        plain_gain: the same without allowance for the error of tangents.
+        log_evidence: half of that less the price of its freedom.
+        amplitudes: expected, SI units, in the order of the candidate's components.
+        detectable: smallest amplitudes that would be seen, SI units.
+        direction: what it would explain, whitened, nuisances projected out, shape (n,).
+        columns: what its amplitudes do, likewise, shape (n, k).
+        plain_columns: the same without allowance for the error of tangents.
+        plain_residual: what there is to explain, likewise, shape (n,).
+    """
+
+    candidate: Candidate
+    gain: float
+    plain_gain: float
+    log_evidence: float
+    amplitudes: FloatArray
+    detectable: FloatArray
+    direction: FloatArray
+    columns: FloatArray
+    plain_columns: FloatArray
+    plain_residual: FloatArray
+
+    @property
+    def times_detectable(self) -> float:
+        """Expected amplitude over the smallest detectable one.
+
+        Of one amplitude the ratio is the root of what it explains in detectable standard
+        deviations, and so it is of what stands in for an effect without a tangent.
+        """
+        if not self.candidate.effect.has_tangent:
+            return float(np.sqrt(max(self.gain, 0.0))) / _DETECTABLE_SIGMAS
+        return float(np.max(np.abs(self.amplitudes) / self.detectable))
+
+
+@dataclass(frozen=True)
+class Screen:
+    """All scores at one set of coordinates.
+
+    Attributes:
+        scores: best first.
+        chi_square: of the model as it is.
+        noise_scale: chi-square per patch that no effect and no smooth mode explains, at least 1.
+        patch_count: patches looked at.
+        project: takes out of whitened patches, shape (n, ...), what nuisances explain.
+    """
+
+    scores: tuple[Score, ...]
+    chi_square: float
+    noise_scale: float
+    patch_count: int
+    project: Callable[[FloatArray], FloatArray]
+
+
+def library_parameters(
+    scene: Scene, nominal: ParameterSet, listed: Sequence[Candidate]
+) -> ParameterSet:
+    """Return the nominal parameters followed by every amplitude that has a tangent at zero."""
+    extra = [
+        name
+        for candidate in listed
+        if candidate.effect.has_tangent and not candidate.effect.screened_at
+        for name in candidate.effect.fit_names(candidate.components)
+    ]
+    if not extra:
+        return nominal
+    more = make_parameters(scene, tuple(dict.fromkeys(extra)), with_edge_bias=False)
+    return ParameterSet((*nominal.parameters, *more.parameters), nominal.pose_covariances)
+
+
+def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candidate]) -> Screen:
+    """Score candidates around a fit.
+
+    Args:
+        evidence: of the nominal model.
+        coordinates: of its fit, shape (k,).
+        listed: candidates.
+    """
+    nominal = evidence.model.parameters
+    scene = evidence.model.scene
+    wide = library_parameters(scene, nominal, listed)
+    start = wide.start()
+    start[: len(nominal)] = coordinates
+    model = evidence.model.with_parameters(scene, wide)
+    owners, changes = _stand_ins(model)
+    blocks = evidence.of(model).blocks(start, model.tangents_of(changes, start))
+    names = (*wide.names[len(nominal) :], *owners)
+    beyond = _beyond_prior(nominal, coordinates + evidence.numerics.shifts_of(nominal))
+    plain = _seen_through(blocks, nominal, names, beyond, 0.0)
+    slack = tangent_slack(blocks)
+    held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, beyond, slack)
+    scores = [_seen_both_ways(candidate, held, plain) for candidate in listed]
+    scores.sort(key=lambda score: -score.log_evidence)
+    return Screen(
+        scores=tuple(scores),
+        chi_square=float(plain.residual @ plain.residual),
+        noise_scale=_noise_scale(plain, len(nominal)),
+        patch_count=len(plain.residual),
+        project=plain.project,
+    )
+
+
+def _seen_both_ways(candidate: Candidate, held: '_Sight', plain: '_Sight') -> Score:
+    score, other = _score(candidate, held), _score(candidate, plain)
+    return replace(
+        score, plain_gain=other.gain, plain_columns=other.columns, plain_residual=plain.residual
+    )
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """Residual and columns with the nuisances projected out.
+
+    Attributes:
+        names: of the columns.
+        residual: shape (n,).
+        columns: shape (n, k).
+        views: number of the view of each patch, shape (n,).
+        project: takes out what nuisances explain.
+    """
+
+    names: tuple[str, ...]
+    residual: FloatArray
+    columns: FloatArray
+    views: NDArray[np.int64]
+    project: Callable[[FloatArray], FloatArray]
+
+    def of(self, candidate: Candidate) -> FloatArray:
+        """Return the columns of a candidate's amplitudes, shape (n, c)."""
+        effect = candidate.effect
+        own = [place for place, name in enumerate(self.names) if name == effect.identifier]
+        if not effect.has_tangent:
+            return self.columns[:, own]
+        if effect.screened_at and candidate.at is not None:
+            # Where nothing is there, its time changes nothing.
+            found = np.zeros((len(self.residual), len(candidate.components)))
+            found[:, 0] = self.columns[:, own[effect.screened_at.index(candidate.at)]]
+            return found
+        return self.columns[:, [self.names.index(name) for name in candidate.names]]
+
+
+def _seen_through(
+    blocks: list[Block],
+    nominal: ParameterSet,
+    names: tuple[str, ...],
+    beyond: FloatArray,
+    slack: float,
+) -> _Sight:
+    seen = whiten(blocks, Part.FIT, slack)
+    _, precision = full_prior(nominal)
+    own = seen.jacobian[:, : len(nominal)]
+    project = Projection(own, precision)
+    columns = project(seen.jacobian[:, len(nominal) :])
+    # Seen from the priors' means, so that what strains a prior has to be explained, too.
+    residual = project(seen.values + own @ beyond)
+    return _Sight(names, residual, columns, seen.views, project)
+
+
+def _beyond_prior(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
+    """Return how far the coordinates are off their priors' means; 0 without one, shape (k,)."""
+    mean, precision = parameters.prior()
+    return np.where(np.diag(precision) > 0.0, coordinates - mean, 0.0)
+
+
+def _stand_ins(
+    model: ForwardModel,
+) -> tuple[list[str], Callable[[int, StaticBody], list[Change]]]:
+    """Return what stands in for effects in a posture, and whose each is.
+
+    Those that are no candidates are there, too: the noise is what nothing explains.
+    """
+    shown = shown_effects(model.scene, ())
+
+    def of_all(index: int, body: StaticBody) -> list[tuple[str, Change]]:
+        site = model.effects.site(index, body.discretisation.rest_nodes)
+        return [(own.identifier, change) for own in shown for change in own.stand_ins(site)]
+
+    index, posture = next(iter(model.bodies.items()))
+    owners = [owner for owner, _ in of_all(index, posture.body)]
+    return owners, lambda index, body: [change for _, change in of_all(index, body)]
+
+
+class Projection:
+    """Takes out what nuisances can explain within their priors."""
+
+    def __init__(self, nuisances: FloatArray, precision: FloatArray) -> None:
+        """Prepare the projection.
+
+        Args:
+            nuisances: whitened columns, shape (n, k).
+            precision: of their priors, shape (k, k).
+        """
+        information = nuisances.T @ nuisances + precision
+        # Symmetric square root of I - N (N'N + P)^-1 N', so that inner products come out right.
+        basis, triangle = np.linalg.qr(nuisances)
+        values, turns = np.linalg.eigh(triangle @ np.linalg.inv(information) @ triangle.T)
+        vectors = basis @ turns
+        shrink = 1.0 - np.sqrt(np.clip(1.0 - values, 0.0, 1.0))
+        active = shrink > 1e-12
+        self._vectors, self._shrink = vectors[:, active], shrink[active]
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        """Return whitened columns or residuals, shape (n, ...), without what nuisances explain."""
+        inside = self._vectors.T @ columns
+        scaled = self._shrink[:, None] * inside if columns.ndim == 2 else self._shrink * inside
+        return columns - self._vectors @ scaled
+
+
+def _score(candidate: Candidate, sight: _Sight) -> Score:
+    if not candidate.effect.has_tangent:
+        return _one_sided_score(candidate, sight)
+    own = sight.of(candidate)
+    scales = np.array([candidate.effect.component(name).scale for name in candidate.components])
+    information = own.T @ own + np.diag(1.0 / scales**2)
+    amplitudes = expected_amplitudes(candidate, own, sight.residual)
+    gain = float(gains(candidate, own, sight.residual))
+    volumes = float(np.linalg.slogdet(information * np.outer(scales, scales))[1])
+    sensitivity = np.sqrt(np.maximum(np.diag(own.T @ own), 1e-300))
+    return Score(
+        candidate=candidate,
+        gain=gain,
+        plain_gain=gain,
+        log_evidence=0.5 * (gain - volumes),
+        amplitudes=amplitudes,
+        detectable=_DETECTABLE_SIGMAS / sensitivity,
+        direction=own @ amplitudes,
+        columns=own,
+        plain_columns=own,
+        plain_residual=sight.residual,
+    )
+
+
+def expected_amplitudes(
+    candidate: Candidate, columns: FloatArray, residuals: FloatArray
+) -> FloatArray:
+    """Return the amplitudes that explain residuals best within their priors and bounds.
+
+    Args:
+        candidate: with amplitudes that have tangents.
+        columns: see `Score`, shape (n, k).
+        residuals: one or several, shape (n, ...).
+
+    Returns:
+        SI units, shape (k, ...).
+    """
+    parts = [candidate.effect.component(name) for name in candidate.components]
+    precision = np.diag([1.0 / part.scale**2 for part in parts])
+    found = np.linalg.solve(columns.T @ columns + precision, columns.T @ residuals)
+    if len(parts) == 1 or parts[0].lower == 0.0:
+        found[0] = np.clip(found[0], parts[0].lower, parts[0].upper)
+    return np.asarray(found)
+
+
+def gains(candidate: Candidate, columns: FloatArray, residuals: FloatArray) -> FloatArray:
+    """Return how much chi-square falls with the expected amplitudes, shape (...)."""
+    parts = [candidate.effect.component(name) for name in candidate.components]
+    scales = np.array([part.scale for part in parts])
+    amplitudes = expected_amplitudes(candidate, columns, residuals)
+    left = residuals - columns @ amplitudes
+    price = ((amplitudes.T / scales).T ** 2).sum(axis=0)
+    return np.asarray((residuals**2).sum(axis=0) - (left**2).sum(axis=0) - price)
+
+
+def _one_sided_score(candidate: Candidate, sight: _Sight) -> Score:
+    """Score non-negative amounts of what stands in for an effect without a tangent."""
+    columns = sight.of(candidate)
+    # A pose that does not feel it feels nothing: each has amounts of its own.
+    own = np.hstack([columns * (sight.views == view)[:, None] for view in np.unique(sight.views)])
+    unit = own / np.maximum(np.linalg.norm(own, axis=0), 1e-300)
+    amplitudes, _ = nnls(unit, sight.residual)
+    explained = unit @ amplitudes
+    gain = float(2.0 * explained @ sight.residual - explained @ explained)
+    free = int((amplitudes > 0.0).sum())
+    return Score(
+        candidate=candidate,
+        gain=gain,
+        plain_gain=gain,
+        log_evidence=0.5 * gain - free * float(np.log(1.0 + np.sqrt(max(gain, 0.0)))),
+        amplitudes=np.zeros(len(candidate.components)),
+        detectable=np.full(len(candidate.components), np.nan),
+        direction=explained,
+        columns=own,
+        plain_columns=own,
+        plain_residual=sight.residual,
+    )
+
+
+def _noise_scale(sight: _Sight, nuisances: int) -> float:
+    """Estimate how much larger the noise is than said, from what nothing explains."""
+    basis, values, _ = np.linalg.svd(sight.columns, full_matrices=False)
+    basis = basis[:, values > 1e-9 * values.max()]
+    left = sight.residual - basis @ (basis.T @ sight.residual)
+    freedom = len(left) - basis.shape[1] - nuisances
+    return max(1.0, float(left @ left) / freedom) if freedom > 0 else 1.0
+
+
+def largest_cosines(scores: Sequence[Score]) -> dict[str, float]:
+    """Return, by effect, the share of what it explains that another effect could explain too.
+
+    The cosine is that between the direction of an effect's best variant and the space of all
+    amplitudes of the other effect's.
+    """
+    best: dict[str, Score] = {}
+    for score in scores:
+        best.setdefault(score.candidate.identifier, score)
+    found = {}
+    for name, score in best.items():
+        size = float(np.linalg.norm(score.direction))
+        if size == 0.0:
+            continue
+        others = [_reach(other.columns, score.direction) for n, other in best.items() if n != name]
+        found[name] = max(others, default=0.0) / size
+    return found
+
+
+def _reach(columns: FloatArray, direction: FloatArray) -> float:
+    basis, values, _ = np.linalg.svd(columns, full_matrices=False)
+    basis = basis[:, values > 1e-9 * max(float(values.max(initial=0.0)), 1e-300)]
+    return float(np.linalg.norm(basis.T @ direction))

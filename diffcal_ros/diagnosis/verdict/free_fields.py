@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Smooth fields that could move the picture of a body, one family for each class of causes.
+
+None of them is a cause: they are what a cause of that class, whatever it is, would do. What
+tells them apart is where they stay the same from pose to pose: in the camera's frame, in the
+world's, in the body's own, in its stiffness or in how its clamp holds it.
+"""
+
+from collections.abc import Callable
+from itertools import product
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.fem.body_axes import BodyAxes
+from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.static_body import StaticBody
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Middles of the hat functions along the body, and their half width.
+_PLACES, _HALF_WIDTH = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0 / 3.0
+_IMAGE_DEGREE = 3
+_BINS = 8
+
+
+def free_fields(model: ForwardModel, coordinates: FloatArray) -> dict[str, list[FloatArray]]:
+    """Return the fields of every class at a fit.
+
+    Args:
+        model: of the nominal scene.
+        coordinates: of its fit, shape (c,).
+
+    Returns:
+        By class, for each view, how its points move [m], camera frame, shape (k, N, 3); each
+        field moves the points of all views by 1 mm root mean square.
+    """
+    fields = {
+        'load': model.tangents_of(_forces(model), coordinates),
+        'material': model.tangents_of(_moduli(model, coordinates), coordinates),
+        'boundary': model.tangents_of(_clamp_motions, coordinates),
+        'sensor': [_image_fields(view.points) for view in model.views(coordinates)],
+        'shape': [
+            _shape_fields(model, number, view.points)
+            for number, view in enumerate(model.views(coordinates))
+        ],
+    }
+    return {name: _of_one_size(own) for name, own in fields.items()}
+
+
+def _of_one_size(fields: list[FloatArray]) -> list[FloatArray]:
+    squares = np.mean([np.mean((field**2).sum(axis=-1), axis=-1) for field in fields], axis=0)
+    sizes = np.sqrt(squares)
+    kept = sizes > 1e-9 * sizes.max()
+    return [1e-3 * field[kept] / sizes[kept, None, None] for field in fields]
+
+
+def _hats(share: FloatArray) -> FloatArray:
+    """Return hat functions along the body, shape (h, ...)."""
+    return np.stack(
+        [np.clip(1.0 - np.abs(share - place) / _HALF_WIDTH, 0.0, 1.0) for place in _PLACES]
+    )
+
+
+def _forces(model: ForwardModel) -> Callable[[int, StaticBody], list[Change]]:
+    """Return forces that are the same in the world, whatever the pose."""
+
+    def changes(index: int, body: StaticBody) -> list[Change]:
+        share = model.effects.axes(index).share(body.discretisation.rest_nodes)
+        return [
+            Change(conditions=Conditions(forces=hat[:, None] * axis))
+            for hat, axis in product(_hats(share), np.eye(3))
+        ]
+
+    return changes
+
+
+def _moduli(
+    model: ForwardModel, coordinates: FloatArray
+) -> Callable[[int, StaticBody], list[Change]]:
+    """Return stiffer and softer parts: along the body, and across and from skin to core."""
+    modulus = model.material(coordinates).youngs_modulus
+    mesh = model.scene.mesh
+    middles = mesh.rest_positions[mesh.tets].mean(axis=1)
+
+    def changes(index: int, body: StaticBody) -> list[Change]:
+        axes = model.effects.object_axes(index)
+        across = _across(axes, middles)
+        modes = [np.ones(len(middles)), across[0], across[1], *(across**2)]
+        return [
+            Change(youngs_modulus=modulus * hat * mode)
+            for hat, mode in product(_hats(axes.share(middles)), modes)
+        ]
+
+    return changes
+
+
+def _clamp_motions(index: int, body: StaticBody) -> list[Change]:
+    motions = [Change(conditions=Conditions(clamp_motion=row)) for row in np.eye(6)]
+    return [*motions, Change(conditions=Conditions(clamp_compliance=1.0))]
+
+
+def _image_fields(points: FloatArray) -> FloatArray:
+    """Return polynomials of the picture, fixed to the camera, shape (k, N, 3)."""
+    across, down = (points[:, :2] / points[:, 2:]).T
+    powers = [
+        across**i * down**j
+        for i, j in product(range(_IMAGE_DEGREE + 1), repeat=2)
+        if i + j <= _IMAGE_DEGREE
+    ]
+    return np.stack([power[:, None] * axis for power, axis in product(powers, np.eye(3))])
+
+
+def _shape_fields(model: ForwardModel, number: int, points: FloatArray) -> FloatArray:
+    """Return changes of the shape at rest that go along with the body, shape (k, N, 3)."""
+    observation = model.observations[number]
+    rest = model.body(observation).discretisation.rest_nodes
+    axes = model.effects.axes(observation.setup_index)
+    share = axes.share(rest)
+    bends = [share[:, None] ** degree * axis for degree in (1, 2, 3) for axis in axes.axes]
+    across = _across(axes, rest)
+    sections = [
+        (hat * place)[:, None] * axis
+        for hat in _hats(share)
+        for place, axis in zip(across, axes.axes[1:], strict=True)
+    ]
+    turned = _local_rotations(rest, points, share)
+    return np.einsum('nij,knj->kni', turned, np.stack([*bends, *sections]))
+
+
+def _across(axes: BodyAxes, points: FloatArray) -> FloatArray:
+    """Return the places across the section, in units of its half widths, shape (2, N)."""
+    across = (points - axes.root) @ axes.axes[1:].T
+    return np.asarray((across / np.abs(across).max(axis=0)).T)
+
+
+def _local_rotations(rest: FloatArray, points: FloatArray, share: FloatArray) -> FloatArray:
+    """Return how the body has turned along its length, rest to camera, shape (N, 3, 3)."""
+    bins = np.minimum((share * _BINS).astype(int), _BINS - 1)
+    turned = np.tile(_rotation(rest, points), (len(rest), 1, 1))
+    for number in range(_BINS):
+        own = bins == number
+        if own.sum() > 3:
+            turned[own] = _rotation(rest[own], points[own])
+    return turned
+
+
+def _rotation(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Return the rotation that fits best (Kabsch)."""
+    spread = (after - after.mean(axis=0)).T @ (before - before.mean(axis=0))
+    left, _, right = np.linalg.svd(spread)
+    flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    return np.asarray(left @ flip @ right)

@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""From refitted models to a verdict: a name, a set of twins, or an effect that is unknown."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.diagnosis.detection.disagreement import Disagreement
+from diffcal_ros.diagnosis.detection.limits import upper_limits
+from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.local_outlier import LocalOutlier
+from diffcal_ros.diagnosis.patches.residual_location import where_largest
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.screening.screening import largest_cosines, Screen
+from diffcal_ros.diagnosis.screening.shortlist import with_tangents
+from diffcal_ros.diagnosis.verdict.time_course import time_course
+from diffcal_ros.diagnosis.verdict.unknown import (
+    describe_unknown,
+    FAR_ABOVE,
+    is_unexplained,
+    Unknown,
+)
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect, Verdict
+from diffcal_ros.diagnosis.verdict.verdict_figures import (
+    closure_of,
+    details_of,
+    gap_figures,
+    named_effects,
+    parameter_table,
+    times_detectable,
+)
+from diffcal_ros.effects.library import what_settles
+import numpy as np
+
+# An effect is named by itself from this confidence on.
+_NAMED = 0.6
+# A mesh that may be off by more hides what would matter [m].
+_COARSE = 0.0004
+# Of what comes about as near as the nearest.
+_MOST_NEAR = 3
+
+
+def conclude(
+    evidence: Evidence,
+    nominal: Refit,
+    scores: Screen,
+    disagreement: Disagreement,
+    selection: Selection | None,
+    choice: Choice | None,
+    seconds: float,
+    outliers: Sequence[LocalOutlier] = (),
+) -> Diagnosis:
+    """Put the verdict together."""
+    doubts = () if choice is None else doubts_about(choice.hypothesis, nominal)
+    added = choice.hypothesis.fit if choice is not None else nominal
+    closure = float('nan')
+    if choice is not None:
+        closure = closure_of(nominal, added, evidence.is_measured)
+    unknown: Unknown | None = None
+    nearest = _nearest_class(evidence, nominal, scores, disagreement, choice, closure)
+    if nearest is None and choice is not None and doubts:
+        is_large = disagreement.verdict is Verdict.DISAGREE
+        nearest = choice.hypothesis.added[0].effect.group if is_large else None
+    if nearest is not None:
+        unknown = describe_unknown(evidence, nominal, nearest)
+    effects: tuple[NamedEffect, ...] = ()
+    is_open = choice is None or unknown is not None or bool(doubts)
+    if choice is not None and not is_open and choice.confidence >= _NAMED:
+        effects = named_effects(choice.hypothesis, choice.confidence)
+    separating = None
+    if choice is not None and not doubts and len(choice.alike) > 1:
+        separating = what_settles(choice.alike[:3])
+    return Diagnosis(
+        verdict=disagreement.verdict,
+        evidence='confirmed' if evidence.is_measured else 'suspected',
+        p_value=disagreement.p_value,
+        effects=effects,
+        ambiguity_set=() if choice is None or is_open else choice.alike,
+        runner_up=None if choice is None else choice.runner_up,
+        unknown_class=None if unknown is None else unknown.group,
+        stand_in=None if unknown is None else unknown.stand_in,
+        separating_recording=separating,
+        where=where_largest(evidence.model, nominal),
+        when=time_course(evidence.model, nominal),
+        gap_mm=gap_figures(nominal, added),
+        closure=closure,
+        parameters={
+            'before': parameter_table(nominal, nominal),
+            'after': parameter_table(added, nominal),
+        },
+        times_detectable=times_detectable(scores),
+        limits=upper_limits(scores),
+        largest_cosine=largest_cosines(scores.scores),
+        seconds=seconds,
+        notes=(
+            *(outlier.sentence for outlier in outliers),
+            *doubts,
+            *_notes(evidence, nominal, disagreement, choice, closure, unknown, outliers),
+        ),
+        details=details_of(nominal, scores, selection, choice),
+    )
+
+
+def doubts_about(hypothesis: Hypothesis, nominal: Refit) -> tuple[str, ...]:
+    """Say why a model may not be named, however much likelier than others it is.
+
+    A name is for a gap that is there, on patches that no fit has seen, and that gets smaller; its
+    amplitude is not zero within its error.
+    """
+    words = ' with '.join(hypothesis.identifiers)
+    if hypothesis.has_doubtful_effect:
+        return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
+    before = patch_gap(nominal.blocks, Part.REPORT)
+    after = patch_gap(hypothesis.fit.blocks, Part.REPORT)
+    if before.rms <= before.whole_floor:
+        return (
+            f'{words} came nearest, but on held-out patches the gap is within the floors '
+            f'({1e3 * before.rms:.2f} of {1e3 * before.whole_floor:.2f} mm): no name for it',
+        )
+    if not after.rms < before.rms and not after.most < before.most:
+        return (f'{words} came nearest, but leaves as much on held-out patches: no name for it',)
+    return ()
+
+
+def _nearest_class(
+    evidence: Evidence,
+    nominal: Refit,
+    scores: Screen,
+    disagreement: Disagreement,
+    choice: Choice | None,
+    closure: float,
+) -> str | None:
+    """Return the class that comes nearest where no effect explains the gap; else None."""
+    if choice is None:
+        if disagreement.verdict is not Verdict.DISAGREE:
+            return None
+        # Whatever was refitted does nothing.
+        best = next(iter(with_tangents(scores).scores), None)
+        return 'load' if best is None else best.candidate.effect.group
+    fit = choice.hypothesis.fit
+    if is_unexplained(nominal, fit, closure, is_measured=evidence.is_measured):
+        return choice.hypothesis.added[0].effect.group
+    return None
+
+
+def _notes(
+    evidence: Evidence,
+    nominal: Refit,
+    disagreement: Disagreement,
+    choice: Choice | None,
+    closure: float,
+    unknown: Unknown | None,
+    outliers: Sequence[LocalOutlier],
+) -> tuple[str, ...]:
+    notes = []
+    left_out = len(evidence.left_out) - sum(len(outlier.patches) for outlier in outliers)
+    if left_out:
+        notes.append(f'{left_out} patches show something else than the body and were left out')
+    if disagreement.verdict is Verdict.BELOW_MARGIN:
+        notes.append('something is there, but it is too small to matter')
+    if disagreement.verdict is Verdict.CANNOT_TELL and disagreement.gap.mesh > _COARSE:
+        notes.append(
+            f'the mesh may be off by {1e3 * disagreement.gap.mesh:.2f} mm, more than the sensor: '
+            'refine the mesh first'
+        )
+    elif disagreement.verdict is Verdict.CANNOT_TELL:
+        notes.append('the data are too few or too noisy: record more poses, or come closer')
+    if unknown is not None:
+        notes.append(unknown.sentence)
+        notes += _nearest(choice, closure)
+    if choice is not None and unknown is None:
+        left = patch_gap(choice.hypothesis.fit.blocks, Part.REPORT)
+        if left.rms > FAR_ABOVE * left.whole_floor:
+            notes.append(
+                f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing'
+            )
+    if choice is not None and choice.hypothesis.is_at_bound:
+        notes.append('an amplitude stopped at its bound')
+    hidden = evidence.without_fixture(nominal.blocks)
+    notes += [f'{name} does not show the fixture' for name in hidden]
+    return tuple(notes)
+
+
+def _nearest(choice: Choice | None, closure: float) -> list[str]:
+    """Say what comes nearest where nothing explains the gap."""
+    if choice is None:
+        return []
+    best = choice.hypothesis.identifiers
+    words = f'nearest comes {" with ".join(best)}'
+    if np.isfinite(closure):
+        words += f': it closes {max(closure, 0.0):.0%} of the gap on held-out patches'
+    others = [name for name in choice.alike if name not in best]
+    if others:
+        words += f'; about as near: {", ".join(others[:_MOST_NEAR])}'
+    return [words]

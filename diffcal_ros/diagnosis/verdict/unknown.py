@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What is said where no effect of the library explains a gap: a class, and a field for it."""
+
+from dataclasses import dataclass
+
+from diffcal_ros.diagnosis.detection.disagreement import ALPHA
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.verdict.frame_test import ClassScore, frame_test
+from diffcal_ros.diagnosis.verdict.verdict import StandIn
+import numpy as np
+from scipy.stats import chi2
+
+# A model that leaves more chi-square per patch, and a gap of so many floors, is not it.
+_POOR = 2.0
+FAR_ABOVE = 1.7
+# One that closes less of the gap, or where the floor was measured of chi-square, is not it.
+_LEAST_CLOSURE = 0.7
+# Where the fields of a class stay the same from pose to pose.
+_FRAMES = {
+    'sensor': 'the frame of the camera',
+    'load': 'the frame of the world',
+    'boundary': 'how the clamp holds the body',
+    'shape': 'the frame of the body, whatever its load',
+    'material': 'the stiffness of the body',
+}
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An effect outside the library.
+
+    Attributes:
+        group: class that it is most like.
+        stand_in: smooth fields of that class in its place; None with a single view, where the
+            class is that of the library's effect which leaves least when refitted.
+    """
+
+    group: str
+    stand_in: StandIn | None
+
+    @property
+    def sentence(self) -> str:
+        """Say so to a person."""
+        words = 'no effect of the library explains the gap; it is most like one of the class '
+        words += self.group
+        if self.stand_in is None or not np.isfinite(self.stand_in.closes):
+            return words
+        return (
+            f'{words}: smooth fields that are fixed to {self.stand_in.frame} would close '
+            f'{max(self.stand_in.closes, 0.0):.0%} of it (a stand-in, not a cause)'
+        )
+
+
+def is_unexplained(nominal: Refit, added: Refit, closure: float, *, is_measured: bool) -> bool:
+    """Tell whether so much is left that the model cannot be it.
+
+    Where the sensor floor was measured, what is left must look like noise, on patches that no fit
+    has seen, too; a model that closes most of the gap may be a little wrong in its details. Where
+    the floor is a guess, only a gap that stays open counts.
+    """
+    if not is_measured:
+        return not closure >= _LEAST_CLOSURE
+    left = patch_gap(added.blocks, Part.REPORT)
+    is_far_above = left.rms > FAR_ABOVE * left.whole_floor
+    if is_far_above and closure < _LEAST_CLOSURE:
+        # It follows the patches that were fitted, and does not predict the others.
+        return True
+    freedom = max(added.patch_count - len(added.coordinates), 1)
+    if chi2.sf(added.chi_square, freedom) >= ALPHA:
+        return False
+    excess = nominal.chi_square_per_patch - 1.0
+    share = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
+    if not share >= _LEAST_CLOSURE:
+        return True
+    return added.chi_square_per_patch > _POOR and is_far_above
+
+
+def describe_unknown(evidence: Evidence, nominal: Refit, nearest: str) -> Unknown:
+    """Tell what class an effect outside the library is most like.
+
+    Args:
+        evidence: of the nominal model.
+        nominal: its fit.
+        nearest: class of the library's effect that comes nearest.
+    """
+    # Frames of a motion are no poses of which one could be predicted from the others.
+    is_moving = any(seen.instant is not None for seen in evidence.model.observations)
+    tested = () if is_moving else frame_test(evidence, nominal)
+    if not tested:
+        return Unknown(nearest, None)
+    return Unknown(tested[0].group, _stand_in(tested))
+
+
+def _stand_in(tested: tuple[ClassScore, ...]) -> StandIn:
+    best = tested[0]
+    return StandIn(
+        group=best.group,
+        frame=_FRAMES[best.group],
+        size_mm=best.size,
+        closes=best.closes,
+        predictions={score.group: score.prediction for score in tested},
+    )

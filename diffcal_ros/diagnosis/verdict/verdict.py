@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a diagnosis says: agree, disagree, below the margin or cannot tell, and why."""
+
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.diagnosis.verdict.time_course import TimeCourse
+
+
+class Verdict(str, Enum):
+    """Whether simulation and measurement agree."""
+
+    AGREE = 'agree'
+    DISAGREE = 'disagree'
+    BELOW_MARGIN = 'below_margin'
+    CANNOT_TELL = 'cannot_tell'
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """An effect that was found.
+
+    Attributes:
+        identifier: of the library.
+        group: of it.
+        amplitude: by component, in the unit of that.
+        std_error: by component.
+        unit: by component.
+        setting: fixed numbers that go with it, such as a place along the body.
+        frame: points and axes that the amplitudes refer to, see `frames.frame_of`.
+        confidence: probability that the name is right, 0 to 1.
+        sentence: for a person.
+    """
+
+    identifier: str
+    group: str
+    amplitude: dict[str, float]
+    std_error: dict[str, float]
+    unit: dict[str, str]
+    setting: dict[str, float]
+    frame: dict[str, list[float]]
+    confidence: float
+    sentence: str
+
+
+@dataclass(frozen=True)
+class GapFigures:
+    """Root mean square of the gap on the patches kept for the report [mm].
+
+    Attributes:
+        nominal: of the model as it was.
+        added: with the effects found; as nominal where none was named.
+        floor_sensor: what the sensor's noise alone would give.
+        floor_numerics: what the mesh may add.
+        median_nominal: median of the sizes, as nominal.
+        median_added: with the effects.
+    """
+
+    nominal: float
+    added: float
+    floor_sensor: float
+    floor_numerics: float
+    median_nominal: float
+    median_added: float
+
+
+@dataclass(frozen=True)
+class StandIn:
+    """Smooth fields in the place of an effect that has no name; no cause.
+
+    Attributes:
+        group: class of the fields.
+        frame: what they are fixed to, in words.
+        size_mm: how far one of them moves the body, root mean square of its prior [mm].
+        closes: share of the held-out gap above the floor that they close; NaN within the floor.
+        predictions: by class, log density of each view given the others, above that of no field.
+    """
+
+    group: str
+    frame: str
+    size_mm: float
+    closes: float
+    predictions: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A whole verdict; see `save_verdict` for the file.
+
+    Attributes:
+        verdict: in one word.
+        evidence: `confirmed` when the sensor floor was measured from repeated frames, else
+            `suspected`.
+        p_value: of the disagreement, under clean data.
+        effects: those named; several only when both are needed.
+        ambiguity_set: identifiers that explain the data as well.
+        runner_up: the next best one, or None.
+        unknown_class: class of an effect outside the library, or None.
+        stand_in: fields in place of an effect outside the library, where several views tell them.
+        separating_recording: what to record to settle a doubt, or None.
+        where: where the gap is largest, in words.
+        when: how the gap of a motion goes, see `time_course.TimeCourse`; None at rest.
+        gap_mm: on held-out patches.
+        closure: share of the gap above the floor that the effects close; NaN without effects.
+        parameters: before and after, by name: value, std_error, unit.
+        times_detectable: expected amplitude over the smallest detectable one, by effect.
+        limits: how large each effect may be without standing out, see `limits.upper_limits`.
+        largest_cosine: how alike another effect could look, by effect, 0 to 1.
+        seconds: that the diagnosis took.
+        notes: what else a person should know.
+        details: scores, versions, hashes.
+    """
+
+    verdict: Verdict
+    evidence: str
+    p_value: float
+    effects: tuple[NamedEffect, ...]
+    ambiguity_set: tuple[str, ...]
+    runner_up: str | None
+    unknown_class: str | None
+    stand_in: StandIn | None
+    separating_recording: str | None
+    where: str
+    gap_mm: GapFigures
+    closure: float
+    parameters: dict[str, dict[str, dict[str, float | str]]]
+    times_detectable: dict[str, float]
+    limits: dict[str, dict[str, float]]
+    largest_cosine: dict[str, float]
+    seconds: float
+    when: TimeCourse | None = None
+    notes: tuple[str, ...] = ()
+    details: dict[str, Any] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what verdict.json holds; numbers that are not finite become null."""
+        plain: dict[str, Any] = _finite({**asdict(self), 'verdict': self.verdict.value})
+        return plain
+
+
+def save_verdict(diagnosis: Diagnosis, path: Path) -> None:
+    """Write verdict.json, completely or not at all.
+
+    Raises:
+        InputError: when the file cannot be written.
+    """
+    write_text_atomically(path, json.dumps(diagnosis.as_dict(), indent=2) + '\n')
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The figures of a verdict: gaps, amplitudes, parameters, and how it came to them."""
+
+from dataclasses import asdict
+from typing import Any
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.patches.whitened import closed_share, Part, patch_gap
+from diffcal_ros.diagnosis.screening.screening import Screen
+from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
+from diffcal_ros.effects.library import EFFECTS
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffect, ...]:
+    """Describe the effects of a model."""
+    found = []
+    for candidate in hypothesis.added:
+        amplitudes = hypothesis.amplitudes(candidate)
+        found.append(
+            NamedEffect(
+                identifier=candidate.identifier,
+                group=candidate.effect.group,
+                amplitude={a.name: a.value for a in amplitudes},
+                std_error={a.name: a.std_error for a in amplitudes},
+                unit={a.name: a.unit for a in amplitudes},
+                setting=candidate.settings,
+                frame=frame_of(
+                    candidate.identifier, hypothesis.evidence.model, hypothesis.fit.coordinates
+                ),
+                confidence=min(confidence, candidate.effect.most_confidence),
+                sentence=candidate.effect.sentence,
+            )
+        )
+    return tuple(found)
+
+
+def frame_of(
+    identifier: str, model: ForwardModel, coordinates: FloatArray
+) -> dict[str, list[float]]:
+    """Return points [m] and unit vectors, each of three numbers, by name.
+
+    Args:
+        identifier: of the effect.
+        model: that has it.
+        coordinates: of the model's parameters, shape (k,).
+    """
+    own = model.effects.amplitudes(coordinates).get(identifier, {})
+    site = model.effects.site(0, camera_pivot=model.cameras.offset_pivot)
+    vectors = EFFECTS[identifier].frame(own, site)
+    return {name: [round(float(x), 9) for x in vector] for name, vector in vectors.items()}
+
+
+def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
+    """Measure the gap on the patches that no fit has seen."""
+    before = patch_gap(nominal.blocks, Part.REPORT)
+    after = patch_gap(added.blocks, Part.REPORT)
+    return GapFigures(
+        nominal=1e3 * before.rms,
+        added=1e3 * after.rms,
+        floor_sensor=1e3 * before.floor,
+        floor_numerics=1e3 * before.mesh,
+        median_nominal=1e3 * before.median,
+        median_added=1e3 * after.median,
+    )
+
+
+def closure_of(nominal: Refit, added: Refit, is_measured: bool) -> float:
+    """Return (nominal - added) / (nominal - floor) on the report patches."""
+    before, after = patch_gap(nominal.blocks, Part.REPORT), patch_gap(added.blocks, Part.REPORT)
+    floor = before.whole_floor
+    old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
+    return closed_share(old, new, floor)
+
+
+def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str]]:
+    """Return value, standard error and unit of the parameters that were asked for.
+
+    Those of a motion are fitted to this mesh and step: what they took up of these is put back.
+
+    Args:
+        fit: where they are.
+        asked: a fit of those that are wanted.
+    """
+    wanted = set(asked.parameters.names)
+    table: dict[str, dict[str, float | str]] = {}
+    for place, parameter in enumerate(fit.parameters):
+        if parameter.is_nuisance or parameter.name not in wanted:
+            continue
+        coordinate, std_error = fit.of_the_body(place)
+        value = parameter.value(coordinate)
+        table[parameter.name] = {
+            'value': value,
+            'std_error': value * std_error if parameter.is_logarithmic else std_error,
+            'unit': parameter.unit,
+        }
+    return table
+
+
+def times_detectable(scores: Screen) -> dict[str, float]:
+    """Return the expected amplitude over the smallest detectable one, by effect."""
+    found: dict[str, float] = {}
+    for score in scores.scores:
+        found.setdefault(score.candidate.identifier, score.times_detectable)
+    return found
+
+
+def details_of(
+    nominal: Refit, scores: Screen, selection: Selection | None, choice: Choice | None
+) -> dict[str, Any]:
+    """Return scores and refits, for whoever wants to know how it came to a verdict."""
+    return {
+        'patches': nominal.patch_count,
+        'chi_square_per_patch': nominal.chi_square / max(nominal.patch_count, 1),
+        'scores': [
+            {
+                'identifier': score.candidate.identifier,
+                'components': list(score.candidate.components),
+                'at': score.candidate.at,
+                'log_evidence': score.log_evidence,
+                'gain': score.gain,
+            }
+            for score in scores.scores
+        ],
+        'candidates': [] if selection is None else _candidate_table(selection, choice),
+        'refits': [] if selection is None else _refit_table(selection),
+    }
+
+
+def _candidate_table(selection: Selection, choice: Choice | None) -> list[dict[str, Any]]:
+    """Return every effect that has been refitted, with its amplitudes, the favoured first."""
+    found: dict[str, NamedEffect] = {}
+    favoured = [] if choice is None else [choice.hypothesis]
+    for hypothesis in (*favoured, *selection.singles):
+        confidence = choice.confidence if choice and hypothesis is choice.hypothesis else 0.0
+        for effect in named_effects(hypothesis, confidence):
+            found.setdefault(effect.identifier, effect)
+    return [asdict(effect) for effect in found.values()]
+
+
+def _refit_table(selection: Selection) -> list[dict[str, object]]:
+    return [
+        {
+            'effects': list(h.identifiers),
+            'components': [list(c.components) for c in h.added],
+            'at': [c.at for c in h.added],
+            'log_evidence': h.fit.log_evidence,
+            'chi_square': h.fit.chi_square,
+            'at_bound': h.is_at_bound,
+            'evaluations': h.fit.evaluations,
+        }
+        for h in (*selection.singles, *selection.pairs)
+    ]

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Refits in processes of their own are those of this one; what is lost is given up."""
+
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import spawn
+import os
+import pickle
+import sys
+
+from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.model_comparison import refit_pool
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest
+from diffcal_ros.diagnosis.model_comparison.selection import _finished
+from diffcal_ros.diagnosis.screening.candidates import candidates
+import numpy as np
+import pytest
+from support.scenes import beam_scene
+from support.watched import watched
+
+BIAS = 0.003
+# What a pipe holds on Linux [bytes].
+_PIPE = 65536
+
+
+@pytest.fixture(scope='module')
+def fitted():
+    return fit_nominal(beam_scene((6, 2, 2)), [watched(seed=1, bias=BIAS)], None)
+
+
+@pytest.fixture(scope='module')
+def added(fitted):
+    listed = candidates(fitted[0].model.scene, (), None)
+    wanted = {('depth_affine', ('bias',)), ('gravity_tilt', ('a', 'b'))}
+    return [(c,) for c in listed if (c.identifier, c.components) in wanted]
+
+
+@dataclass(frozen=True)
+class Death:
+    """A task in which a process dies, if it is not this one."""
+
+    survivor: int
+    words: str = 'dying'
+    max_iterations: int = 1
+
+    def fit(self, nominal, base):
+        if os.getpid() != self.survivor:
+            os._exit(1)
+        return base
+
+
+def test_another_process_finds_the_same(fitted, added, monkeypatch):
+    monkeypatch.setattr(refit_pool, '_WORTH_STARTING', 0.0)
+    requests = [RefitRequest(one, {}, 4) for one in added]
+    told = []
+    with RefitPool(*fitted, told.append, jobs=2) as pool:
+        found = pool.finish(pool.refit_all(requests), [-np.inf] * len(requests))
+        assert pool._processes is not None
+    alone = RefitPool(*fitted)
+    expected = alone.finish(alone.refit_all(requests), [-np.inf] * len(requests))
+    assert [h.identifiers for h in found] == [h.identifiers for h in expected]
+    for here, there in zip(expected, found, strict=True):
+        # Equilibria agree to their tolerance, whatever state they began with.
+        errors = np.sqrt(np.diag(here.fit.covariance))
+        assert np.abs(there.fit.coordinates - here.fit.coordinates).max() < 0.02 * errors.max()
+        assert there.fit.log_evidence == pytest.approx(here.fit.log_evidence, abs=0.1)
+    first = requests[0].added[0].identifier
+    assert told[0] == f'refitting with {first}'
+    assert told[-1].endswith('to the end')
+
+
+def test_evidence_that_was_sent_away_sees_the_same(fitted):
+    evidence, nominal = fitted
+    again = pickle.loads(pickle.dumps(evidence))
+    assert again.model.bodies[0] is not evidence.model.bodies[0]
+    sent = again.blocks(nominal.coordinates)
+    for here, there in zip(evidence.blocks(nominal.coordinates), sent, strict=True):
+        np.testing.assert_allclose(there.patches.values, here.patches.values, atol=1e-8)
+        np.testing.assert_allclose(there.patches.covariance, here.patches.covariance)
+        np.testing.assert_array_equal(there.patches.cells, here.patches.cells)
+
+
+def test_a_model_with_other_parameters_keeps_its_bodies(fitted):
+    model = fitted[0].model
+    other = model.with_parameters(model.scene, model.parameters)
+    assert other.bodies is model.bodies
+
+
+def test_work_goes_on_where_a_process_dies(fitted, monkeypatch):
+    monkeypatch.setattr(refit_pool, '_WORTH_STARTING', -1.0)
+    told = []
+    with RefitPool(*fitted, told.append, jobs=2) as pool:
+        assert pool._fits([Death(os.getpid())] * 3) == [fitted[1]] * 3
+        assert pool._processes is None
+    assert any('a process died' in words for words in told)
+
+
+def test_work_goes_on_where_a_process_dies_before_it_has_begun(fitted, tmp_path, monkeypatch):
+    monkeypatch.setattr(refit_pool, '_WORTH_STARTING', -1.0)
+    stillborn = tmp_path / 'python'
+    stillborn.write_text(
+        f'#!/bin/sh\ncase "$*" in *resource_tracker*) exec {sys.executable} "$@";; esac\nexit 1\n'
+    )
+    stillborn.chmod(0o755)
+    monkeypatch.setattr(spawn, '_python_exe', os.fsencode(stillborn))
+    assert len(pickle.dumps(fitted)) > 2 * _PIPE
+    told = []
+    with RefitPool(*fitted, told.append, jobs=2) as pool:
+        assert pool._fits([Death(os.getpid())] * 3) == [fitted[1]] * 3
+        assert pool._processes is None
+    assert any('a process died' in words for words in told)
+
+
+def test_little_work_starts_no_process(fitted, added):
+    with RefitPool(*fitted, jobs=4) as pool:
+        pool.refit_all([RefitRequest(one, {}, 2) for one in added])
+        assert pool._processes is None
+
+
+def test_a_model_far_behind_its_rivals_is_given_up(fitted, added):
+    evidence, base = fitted
+    right, wrong = added if added[0][0].identifier == 'depth_affine' else added[::-1]
+    best = try_effects(evidence, base, right, {})
+    whole = try_effects(evidence, base, wrong, {})
+    brief = try_effects(evidence, base, wrong, {}, least_evidence=best.fit.log_evidence - 40.0)
+    assert whole.fit.log_evidence < best.fit.log_evidence - 60.0
+    assert brief.fit.evaluations < whole.fit.evaluations
+    assert brief.fit.log_evidence < best.fit.log_evidence - 40.0
+    # One that comes near is fitted as if it were alone.
+    near = try_effects(evidence, base, right, {}, least_evidence=best.fit.log_evidence - 40.0)
+    assert near.fit.evaluations == best.fit.evaluations
+    np.testing.assert_allclose(near.fit.coordinates, best.fit.coordinates, rtol=1e-4)
+
+
+def test_a_model_that_ran_out_of_evaluations_and_may_still_win_is_fitted_on(
+    fitted, added, monkeypatch
+):
+    # Fits to the end run out after two.
+    monkeypatch.setattr(refit_pool, 'Continuation', partial(Continuation, max_iterations=2))
+    told = []
+    pool = RefitPool(*fitted, told.append)
+    right = added[0] if added[0][0].identifier == 'depth_affine' else added[1]
+    brief = pool.refit_all([RefitRequest(right, {'depth_affine.bias': -0.05}, 2)])
+    (once,) = pool.finish(brief, [-np.inf])
+    assert not once.fit.is_converged
+    told.clear()
+    (found,) = _finished(pool, brief)
+    assert len(told) == 2
+    assert found.fit.log_evidence > once.fit.log_evidence
+
+
+def test_a_fit_halfway_down_promises_what_is_left(fitted, added):
+    evidence, base = fitted
+    right = added[0] if added[0][0].identifier == 'depth_affine' else added[1]
+    whole = try_effects(evidence, base, right, {}).fit
+    brief = try_effects(evidence, base, right, {}, max_iterations=1).fit
+    assert not whole.promise > 0.1
+    left = whole.log_evidence - brief.log_evidence
+    assert left > 50.0
+    assert 0.5 * left < brief.promise < 2.0 * left
