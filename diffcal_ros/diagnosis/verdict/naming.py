@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.diagnosis.detection.disagreement import Disagreement
+from diffcal_ros.diagnosis.detection.disagreement import Disagreement, unstrained
 from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -113,7 +113,8 @@ def doubts_about(hypothesis: Hypothesis, nominal: Refit) -> tuple[str, ...]:
     words = ' with '.join(hypothesis.identifiers)
     if hypothesis.has_doubtful_effect:
         return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
-    before = patch_gap(nominal.blocks, Part.REPORT)
+    # An effect may hide in a parameter that strains what is known of it.
+    before = patch_gap(unstrained(nominal), Part.REPORT)
     after = patch_gap(hypothesis.fit.blocks, Part.REPORT)
     if before.rms <= before.whole_floor:
         return (
