@@ -124,15 +124,33 @@ def _settled(body: Body, mesh: HexMesh, gravity: FloatArray) -> FloatArray:
 
 def _linear_sag(solid: Solid, world_from_object: FloatArray, poissons_ratio: float) -> float:
     """Return the sag that stiffness at rest foretells for a modulus of 1 Pa."""
-    mesh = true_mesh(solid)
+    down = world_from_object[:3, :3].T @ GRAVITY
+    _, moves = small_moves(true_mesh(solid), poissons_ratio, down[None])
+    return float(np.linalg.norm(moves[0], axis=1).max() / solid.free_length)
+
+
+def small_moves(
+    mesh: HexMesh, poissons_ratio: float, accelerations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return weights [N] and what stiffness at rest makes of them [m], for a modulus of 1 Pa.
+
+    Args:
+        mesh: of the body.
+        poissons_ratio: dimensionless.
+        accelerations: of the whole body [m/s^2], shape (k, 3).
+
+    Returns:
+        Shape (k, N, 3) each.
+    """
     body = elastic_body(mesh, 1.0, poissons_ratio)
     blocks = body.evaluate(mesh.nodes).blocks
     assert blocks is not None
     factor = cholesky_banded(body.band.assemble(blocks), lower=True, overwrite_ab=True)
-    loads = body.masses[:, None] * (world_from_object[:3, :3].T @ GRAVITY)
-    moved = np.zeros(mesh.nodes.size)
-    moved[body.band.numbers] = cho_solve_banded((factor, True), loads.ravel()[body.band.numbers])
-    return float(np.linalg.norm(moved.reshape(-1, 3), axis=1).max() / solid.free_length)
+    loads = body.masses[:, None] * accelerations[:, None]
+    flat, free = loads.reshape(len(loads), -1), body.band.numbers
+    moves = np.zeros_like(flat)
+    moves[:, free] = cho_solve_banded((factor, True), flat[:, free].T).T
+    return loads, moves.reshape(loads.shape)
 
 
 def elastic_body(mesh: HexMesh, youngs_modulus: float, poissons_ratio: float) -> Body:
