@@ -24,7 +24,10 @@ from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.verdict.naming import conclude
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
 
+FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 # Places that are left out at most.
@@ -151,8 +154,7 @@ def _without_local_outliers(
         outliers.append(found)
         tell(found.sentence)
         evidence = judged.evidence.without(judged.evidence.left_out | found.patches)
-        most = 1 if evidence.stays_robust else MAX_ITERATIONS
-        nominal = refit(evidence, judged.nominal.coordinates, max_iterations=most)
+        nominal = _fit_patches(evidence, judged.nominal.coordinates)
         judged = _judge(evidence, nominal, listed, margin)
     return judged, tuple(outliers)
 
@@ -173,12 +175,17 @@ def fit_nominal(
     if known is not model.scene:
         model = model.with_parameters(known, model.parameters)
         evidence = make_evidence(model, calibration.coordinates)
-    # What noise to fit patches by is a guess where it was not measured: the robust fit stands.
-    most = 1 if evidence.stays_robust else MAX_ITERATIONS
-    nominal = refit(evidence, calibration.coordinates, max_iterations=most)
+    nominal = _fit_patches(evidence, calibration.coordinates)
     at = small_step(evidence, nominal)
     if at is not None:
         # The model stays what it is, and so does its fit: no effect is in it yet.
         model = model.with_parameters(with_setting(model.scene, at), model.parameters)
         evidence = make_evidence(model, nominal.coordinates)
     return evidence, nominal
+
+
+def _fit_patches(evidence: Evidence, robust: FloatArray) -> Refit:
+    """Fit patches from where a robust fit of pixels ended."""
+    # What noise to fit them by is a guess where it was not measured: the robust fit stands.
+    most = 1 if evidence.stays_robust else MAX_ITERATIONS
+    return refit(evidence, robust, max_iterations=most)
