@@ -28,6 +28,7 @@ from diffcal_ros.ros.parameters import Parameters, Values
 from diffcal_ros.ros.tracking_relay import relay_tracking
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.user_path import user_path
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -310,7 +311,7 @@ class CalibrationNode(LifecycleNode):
 
     def _folder(self) -> Path:
         """Return where to write to, in full: whoever calls a service is elsewhere."""
-        return Path(self._settings['out']).expanduser().resolve()
+        return user_path(self._settings['out']).resolve()
 
     def _diagnose(self) -> str:
         session = self._required()
@@ -359,7 +360,7 @@ def _scene_of(values: Values) -> Scene:
     """
     if not values['scene']:
         raise InputError("there is no scene: set the parameter 'scene' to a scene file")
-    return load_scene(Path(values['scene']).expanduser())
+    return load_scene(user_path(values['scene']))
 
 
 def _answer(response: Any, act: Any) -> Any:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The depth source: a recording, or live topics with checks, on the topics that others expect."""
 
-from pathlib import Path
 from typing import Any
 
 from diffcal_ros.errors import InputError
@@ -19,6 +18,7 @@ from diffcal_ros.ros.diagnostics import DiagnosticsReporter
 from diffcal_ros.ros.live_relay import LiveRelay
 from diffcal_ros.ros.parameters import Parameters, Setting, Values
 from diffcal_ros.ros.qos import IMAGES, LATCHED
+from diffcal_ros.user_path import user_path
 from geometry_msgs.msg import TransformStamped
 import numpy as np
 from numpy.typing import NDArray
@@ -146,7 +146,7 @@ class DepthSourceNode(Node):
             self._relay = LiveRelay(self, self._senders, self.send_transform, known)
             return
         settings = ReplaySettings(
-            path=Path(values['bag']).expanduser(),
+            path=user_path(values['bag']),
             rate=values['rate'],
             is_looping=values['loop'],
             is_paused=values['paused'],
@@ -205,7 +205,7 @@ def _check(values: Values) -> None:
 def _check_change(old: Values, new: Values) -> None:
     """Refuse a recording that is not there; what is in it is seen when it is opened."""
     if new['bag'] and new['bag'] != old['bag']:
-        bag_files(Path(new['bag']).expanduser())
+        bag_files(user_path(new['bag']))
 
 
 def _transform_of(values: Values) -> FloatArray | None:

@@ -10,7 +10,6 @@ on: whoever looks at depth there need not look at what covers the others.
 """
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
@@ -43,6 +42,7 @@ from diffcal_ros.ros.frame_tree import FrameSender
 from diffcal_ros.ros.parameters import Parameters, Setting, Values
 from diffcal_ros.ros.qos import IMAGES, VALUES
 from diffcal_ros.scene.load import load_scene
+from diffcal_ros.user_path import user_path
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 import numpy as np
 from numpy.typing import NDArray
@@ -292,7 +292,7 @@ def _target(values: Values) -> Target:
     """
     if not values['scene']:
         return target_of(_marker(values))
-    scene = load_scene(Path(values['scene']).expanduser())
+    scene = load_scene(user_path(values['scene']))
     if scene.marker is None:
         raise InputError(
             f"{values['scene']} has no 'marker': add its dictionary, id and side, or give the "
