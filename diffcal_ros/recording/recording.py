@@ -14,6 +14,7 @@ from diffcal_ros.errors import RecordingError
 from diffcal_ros.plain_text import plain
 from diffcal_ros.recording.camera_watch import CameraWatch
 from diffcal_ros.recording.color_frame import ColorFrame, decode_color, decode_compressed
+from diffcal_ros.recording.compressed_depth import unpack_depth
 from diffcal_ros.recording.mcap_index import Entry
 from diffcal_ros.recording.mcap_messages import McapMessages, RawMessage
 from diffcal_ros.recording.ros_messages import deserialize, stamp_ns_of
@@ -170,6 +171,8 @@ class Recording:
 
     def _depth_frame(self, raw: RawMessage) -> DepthFrame:
         image = deserialize(raw.data, raw.type_name)
+        if raw.type_name == COMPRESSED_IMAGE_TYPE:
+            image = unpack_depth(image)
         camera = self.depth_camera
         if (image.width, image.height) != (camera.width, camera.height):
             raise ValueError(
