@@ -24,6 +24,19 @@ def read_still_frames(messages: McapMessages) -> FrameTree:
     return tree
 
 
+def still_transforms(messages: McapMessages) -> list[tuple[str, str, FloatArray]]:
+    """List the usable transforms that do not change: parent, child, parent_from_child (4, 4)."""
+    found: dict[str, tuple[str, str, FloatArray]] = {}
+    for stamped in (*own_topics(messages).values(), *_transforms(messages, TF_STATIC)):
+        try:
+            matrix = matrix_of(stamped)
+        except ValueError:
+            continue
+        parent, child = str(stamped.header.frame_id), str(stamped.child_frame_id)
+        found[child] = (parent, child, matrix)
+    return list(found.values())
+
+
 def read_frames(messages: McapMessages) -> FrameTree:
     """Read all transforms, those that change with their times."""
     tree = read_still_frames(messages)
