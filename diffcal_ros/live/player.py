@@ -140,7 +140,7 @@ class Player:
                 allow_truncated=settings.allow_truncated,
             )
             self._outlet.opened(recording)
-            self._notes = recording.notes
+            self._notes = (*recording.notes, *recording.left_out)
             self._wait_for_listeners()
             self._play(recording)
         except InputError as error:

@@ -83,8 +83,13 @@ class Recording:
 
     @property
     def skipped(self) -> Counter[str]:
-        """Frames left out so far, counted by reason; the iterators find them."""
+        """Messages left out so far, counted by topic and reason; whoever reads finds them."""
         return Counter(f'{topic}: {reason}' for (topic, _), reason in self._skipped.items())
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """The same in sentences."""
+        return tuple(f'{count} messages left out: {why}' for why, count in self.skipped.items())
 
     @property
     def first_stamp_ns(self) -> int:
@@ -131,7 +136,7 @@ class Recording:
             try:
                 yield self._depth_frame(raw)
             except ValueError as error:
-                self._skip(raw, error)
+                self.leave_out(raw, error)
                 yield None
 
     def color_frames(self, limit: int | None = None) -> Iterator[ColorFrame]:
@@ -151,7 +156,7 @@ class Recording:
                 try:
                     frame = decode(raw)
                 except ValueError as error:
-                    self._skip(raw, error)
+                    self.leave_out(raw, error)
                     continue
                 yield frame
                 if limit is not None:
@@ -166,7 +171,8 @@ class Recording:
             return lambda entries: self.messages.read(topic, entries)
         return CameraWatch(self.messages, topic, camera).read
 
-    def _skip(self, raw: RawMessage, reason: ValueError) -> None:
+    def leave_out(self, raw: RawMessage, reason: ValueError) -> None:
+        """Count a message that cannot be used, once."""
         self._skipped[raw.topic, raw.entry] = plain(str(reason), 200)
 
     def _depth_frame(self, raw: RawMessage) -> DepthFrame:

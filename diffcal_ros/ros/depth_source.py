@@ -111,7 +111,9 @@ class DepthSourceNode(Node):
     def opened(self, recording: Recording) -> None:
         """Send where the colour camera is, and what else of the rig does not change."""
         if self._frames is not None:
-            self._frames.send_still(recording.first_stamp_ns, still_transforms(recording.messages))
+            self._frames.send_still(
+                recording.first_stamp_ns, still_transforms(recording.messages, recording.leave_out)
+            )
         if recording.depth_from_color is None:
             return
         self.send_transform(
