@@ -36,7 +36,7 @@ $(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: $(VENV)/.runtime
-	$(PIP) -c $(CONSTRAINTS) import-linter joblib jsonschema pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
+	$(PIP) -c $(CONSTRAINTS) hypothesis import-linter joblib jsonschema pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
 	touch $@
 
 .PHONY: build
@@ -77,10 +77,10 @@ test: lint build ## Lint, build and run every test but the slow ones; fails when
 
 .PHONY: test-slow
 test-slow: $(VENV)/.test ## Run the slow tests, whole studies; fails when anything failed or nothing ran.
-	@mkdir -p build; rm -f build/slow.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
-	$(BIN)/python -m pytest -m slow -n $(WORKERS) --maxprocesses 4 --dist loadfile --durations 20 \
+	@source $(BIN)/activate; mkdir -p build; rm -f build/slow.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
+	python -m pytest -m slow -n $(WORKERS) --maxprocesses 4 --dist loadfile --durations 20 \
 	  --junitxml build/slow.xml || failed=1; \
-	$(BIN)/python -c '$(TESTS_RAN)' build/slow.xml; \
+	python -c '$(TESTS_RAN)' build/slow.xml; \
 	exit $${failed:-0}
 
 BLIND ?= out/blind
