@@ -122,9 +122,17 @@ COVERAGE ?= out/coverage
 coverage: $(VENV)/.test ## Count how often the 95 % interval holds the truth in 1,000 clean fits (hours).
 	OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1} $(BIN)/python -m benchmarks.coverage --count 1000 --jobs 2 --out $(COVERAGE)
 
-.PHONY: faults
-faults: $(VENV)/.test ## Read damaged recordings of every layout and count what comes of it.
+.PHONY: test-faults faults
+faults: test-faults
+test-faults: $(VENV)/.test ## Try 3,000 damaged bags, scenes, machines and signals (a quarter of an hour).
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.faults
+
+.PHONY: faults-kill faults-live
+faults-kill: $(VENV)/.test ## Kill commands and nodes at 100 random moments.
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.faults.kill
+
+faults-live: $(VENV)/.test ## Ten minutes of an erring camera before three nodes.
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.faults.live
 
 CABLES ?= out/cables
 .PHONY: cables
