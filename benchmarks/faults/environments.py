@@ -17,6 +17,7 @@ from benchmarks.faults.running import CODES, damaged_files, LIMIT, start
 from benchmarks.faults.small_scene import SmallScene
 
 _MEGABYTE = 1 << 20
+_NO_MEMORY = 70  # With a sentence that says so; of anything else it is a fault.
 
 
 def _limit(what: int, amount: int) -> Callable[[], None]:
@@ -97,6 +98,8 @@ def _run(command: str, name: str, scene: SmallScene, folder: Path, number: int) 
         code, said, left = running.process.returncode, running.said, running.left_running()
     finally:
         running.end()
+    if code == _NO_MEMORY and 'there was not enough memory' in said:
+        return 'refused', f'exit code {code}'
     if 'Traceback' in said or code not in CODES:
         return 'traceback', f'exit code {code}: {said[-400:]}'
     if left:

@@ -19,6 +19,8 @@ from benchmarks.faults.layouts import Recorded, Written
 
 PATIENCE = 10.0  # [s]
 DEPTH, COLOR = '/depth/image_rect_raw', '/color/image_raw'
+# What a note says of a recording that is not as it was made.
+_TOLD = ('truncated', 'damaged', 'metadata.yaml counts')
 FAULTS = (
     *('traceback', 'hang', 'silent loss', 'changed unsaid', 'miscounted', 'refused needlessly'),
     *('refused unsaid', 'left running', 'half a file'),
@@ -86,7 +88,7 @@ def _read(file: Path, *, is_tolerant: bool) -> _Found:
         counts=Counter(recording.topic_counts),
         images=images,
         skipped=sum(recording.skipped.values()),
-        is_told='truncated' in told or 'damaged' in told,
+        is_told=any(word in told for word in _TOLD),
         lost=getattr(recording, 'lost_counts', {}),
         is_counted='not known' not in told,
     )
