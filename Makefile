@@ -36,7 +36,7 @@ $(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: $(VENV)/.runtime
-	$(PIP) -c $(CONSTRAINTS) import-linter joblib jsonschema pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
+	$(PIP) -c $(CONSTRAINTS) hypothesis import-linter joblib jsonschema pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
 	touch $@
 
 .PHONY: build
@@ -77,10 +77,10 @@ test: lint build ## Lint, build and run every test but the slow ones; fails when
 
 .PHONY: test-slow
 test-slow: $(VENV)/.test ## Run the slow tests, whole studies; fails when anything failed or nothing ran.
-	@mkdir -p build; rm -f build/slow.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
-	$(BIN)/python -m pytest -m slow -n $(WORKERS) --maxprocesses 4 --dist loadfile --durations 20 \
+	@source $(BIN)/activate; mkdir -p build; rm -f build/slow.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
+	python -m pytest -m slow -n $(WORKERS) --maxprocesses 4 --dist loadfile --durations 20 \
 	  --junitxml build/slow.xml || failed=1; \
-	$(BIN)/python -c '$(TESTS_RAN)' build/slow.xml; \
+	python -c '$(TESTS_RAN)' build/slow.xml; \
 	exit $${failed:-0}
 
 BLIND ?= out/blind
@@ -122,9 +122,17 @@ COVERAGE ?= out/coverage
 coverage: $(VENV)/.test ## Count how often the 95 % interval holds the truth in 1,000 clean fits (hours).
 	OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1} $(BIN)/python -m benchmarks.coverage --count 1000 --jobs 2 --out $(COVERAGE)
 
-.PHONY: faults
-faults: $(VENV)/.test ## Read damaged recordings of every layout and count what comes of it.
+.PHONY: test-faults faults
+faults: test-faults
+test-faults: $(VENV)/.test ## Try 3,000 damaged bags, scenes, machines and signals (a quarter of an hour).
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.faults
+
+.PHONY: faults-kill faults-live
+faults-kill: $(VENV)/.test ## Kill commands and nodes at 100 random moments.
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.faults.kill
+
+faults-live: $(VENV)/.test ## Ten minutes of an erring camera before three nodes.
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.faults.live
 
 CABLES ?= out/cables
 .PHONY: cables

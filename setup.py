@@ -47,7 +47,7 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/config', glob('config/*')),
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
-        (f'share/{PACKAGE}/rviz', glob('rviz/*.rviz')),
+        (f'share/{PACKAGE}/rviz', glob('rviz/*')),
         *((f'share/{PACKAGE}/{folder}', _files(folder)) for folder in SAMPLE),
     ],
     zip_safe=False,

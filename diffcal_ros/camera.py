@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Focal length over width or height: less is no lens.
-_SHORTEST = 0.01
+# Focal length over width or height, at which 160 degrees are seen at once: less is no lens.
+SHORTEST_FOCAL_LENGTH = 0.088
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,12 @@ class PinholeCamera:
                 'an uncalibrated camera publishes zeros, so calibrate it or give the '
                 "intrinsics in the scene file under 'camera'"
             )
-        if self.fx < self.width * _SHORTEST or self.fy < self.height * _SHORTEST:
+        least = (self.width * SHORTEST_FOCAL_LENGTH, self.height * SHORTEST_FOCAL_LENGTH)
+        if self.fx < least[0] or self.fy < least[1]:
             raise ValueError(
                 f'focal length is fx={self.fx:g}, fy={self.fy:g} px for {self.width}x'
-                f'{self.height} pixels, more than 178 degrees in view: it is counted in pixels, '
-                f'at least {self.width * _SHORTEST:g} and {self.height * _SHORTEST:g}'
+                f'{self.height} pixels, more than 160 degrees in view: it is counted in pixels, '
+                f'at least {least[0]:g} and {least[1]:g}'
             )
 
     @property

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.errors import SceneError
+from diffcal_ros.scene.load import load_scene
 import numpy as np
 import pytest
 
@@ -41,3 +43,19 @@ def test_refuses_impossible_intrinsics(changes, message: str) -> None:
 def test_refuses_a_depth_image_of_another_size() -> None:
     with pytest.raises(ValueError, match='check that camera_info matches'):
         CAMERA.back_project(np.ones((10, 10)))
+
+
+_WIDE = {'width': 64, 'height': 48, 'fy': 74.0, 'cx': 30.5, 'cy': 25.25}
+
+
+def test_scenes_and_camera_infos_refuse_the_same_focal_length(write_scene) -> None:
+    values = {**_WIDE, 'fx': 0.0879 * 64}
+    with pytest.raises(ValueError, match='more than 160 degrees in view'):
+        PinholeCamera(**values)
+    with pytest.raises(SceneError, match='more than 160 degrees'):
+        load_scene(write_scene({'camera': values}))
+
+
+def test_scenes_and_camera_infos_take_the_same_focal_length(write_scene) -> None:
+    values = {**_WIDE, 'fx': 0.0881 * 64}
+    assert load_scene(write_scene({'camera': values})).depth_camera == PinholeCamera(**values)

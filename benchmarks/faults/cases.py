@@ -22,7 +22,7 @@ from benchmarks.faults.layouts import (
 )
 from benchmarks.faults.oracle import judge, Truth, Verdict
 
-SEED, CASES_EACH = 20, 11
+SEED, CASES_EACH = 20, 21
 _SAMPLE = Path(__file__).resolve().parents[2] / 'bags' / 'sample' / 'bag' / 'bag_0.mcap'
 
 
@@ -97,16 +97,17 @@ def _write_first_file(bag: Path, first: Written, second: Written) -> None:
 
 @cache
 def _written(layout: Layout) -> Written:
-    messages = _sample()
+    messages = sample()
     return write_layout(layout, messages[len(messages) // 2 :] if layout.is_split else messages)
 
 
 @cache
 def _first_file(layout: Layout) -> Written:
-    messages = _sample()
+    messages = sample()
     return write_layout(layout, messages[: len(messages) // 2])
 
 
 @cache
-def _sample() -> list[Recorded]:
+def sample() -> list[Recorded]:
+    """Return what is recorded in the bags of the campaign."""
     return sample_messages(_SAMPLE)

@@ -14,6 +14,7 @@ from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.live.background import Post
+from diffcal_ros.live.body_frames import body_frames, BodyFrames
 from diffcal_ros.live.inputs import Snapshot
 from diffcal_ros.live.picture import draw_picture, Picture
 from diffcal_ros.live.release import require_rest
@@ -89,12 +90,14 @@ class FitEnd:
         calibration: the model, for the report; only the background thread may use it. None when
             it has to be made from the request.
         picture: what the model sees in the end.
+        frames: where world and body are.
     """
 
     request: FitRequest
     result: CalibrationResult
     calibration: Calibration | None
     picture: Picture
+    frames: BodyFrames
 
 
 def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
@@ -115,7 +118,9 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
         return not stop.is_set()
 
     result = with_details(calibration.run(tell), notes=list(notes))
-    post(FitEnd(request, result, calibration, _picture(calibration, observations, last)))
+    picture = _picture(calibration, observations, last)
+    frames = body_frames(request.scene, calibration.model, calibration.coordinates)
+    post(FitEnd(request, result, calibration, picture, frames))
 
 
 def _start(calibration: Calibration, values: dict[str, float]) -> FloatArray:

@@ -207,6 +207,11 @@ class LiveInputs:
         """Where poses come from: for a pose that is no marker's the scene may name it."""
         return (self._setup.pose.topic if self.source == 'topic' else '') or POSE_TOPIC
 
+    @property
+    def world_frame(self) -> str:
+        """TF's name of the scene's world; empty where the scene has none."""
+        return self._setup.pose.world_frame
+
     def set_camera(self, camera: PinholeCamera) -> None:
         """Take a camera_info; the scene's own camera goes before it."""
         if self.scene.depth_camera is None:

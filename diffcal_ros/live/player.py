@@ -12,6 +12,7 @@ from typing import Protocol
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.replay_messages import replay_messages, ReplayMessage, Role
+from diffcal_ros.plain_text import plain
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.recording import Recording
 
@@ -79,6 +80,7 @@ class Player:
         self._health = Health(Level.OK, f'opening {settings.path}')
         self._sent: Counter[Role] = Counter()
         self._rounds = 0
+        self._left_out, self._last_left_out = 0, ''
         self._notes: tuple[str, ...] = ()
         self._thread = threading.Thread(target=self._work, name='player', daemon=True)
         self._thread.start()
@@ -122,7 +124,11 @@ class Player:
         with self._changed:
             values = {f'{role.value} sent': str(self._sent[role]) for role in Role}
             values['rounds'] = str(self._rounds)
+            values['left out'] = str(self._left_out)
             values['notes'] = '; '.join(self._notes) or 'none'
+            if self._left_out and self._health.level is Level.OK:
+                told = f'{self._left_out} messages were left out, the last: {self._last_left_out}'
+                return Health(Level.WARN, f'{self._health.message}; {told}', values)
             return replace(self._health, values=values)
 
     def _work(self) -> None:
@@ -134,7 +140,7 @@ class Player:
                 allow_truncated=settings.allow_truncated,
             )
             self._outlet.opened(recording)
-            self._notes = recording.notes
+            self._notes = (*recording.notes, *recording.left_out)
             self._wait_for_listeners()
             self._play(recording)
         except InputError as error:
@@ -158,7 +164,7 @@ class Player:
 
     def _play(self, recording: Recording) -> None:
         schedule = _Schedule()
-        for message in replay_messages(recording, self._next_round):
+        for message in replay_messages(recording, self._next_round, self._leave_out):
             if not self._wait_until_due(message, schedule):
                 return
             self._outlet.tick(message.time_ns)
@@ -170,6 +176,11 @@ class Player:
         self._say(
             Level.OK, f'{recording.path} was replayed to its end; set loop to replay it again'
         )
+
+    def _leave_out(self, reason: str) -> None:
+        with self._changed:
+            self._left_out += 1
+            self._last_left_out = plain(reason, 200)
 
     def _next_round(self) -> bool:
         with self._changed:

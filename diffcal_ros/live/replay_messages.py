@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from diffcal_ros.live.cdr_stamp import move_stamp
 from diffcal_ros.recording.color_frame import decode_compressed
+from diffcal_ros.recording.compressed_depth import unpack_depth
 from diffcal_ros.recording.mcap_messages import RawMessage
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.ros_messages import (
@@ -16,7 +17,11 @@ from diffcal_ros.recording.ros_messages import (
     serialize,
     stamp_ns_of,
 )
-from diffcal_ros.recording.topics import camera_info_of, COMPRESSED_IMAGE_TYPE
+from diffcal_ros.recording.topics import (
+    camera_info_of,
+    COMPRESSED_DEPTH,
+    COMPRESSED_IMAGE_TYPE,
+)
 
 _USUAL_PERIOD = 33_333_333  # [ns]
 
@@ -44,19 +49,26 @@ class ReplayMessage(NamedTuple):
     data: bytes
 
 
-def replay_messages(recording: Recording, goes_on: Callable[[], bool]) -> Iterator[ReplayMessage]:
+def replay_messages(
+    recording: Recording, goes_on: Callable[[], bool], left_out: Callable[[str], None]
+) -> Iterator[ReplayMessage]:
     """Walk through a recording, again and again.
 
     Args:
         recording: opened.
         goes_on: asked at the end of each round.
+        left_out: told of each message that cannot be unpacked or has no stamp, and why.
     """
     roles = _roles(recording)
     period = _round_period(recording, tuple(roles))
     shift = 0
     while True:
         for raw in recording.messages.read_all(tuple(roles)):
-            data = move_stamp(_as_image(raw), shift)
+            try:
+                data = move_stamp(_as_image(raw), shift)
+            except ValueError as error:
+                left_out(f'{raw.topic}: {error}')
+                continue
             yield ReplayMessage(roles[raw.topic], raw.log_time_ns + shift, data)
         if not goes_on():
             return
@@ -88,6 +100,8 @@ def _as_image(raw: RawMessage) -> bytes:
     if raw.type_name != COMPRESSED_IMAGE_TYPE:
         return raw.data
     packed = deserialize(raw.data, raw.type_name)
+    if raw.topic.endswith(COMPRESSED_DEPTH):
+        return serialize(unpack_depth(packed))
     return serialize(
         image_message(
             decode_compressed(packed.data),

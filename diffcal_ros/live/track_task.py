@@ -11,6 +11,7 @@ from diffcal_ros.calibration.observations.observation import measured_depth
 from diffcal_ros.calibration.tracking.tracker import Tracked, Tracker, TrackerSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Post
+from diffcal_ros.live.body_frames import body_frames, BodyFrames
 from diffcal_ros.live.fit_task import FitEnd
 from diffcal_ros.live.latest_frame import LatestFrame
 from diffcal_ros.live.picture import draw_picture, Picture
@@ -29,6 +30,7 @@ class TrackStep:
         arrived_ns: when the frame came, steady time [ns].
         seconds: that the update took.
         search_count: searches for a body that changed, so far.
+        frames: where world and body are.
     """
 
     tracked: Tracked
@@ -37,6 +39,7 @@ class TrackStep:
     arrived_ns: int
     seconds: float
     search_count: int
+    frames: BodyFrames
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,13 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
         number += 1
         seconds = time.perf_counter() - begun
         step = TrackStep(
-            tracked, frame.frame_id, number, arrived.arrived_ns, seconds, tracker.search_count
+            tracked,
+            frame.frame_id,
+            number,
+            arrived.arrived_ns,
+            seconds,
+            tracker.search_count,
+            body_frames(fit.scene, calibration.model, tracker.coordinates),
         )
         post(step)
         # Parameters do not wait for pictures.

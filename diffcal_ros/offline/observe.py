@@ -85,10 +85,7 @@ def observe(
         name=setup.name if len(scene.observations) > 1 else _label(recording.path),
         camera=scene.depth_camera or recording.depth_camera,
     )
-    skipped = tuple(
-        f'{count} frames left out: {reason}' for reason, count in recording.skipped.items()
-    )
-    return Take(take.observations, (*recording.notes, *skipped, *take.notes))
+    return Take(take.observations, (*recording.notes, *recording.left_out, *take.notes))
 
 
 def _label(path: Path) -> str:
@@ -106,7 +103,7 @@ def _source(scene: Scene, setup_index: int, recording: Recording, asked: str | N
     if source == 'stored':
         return from_scene(setup)
     # Long recordings carry much TF: it is read once, and only where it is asked.
-    frames = cache(lambda: read_frames(recording.messages))
+    frames = cache(lambda: read_frames(recording.messages, recording.leave_out))
 
     def lookup(target: str, source: str, stamp_ns: int) -> FloatArray | None:
         return frames().find(target, source, stamp_ns)
@@ -114,7 +111,7 @@ def _source(scene: Scene, setup_index: int, recording: Recording, asked: str | N
     if source == 'tf':
         world_frame_of(setup.pose)
         return from_tf(setup.pose, lookup)
-    topic, messages = read_poses(recording.messages, setup.pose.topic)
+    topic, messages = read_poses(recording.messages, setup.pose.topic, recording.leave_out)
     return from_topic(setup.pose, topic, messages, lookup)
 
 

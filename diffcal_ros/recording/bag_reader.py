@@ -12,8 +12,8 @@ from diffcal_ros.plain_text import listed, plain
 from diffcal_ros.recording.bag_files import bag_files
 from diffcal_ros.recording.camera_infos import camera_of, require_size, require_undistorted
 from diffcal_ros.recording.image_topics import choose_color, choose_depth, ImageTopic
-from diffcal_ros.recording.mcap_messages import McapMessages
-from diffcal_ros.recording.recorded_frames import own_topics, read_still_frames
+from diffcal_ros.recording.mcap_messages import McapMessages, RawMessage
+from diffcal_ros.recording.recorded_frames import LeftOut, own_topics, read_still_frames
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.ros_messages import deserialize, matrix_of
 from diffcal_ros.recording.topics import camera_info_of, CAMERA_INFO_TYPE
@@ -55,7 +55,15 @@ def open_recording(
     depth = choose_depth(messages, depth_topic)
     camera = _depth_camera(messages, depth, depth_camera)
     color, seen_by, problem = _color(messages, color_topic, color_camera)
-    return Recording(
+    unreadable: list[tuple[RawMessage, ValueError]] = []
+
+    def left_out(raw: RawMessage, error: ValueError) -> None:
+        unreadable.append((raw, error))
+
+    depth_from_color = (
+        None if color is None else _depth_from_color(messages, depth, color, left_out)
+    )
+    recording = Recording(
         path=Path(path),
         sha256=messages.sha256,
         depth_topic=depth.name,
@@ -64,7 +72,7 @@ def open_recording(
         color_topic=None if color is None else color.name,
         color_camera=seen_by,
         color_frame_id='' if color is None else color.frame_id,
-        depth_from_color=None if color is None else _depth_from_color(messages, depth, color),
+        depth_from_color=depth_from_color,
         topic_counts={name: len(messages.entries(name)) for name in sorted(messages.types)},
         color_problem=problem,
         saved_count=messages.saved_count,
@@ -74,6 +82,9 @@ def open_recording(
         is_depth_camera_given=depth_camera is not None,
         is_color_camera_given=color_camera is not None,
     )
+    for raw, error in unreadable:
+        recording.leave_out(raw, error)
+    return recording
 
 
 def _depth_camera(
@@ -154,13 +165,13 @@ def _camera_info(messages: McapMessages, topic: str) -> Any:
 
 
 def _depth_from_color(
-    messages: McapMessages, depth: ImageTopic, color: ImageTopic
+    messages: McapMessages, depth: ImageTopic, color: ImageTopic, left_out: LeftOut
 ) -> FloatArray | None:
     """Return where the colour camera is, or None when the recording does not say."""
     if depth.frame_id and color.frame_id:
-        return read_still_frames(messages).find(depth.frame_id, color.frame_id)
+        return read_still_frames(messages, left_out).find(depth.frame_id, color.frame_id)
     # Images without frame names: the topic's own name says which transform it is.
-    for name, stamped in own_topics(messages).items():
+    for name, stamped in own_topics(messages, left_out).items():
         if name.endswith(_OWN_TOPIC):
             try:
                 return matrix_of(stamped)

@@ -7,6 +7,7 @@ from typing import Any
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.plain_text import listed, plain
+from diffcal_ros.recording.topics import plain_topic
 import numpy as np
 
 _MODELS = ('plumb_bob', 'rational_polynomial', '')
@@ -31,7 +32,7 @@ def camera_of(info: Any, *, topic: str, image_topic: str) -> PinholeCamera:
     K = np.asarray(info.k, dtype=np.float64).reshape(3, 3)
     P = np.asarray(info.p, dtype=np.float64).reshape(3, 4)
     distortion = np.asarray(info.d, dtype=np.float64)
-    is_rectified = 'rect' in image_topic.rpartition('/')[2] and P[0, 0] > 0.0
+    is_rectified = 'rect' in plain_topic(image_topic).rpartition('/')[2] and P[0, 0] > 0.0
     if is_rectified and np.abs(P[:, :3] - K).max() > 1e-6 * np.abs(K).max():
         K, distortion = P[:, :3], np.zeros(0)
     if distortion.any() and info.distortion_model not in _MODELS:

@@ -9,9 +9,11 @@ follow, eight such groups in a word.
 
 import re
 import struct
+from typing import Any
 
 import cv2
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.recording.ros_messages import image_message, stamp_ns_of
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,8 +21,31 @@ from numpy.typing import NDArray
 _HEADER = struct.Struct('<iff')
 _SIZE = struct.Struct('<ii')
 _FORMAT = re.compile(r'\s*(?P<encoding>\w+)\s*;\s*compressedDepth(?:\s+(?P<kind>png|rvl))?\s*')
+_PNG = b'\x89PNG\r\n\x1a\n'
+# Where it says how large it is: behind its signature and the head of its first chunk.
+_PNG_SIZE = struct.Struct('>16xII')
 _MOST_PIXELS = 1 << 26
 _LONGEST = 11  # Groups of three bits of one number: 32 bits.
+
+
+def unpack_depth(packed: Any) -> Any:
+    """Turn a sensor_msgs/CompressedImage that was recorded into the sensor_msgs/Image it packs.
+
+    Raises:
+        RecordingError: see `decode_compressed_depth`.
+    """
+    pixels = decode_compressed_depth(packed.data, str(packed.format))
+    return image_message(
+        pixels,
+        encoding=encoding_of(pixels),
+        stamp_ns=stamp_ns_of(packed),
+        frame_id=str(packed.header.frame_id),
+    )
+
+
+def encoding_of(pixels: NDArray[np.uint16] | NDArray[np.float32]) -> str:
+    """Return what sensor_msgs calls depth that was unpacked."""
+    return '16UC1' if pixels.dtype == np.uint16 else '32FC1'
 
 
 def decode_compressed_depth(
@@ -59,7 +84,12 @@ def decode_compressed_depth(
 
 
 def _unpack_png(body: bytes) -> NDArray[np.uint16]:
-    pixels = cv2.imdecode(np.frombuffer(body, np.uint8), cv2.IMREAD_UNCHANGED)
+    if body.startswith(_PNG) and len(body) >= _PNG_SIZE.size:
+        _check_size(*_PNG_SIZE.unpack_from(body))
+    try:
+        pixels = cv2.imdecode(np.frombuffer(body, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        pixels = None
     if pixels is None or pixels.ndim != 2 or pixels.dtype != np.uint16:
         raise RecordingError('a compressed depth image holds no 16-bit PNG: it is damaged')
     return np.asarray(pixels, dtype=np.uint16)
@@ -69,10 +99,7 @@ def _unpack_rvl(body: bytes) -> NDArray[np.uint16]:
     if len(body) < _SIZE.size:
         raise RecordingError('a compressed depth image has no size: it is cut off')
     columns, rows = _SIZE.unpack_from(body)
-    if columns <= 0 or rows <= 0 or columns * rows > _MOST_PIXELS:
-        raise RecordingError(
-            f'a compressed depth image says it is {columns}x{rows}: it is damaged'
-        )
+    _check_size(columns, rows)
     numbers = _numbers(body[_SIZE.size :])
     pixels = np.zeros(columns * rows, dtype=np.int64)
     place = at = last = 0
@@ -92,6 +119,14 @@ def _unpack_rvl(body: bytes) -> NDArray[np.uint16]:
             last = int(pixels[place + count - 1])
         place, at = place + count, at + 2 + count
     return pixels.astype(np.uint16).reshape(rows, columns)
+
+
+def _check_size(columns: int, rows: int) -> None:
+    """Refuse what a few bytes may claim."""
+    if columns <= 0 or rows <= 0 or columns * rows > _MOST_PIXELS:
+        raise RecordingError(
+            f'a compressed depth image says it is {columns}x{rows}: it is damaged'
+        )
 
 
 def _numbers(body: bytes) -> NDArray[np.int64]:

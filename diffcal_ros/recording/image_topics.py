@@ -10,15 +10,19 @@ from diffcal_ros.depth_frame import ENCODINGS as DEPTH_ENCODINGS
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.plain_text import listed, plain
 from diffcal_ros.recording.color_frame import COLOR_ENCODINGS
+from diffcal_ros.recording.compressed_depth import unpack_depth
 from diffcal_ros.recording.mcap_messages import McapMessages
 from diffcal_ros.recording.ros_messages import deserialize
 from diffcal_ros.recording.topics import (
     camera_info_of,
     CAMERA_INFO_TYPE,
     COLOR_IMAGE,
+    COMPRESSED,
+    COMPRESSED_DEPTH,
     COMPRESSED_IMAGE_TYPE,
     DEPTH_IMAGE,
     IMAGE_TYPE,
+    plain_topic,
 )
 
 # One damaged message at the start must not decide what a topic is.
@@ -31,10 +35,12 @@ class ImageTopic:
 
     Attributes:
         name: absolute.
-        encoding: of its first readable message; empty when none is readable.
-        width: columns [px]; 0 for compressed images.
-        height: rows [px]; 0 for compressed images.
+        encoding: of its first readable message, unpacked where it is depth; empty when none of
+            the first ones is readable.
+        width: columns [px]; 0 for compressed colour.
+        height: rows [px]; 0 for compressed colour.
         frame_id: optical frame.
+        problem: why none of the first images is readable; empty where one is.
     """
 
     name: str
@@ -42,11 +48,12 @@ class ImageTopic:
     width: int = 0
     height: int = 0
     frame_id: str = ''
+    problem: str = ''
 
     @property
     def is_compressed(self) -> bool:
-        """Tell whether it carries sensor_msgs/CompressedImage."""
-        return self.name.endswith('/compressed')
+        """Tell whether it carries pictures as JPEG or PNG."""
+        return self.name.endswith(COMPRESSED)
 
     @property
     def is_depth(self) -> bool:
@@ -66,7 +73,7 @@ def image_topics(messages: McapMessages) -> tuple[ImageTopic, ...]:
         _look_at(messages, name)
         for name, type_name in sorted(messages.types.items())
         if type_name == IMAGE_TYPE
-        or (type_name == COMPRESSED_IMAGE_TYPE and name.endswith('/compressed'))
+        or (type_name == COMPRESSED_IMAGE_TYPE and name.endswith((COMPRESSED, COMPRESSED_DEPTH)))
     )
 
 
@@ -80,7 +87,13 @@ def choose_depth(messages: McapMessages, wanted: str | None) -> ImageTopic:
     topics = image_topics(messages)
     if wanted is not None:
         return _wanted_depth(topics, f'/{wanted.lstrip("/")}', messages)
-    depth = [topic for topic in topics if topic.is_depth]
+    names = {topic.name for topic in topics if topic.is_depth}
+    # What was recorded as it is and packed as well is one topic.
+    depth = [
+        topic
+        for topic in topics
+        if topic.is_depth and plain_topic(topic.name) not in names - {topic.name}
+    ]
     if len(depth) > 1:
         raise RecordingError(
             f'the recording has {len(depth)} depth topics, '
@@ -94,7 +107,7 @@ def choose_depth(messages: McapMessages, wanted: str | None) -> ImageTopic:
     raise RecordingError(
         'the recording has no depth topic, '
         f'{"only" if messages.types else "and holds"} {listing(messages, topics)}: record '
-        f'{DEPTH_IMAGE} (sensor_msgs/msg/Image, 32FC1 or 16UC1); compressedDepth is not read'
+        f'{DEPTH_IMAGE} (sensor_msgs/msg/Image, 32FC1 or 16UC1), or its compressedDepth'
     )
 
 
@@ -139,7 +152,8 @@ def listing(messages: McapMessages, topics: Sequence[ImageTopic]) -> str:
 
 def _wanted_depth(topics: Sequence[ImageTopic], name: str, messages: McapMessages) -> ImageTopic:
     for topic in topics:
-        if topic.name == name:
+        # The plain name stands for its packed images, too; it comes first where both are there.
+        if topic.name in (name, f'{name}{COMPRESSED_DEPTH}'):
             if topic.encoding not in DEPTH_ENCODINGS:
                 raise _unknown_encoding(topic)
             return topic
@@ -150,6 +164,12 @@ def _wanted_depth(topics: Sequence[ImageTopic], name: str, messages: McapMessage
 
 
 def _unknown_encoding(topic: ImageTopic) -> RecordingError:
+    if not topic.encoding:
+        return RecordingError(
+            f'none of the first images on {plain(topic.name)} can be read '
+            f'({plain(topic.problem, 200)}): record it again, or choose another topic with '
+            '--depth-topic'
+        )
     return RecordingError(
         f'{plain(topic.name)} has the encoding {plain(topic.encoding)!r}: depth comes as 32FC1 '
         '(metres) or 16UC1 (millimetres); record it so, or choose another topic with '
@@ -158,17 +178,22 @@ def _unknown_encoding(topic: ImageTopic) -> RecordingError:
 
 
 def _look_at(messages: McapMessages, name: str) -> ImageTopic:
-    if messages.types[name] == COMPRESSED_IMAGE_TYPE:
+    type_name = messages.types[name]
+    if type_name == COMPRESSED_IMAGE_TYPE and name.endswith(COMPRESSED):
         return ImageTopic(name, '', frame_id=_compressed_frame(messages, name))
+    problem = 'there is none'
     for raw in islice(messages.read(name, messages.entries(name)[:_LOOKED_AT]), _LOOKED_AT):
         try:
-            image = deserialize(raw.data, IMAGE_TYPE)
-        except ValueError:
+            image = deserialize(raw.data, type_name)
+            if type_name == COMPRESSED_IMAGE_TYPE:
+                image = unpack_depth(image)
+        except ValueError as error:
+            problem = str(error)
             continue
         return ImageTopic(
             name, str(image.encoding), image.width, image.height, str(image.header.frame_id)
         )
-    return ImageTopic(name, '')
+    return ImageTopic(name, '', problem=problem)
 
 
 def _compressed_frame(messages: McapMessages, name: str) -> str:

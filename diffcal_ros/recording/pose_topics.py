@@ -7,6 +7,7 @@ from typing import Any
 from diffcal_ros.errors import PoseError
 from diffcal_ros.plain_text import listed, plain
 from diffcal_ros.recording.mcap_messages import McapMessages
+from diffcal_ros.recording.recorded_frames import LeftOut
 from diffcal_ros.recording.ros_messages import deserialize, stamp_ns_of
 from diffcal_ros.recording.topics import POSE_COVARIANCE_TYPE, POSE_TYPE
 from diffcal_ros.rigid_transform import check_rigid, rotation_from_quaternion, transform
@@ -16,12 +17,15 @@ import numpy as np
 _TYPES = (POSE_TYPE, POSE_COVARIANCE_TYPE)
 
 
-def read_poses(messages: McapMessages, wanted: str) -> tuple[str, tuple[StampedPose, ...]]:
+def read_poses(
+    messages: McapMessages, wanted: str, left_out: LeftOut
+) -> tuple[str, tuple[StampedPose, ...]]:
     """Read the good poses of a topic.
 
     Args:
         messages: of a recording.
         wanted: its name; empty: the only topic with poses.
+        left_out: told of each pose that is unusable.
 
     Returns:
         The topic, and its poses in the order of recording, at least one.
@@ -37,6 +41,7 @@ def read_poses(messages: McapMessages, wanted: str) -> tuple[str, tuple[StampedP
             poses.append(_pose(deserialize(raw.data, raw.type_name)))
         except ValueError as error:
             problem = str(error)
+            left_out(raw, error)
     if not poses:
         raise PoseError(f'{topic} holds no usable pose ({problem}): record it again')
     return topic, tuple(poses)

@@ -14,6 +14,7 @@ from diffcal_ros.errors import RecordingError
 from diffcal_ros.plain_text import plain
 from diffcal_ros.recording.camera_watch import CameraWatch
 from diffcal_ros.recording.color_frame import ColorFrame, decode_color, decode_compressed
+from diffcal_ros.recording.compressed_depth import unpack_depth
 from diffcal_ros.recording.mcap_index import Entry
 from diffcal_ros.recording.mcap_messages import McapMessages, RawMessage
 from diffcal_ros.recording.ros_messages import deserialize, stamp_ns_of
@@ -82,8 +83,13 @@ class Recording:
 
     @property
     def skipped(self) -> Counter[str]:
-        """Frames left out so far, counted by reason; the iterators find them."""
+        """Messages left out so far, counted by topic and reason; whoever reads finds them."""
         return Counter(f'{topic}: {reason}' for (topic, _), reason in self._skipped.items())
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """The same in sentences."""
+        return tuple(f'{count} messages left out: {why}' for why, count in self.skipped.items())
 
     @property
     def first_stamp_ns(self) -> int:
@@ -130,7 +136,7 @@ class Recording:
             try:
                 yield self._depth_frame(raw)
             except ValueError as error:
-                self._skip(raw, error)
+                self.leave_out(raw, error)
                 yield None
 
     def color_frames(self, limit: int | None = None) -> Iterator[ColorFrame]:
@@ -150,7 +156,7 @@ class Recording:
                 try:
                     frame = decode(raw)
                 except ValueError as error:
-                    self._skip(raw, error)
+                    self.leave_out(raw, error)
                     continue
                 yield frame
                 if limit is not None:
@@ -165,11 +171,14 @@ class Recording:
             return lambda entries: self.messages.read(topic, entries)
         return CameraWatch(self.messages, topic, camera).read
 
-    def _skip(self, raw: RawMessage, reason: ValueError) -> None:
+    def leave_out(self, raw: RawMessage, reason: ValueError) -> None:
+        """Count a message that cannot be used, once."""
         self._skipped[raw.topic, raw.entry] = plain(str(reason), 200)
 
     def _depth_frame(self, raw: RawMessage) -> DepthFrame:
         image = deserialize(raw.data, raw.type_name)
+        if raw.type_name == COMPRESSED_IMAGE_TYPE:
+            image = unpack_depth(image)
         camera = self.depth_camera
         if (image.width, image.height) != (camera.width, camera.height):
             raise ValueError(

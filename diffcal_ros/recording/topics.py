@@ -22,6 +22,16 @@ POSE_TYPE = 'geometry_msgs/msg/PoseStamped'
 POSE_COVARIANCE_TYPE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
 
 
+# What image_transport appends to the name of a topic that it packs.
+COMPRESSED = '/compressed'
+COMPRESSED_DEPTH = '/compressedDepth'
+
+
+def plain_topic(image_topic: str) -> str:
+    """Return the topic whose images a topic of image_transport packs, or the topic itself."""
+    return image_topic.removesuffix(COMPRESSED).removesuffix(COMPRESSED_DEPTH)
+
+
 def camera_info_of(image_topic: str) -> str:
     """Return the camera_info topic in the same namespace as an image topic."""
-    return f'{image_topic.removesuffix("/compressed").rpartition("/")[0]}/camera_info'
+    return f'{plain_topic(image_topic).rpartition("/")[0]}/camera_info'

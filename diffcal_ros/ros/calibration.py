@@ -20,7 +20,7 @@ from diffcal_ros.live.session_check import check_settings
 from diffcal_ros.live.session_health import session_health
 from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.calibration_inputs import CalibrationInputs
-from diffcal_ros.ros.calibration_outputs import CalibrationOutputs
+from diffcal_ros.ros.calibration_outputs import CalibrationOutputs, FrameNames
 from diffcal_ros.ros.calibration_parameters import session_settings, SETTINGS
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter
 from diffcal_ros.ros.lifecycle_words import Stand
@@ -83,7 +83,7 @@ class CalibrationNode(LifecycleNode):
         if not self._load():
             self._reporter.report()
             return TransitionCallbackReturn.FAILURE
-        self._outputs = CalibrationOutputs(self)
+        self._outputs = CalibrationOutputs(self, self._frame_names)
         self._stand = Stand.INACTIVE
         return super().on_configure(state)
 
@@ -179,6 +179,15 @@ class CalibrationNode(LifecycleNode):
         if self._inputs is not None:
             self._inputs.destroy()
             self._inputs = None
+
+    def _frame_names(self) -> FrameNames:
+        values, session = self._settings.values, self._session
+        world = values['world_frame']
+        if session is not None:
+            # A pose from TF: it says already where the world is.
+            is_known = session.inputs.source == 'tf'
+            world = '' if is_known else session.inputs.world_frame or world
+        return FrameNames(values['publish_tf'], world, values['body_frame'])
 
     def _poll(self) -> None:
         if self._session is None:

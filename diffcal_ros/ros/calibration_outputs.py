@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the calibration node publishes about a fit."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
+from diffcal_ros.live.body_frames import BodyFrames
 from diffcal_ros.live.fit_task import FitEnd, FitStep
 from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.track_task import TrackStep
@@ -24,6 +27,7 @@ from diffcal_ros.ros.estimate_messages import (
     topic_of,
     tracked_message,
 )
+from diffcal_ros.ros.frame_sender import FrameSender
 from diffcal_ros.ros.qos import LATCHED, LATCHED_IMAGES
 from diffcal_ros.ros.verdict_messages import verdict_message
 from diffcal_ros.scene.model import Scene
@@ -38,11 +42,34 @@ from visualization_msgs.msg import Marker
 _SURFACE = ColorRGBA(r=0.20, g=0.55, b=0.85, a=0.8)
 
 
+@dataclass(frozen=True)
+class FrameNames:
+    """What is sent to TF.
+
+    Attributes:
+        is_sent: anything at all.
+        world: name of the scene's world; empty where TF says where it is.
+        body: name of the mesh file's own frame.
+    """
+
+    is_sent: bool
+    world: str
+    body: str
+
+
 class CalibrationOutputs:
     """Publishers of one calibration node; those of single parameters are made when needed."""
 
-    def __init__(self, node: LifecycleNode) -> None:
+    def __init__(self, node: LifecycleNode, names: Callable[[], FrameNames]) -> None:
+        """Make them.
+
+        Args:
+            node: whose topics they are.
+            names: asked for the frames that are sent to TF.
+        """
         self._node = node
+        self._names = names
+        self._frames = FrameSender(node) if names().is_sent else None
         self._rendered = self._publisher(Image, '~/rendered/image', LATCHED_IMAGES)
         self._rendered_info = self._publisher(CameraInfo, '~/rendered/camera_info', LATCHED_IMAGES)
         self._residual = self._publisher(Image, '~/residual', LATCHED_IMAGES)
@@ -71,6 +98,7 @@ class CalibrationOutputs:
             )
         )
         self._covariance.publish(covariance_message(result.parameters, result.correlation))
+        self._tell_frames(end.frames, end.picture.stamp_ns, end.picture.frame_id)
         self.tell_picture(end.picture)
 
     def tell_tracked(self, scene: Scene, tracking: Tracking, step: TrackStep) -> None:
@@ -81,6 +109,7 @@ class CalibrationOutputs:
             tracked_message(scene, step, tracking.change, tracking.change_count)
         )
         self._covariance.publish(covariance_message(tracked.parameters, tracked.correlation))
+        self._tell_frames(step.frames, tracked.stamp_ns, step.frame_id)
 
     def tell_change(self, change: BodyChange, count: int, frame_id: str) -> None:
         """Publish a change of the body; the last one stays."""
@@ -100,8 +129,17 @@ class CalibrationOutputs:
         """End all publishers."""
         fixed = [self._rendered, self._rendered_info, self._residual, self._mesh]
         fixed += [self._estimates, self._covariance, self._change, self._verdict]
+        if self._frames is not None:
+            self._frames.destroy()
         for publisher in [*fixed, *self._numbers.values()]:
             self._node.destroy_lifecycle_publisher(publisher)
+
+    def _tell_frames(self, frames: BodyFrames, time_ns: int, depth_frame: str) -> None:
+        if self._frames is None:
+            return
+        names = self._names()
+        self._frames.send(time_ns, depth_frame, names.world, frames.depth_from_world)
+        self._frames.send(time_ns, depth_frame, names.body, frames.depth_from_object)
 
     def _publisher(self, msg_type: Any, topic: str, qos: QoSProfile) -> Any:
         return self._node.create_lifecycle_publisher(

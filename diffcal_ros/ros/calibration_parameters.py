@@ -75,6 +75,19 @@ SETTINGS = (
         0.0,
         100.0,
     ),
+    Setting(
+        'publish_tf',
+        True,
+        "send to TF where the scene's world and the body are, as children of the depth camera, "
+        'unless other nodes tell of them',
+        is_read_only=True,
+    ),
+    Setting(
+        'world_frame',
+        'scene_world',
+        "the scene's world in TF, unless its pose has a world_frame",
+    ),
+    Setting('body_frame', 'body', "the mesh file's own axes in TF"),
     Setting('out', 'diffcal_result', 'folder that ~/save writes to'),
 )
 

@@ -10,11 +10,13 @@ from diffcal_ros.live.node_words import for_nodes
 from diffcal_ros.live.player import Player, ReplaySettings
 from diffcal_ros.live.replay_messages import ReplayMessage, Role
 from diffcal_ros.recording.bag_files import bag_files
+from diffcal_ros.recording.recorded_frames import still_transforms
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import check_rigid, rotation_from_quaternion, transform
 from diffcal_ros.ros.conversion import stamp_message, transform_message
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter
+from diffcal_ros.ros.frame_sender import FrameSender
 from diffcal_ros.ros.live_relay import LiveRelay
 from diffcal_ros.ros.parameters import Parameters, Setting, Values
 from diffcal_ros.ros.qos import IMAGES, LATCHED
@@ -45,6 +47,13 @@ SETTINGS = (
     Setting('depth_topic', '', 'depth topic of the recording, where it has several'),
     Setting('allow_truncated', False, 'use what is left of a damaged recording'),
     Setting('publish_clock', False, 'send the time of the recording on /clock', is_read_only=True),
+    Setting(
+        'publish_tf',
+        True,
+        "send a recording's /tf_static, or depth_from_color where it is given, to TF, unless "
+        'another node tells of these frames',
+        is_read_only=True,
+    ),
     Setting(
         'wait_for_subscriber',
         10.0,
@@ -86,6 +95,7 @@ class DepthSourceNode(Node):
             for role, kind in _TYPES.items()
         }
         self._transform = self.create_publisher(TransformStamped, 'depth_from_color', LATCHED)
+        self._frames = FrameSender(self) if self._settings['publish_tf'] else None
         self._clock_sender: Any = None
         if self._settings['publish_clock']:
             self._clock_sender = self.create_publisher(Clock, '/clock', 1)
@@ -99,7 +109,11 @@ class DepthSourceNode(Node):
         return True
 
     def opened(self, recording: Recording) -> None:
-        """Send where the colour camera is."""
+        """Send where the colour camera is, and what else of the rig does not change."""
+        if self._frames is not None:
+            self._frames.send_still(
+                recording.first_stamp_ns, still_transforms(recording.messages, recording.leave_out)
+            )
         if recording.depth_from_color is None:
             return
         self.send_transform(
@@ -139,11 +153,22 @@ class DepthSourceNode(Node):
         stamped.header.stamp = stamp_message(time_ns)
         self._transform.publish(stamped)
 
+    def _send_known(
+        self, depth_from_color: FloatArray, *, depth_frame: str, color_frame: str, time_ns: int
+    ) -> None:
+        """Send where the colour camera is; to TF, too, where that is not where it came from."""
+        if self._frames is not None and _transform_of(self._settings.values) is not None:
+            edge = (depth_frame, color_frame, depth_from_color)
+            self._frames.send_still(time_ns, [edge])
+        self.send_transform(
+            depth_from_color, depth_frame=depth_frame, color_frame=color_frame, time_ns=time_ns
+        )
+
     def _start(self) -> None:
         values = self._settings.values
         if not values['bag']:
             known = _transform_of(values)
-            self._relay = LiveRelay(self, self._senders, self.send_transform, known)
+            self._relay = LiveRelay(self, self._senders, self._send_known, known)
             return
         settings = ReplaySettings(
             path=user_path(values['bag']),

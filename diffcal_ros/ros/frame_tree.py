@@ -4,11 +4,11 @@
 
 from typing import Any, Protocol
 
-from diffcal_ros.errors import InputError, RecordingError
+from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.frame_tree import FrameTree as Transforms
 from diffcal_ros.recording.frame_tree import TOLERANCE_NS
 from diffcal_ros.ros.conversion import stamp_ns as stamp_ns_of
-from diffcal_ros.ros.conversion import transform_matrix, transform_message
+from diffcal_ros.ros.conversion import transform_matrix
 from geometry_msgs.msg import TransformStamped
 import numpy as np
 from numpy.typing import NDArray
@@ -144,32 +144,3 @@ def _add(tree: Transforms, stamped: TransformStamped, when_ns: int | None) -> No
         tree.add(parent, child, transform_matrix(stamped.transform), stamp_ns=when_ns)
     except ValueError as error:
         tree.add(parent, child, None, problem=str(error))
-
-
-class FrameSender:
-    """Sends transforms to TF."""
-
-    def __init__(self, node: Node) -> None:
-        """Start.
-
-        Raises:
-            InputError: when tf2 is not installed.
-        """
-        try:
-            from tf2_ros import TransformBroadcaster
-        except ImportError as error:
-            raise InputError(
-                'publish_tf needs the package tf2_ros, which is not installed: install '
-                'ros-jazzy-tf2-ros, or leave publish_tf off and use the topic marker_pose/pose'
-            ) from error
-        self._broadcaster = TransformBroadcaster(node)
-
-    def send(self, header: Any, child: str, parent_from_child: FloatArray) -> None:
-        """Send one transform; the header says parent frame and time."""
-        self._broadcaster.sendTransform(
-            TransformStamped(
-                header=header,
-                child_frame_id=child,
-                transform=transform_message(parent_from_child),
-            )
-        )

@@ -12,7 +12,8 @@ from diffcal_ros.live.inputs import transform_cure
 from diffcal_ros.live.replay_messages import Role
 from diffcal_ros.live.stream_meter import Recent, StreamMeter
 from diffcal_ros.observing.pose_sources import is_same_frame
-from diffcal_ros.recording.compressed_depth import decode_compressed_depth
+from diffcal_ros.recording.compressed_depth import decode_compressed_depth, encoding_of
+from diffcal_ros.recording.topics import COMPRESSED_DEPTH
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription
 from diffcal_ros.ros.conversion import image_facts, image_message, stamp_ns
 from diffcal_ros.ros.frame_tree import FrameTree
@@ -25,7 +26,6 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 FloatArray = NDArray[np.float64]
 
-_PACKED = '/compressedDepth'  # What image_transport adds to the name of a topic.
 _IMAGES = ((Role.DEPTH, Role.DEPTH_INFO), (Role.COLOR, Role.COLOR_INFO))
 
 
@@ -115,7 +115,7 @@ class LiveRelay:
     def _look_for_packed(self) -> None:
         """Listen to compressed depth while nobody publishes it as it is."""
         plain = self._listeners[0].topic
-        topic = f'{plain}{_PACKED}'
+        topic = f'{plain}{COMPRESSED_DEPTH}'
         has_plain, has_packed = (self._node.count_publishers(name) > 0 for name in (plain, topic))
         is_wanted = has_packed and not has_plain
         if is_wanted and self._packed is None:
@@ -139,9 +139,12 @@ class LiveRelay:
             self._meters[Role.DEPTH].arrived(self._now_ns(), time_ns)
             self._checked[Role.DEPTH].add(self._now_ns(), str(error))
             return
-        encoding = '16UC1' if pixels.dtype == np.uint16 else '32FC1'
-        frame_id = packed.header.frame_id
-        image = image_message(pixels, encoding=encoding, time_ns=time_ns, frame_id=frame_id)
+        image = image_message(
+            pixels,
+            encoding=encoding_of(pixels),
+            time_ns=time_ns,
+            frame_id=packed.header.frame_id,
+        )
         self._pass_on(Role.DEPTH, image)
 
     def _listen_to_info(self, image: Role, role: Role) -> AdaptiveSubscription:

@@ -38,7 +38,7 @@ from diffcal_ros.ros.conversion import (
     transform_matrix,
 )
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter
-from diffcal_ros.ros.frame_tree import FrameSender
+from diffcal_ros.ros.frame_sender import FrameSender
 from diffcal_ros.ros.parameters import Parameters, Setting, Values
 from diffcal_ros.ros.qos import IMAGES, VALUES
 from diffcal_ros.scene.load import load_scene
@@ -84,7 +84,12 @@ SETTINGS = (
         'use depth on the marker, where it is seen, for distance, tilt and a check of its size',
         is_read_only=True,
     ),
-    Setting('publish_tf', False, 'send the pose to TF; needs tf2_ros', is_read_only=True),
+    Setting(
+        'publish_tf',
+        True,
+        'send the pose to TF, unless another node tells of that frame',
+        is_read_only=True,
+    ),
     Setting('marker_frame', 'marker', 'name of the frame that is sent to TF'),
 )
 
@@ -227,7 +232,10 @@ class MarkerPoseNode(Node):
         self._pose.publish(message)
         if self._frames is not None:
             child = self._settings['marker_frame']
-            self._frames.send(image.header, child, pose.camera_from_marker)
+            header = image.header
+            self._frames.send(
+                stamp_ns(header.stamp), header.frame_id, child, pose.camera_from_marker
+            )
 
     def _draw(self, frame: ColorFrame, pose: RigPose | None) -> None:
         tracker = self._tracker

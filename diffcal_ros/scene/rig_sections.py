@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 import math
 
-from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.camera import PinholeCamera, SHORTEST_FOCAL_LENGTH
 from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.scene.model import Masks, RigidOffset
@@ -27,8 +27,6 @@ from diffcal_ros.scene.shapes import (
 FROM_CAMERA_INFO = 'from_camera_info'
 _LARGEST_IMAGE = 20000
 _FOCAL_LENGTHS = Interval(0.0, 1e5, is_open=True)
-# Of the image's side: 160 degrees are seen at once.
-_WIDEST_VIEW = 0.088
 # The optical axis of an image that was cut out of a larger one may lie outside it.
 _AXES = Interval(-20000.0, 40000.0)
 _DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
@@ -146,9 +144,11 @@ def read_camera(scene: Section, name: str, *, may_be_distorted: bool) -> Pinhole
     distortion = _read_distortion(section)
     section.refuse_unknown()
     for name, size, length in (('fx', width, fx), ('fy', height, fy)):
-        if section.is_sound and length < _WIDEST_VIEW * size:
+        if section.is_sound and length < SHORTEST_FOCAL_LENGTH * size:
             section.wrong(
-                name, f'no camera sees so wide an angle on {size} pixels; give it in pixels'
+                name,
+                f'no camera sees so wide an angle on {size} pixels, more than 160 degrees; give '
+                'it in pixels',
             )
     if section.is_sound and any(distortion) and not may_be_distorted:
         section.wrong('distortion', 'depth images are rectified: give zeros or leave it out')

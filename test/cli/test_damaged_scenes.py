@@ -2,13 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever stands in a scene, `diffcal check` reads it or says what is wrong."""
 
+from pathlib import Path
 import random
 import shutil
+import sys
 
 from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_DONE
 import pytest
-from support.damaged_scenes import DAMAGE, damaged, EXAMPLE, example, places
 import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+if str(ROOT) not in sys.path:
+    sys.path.insert(0, str(ROOT))
+from benchmarks.faults.damaged_scenes import DAMAGE, damaged, EXAMPLE, example, places  # noqa: E402
 
 # A few of thousands of pairs; other seeds are for hunting.
 _SEED, _COUNT = 20260901, 120

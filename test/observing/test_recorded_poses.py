@@ -86,13 +86,25 @@ def test_bad_transforms_beside_the_chain_do_not_matter(opened, truth):
     np.testing.assert_allclose(seen.depth_from_world, truth, atol=1e-9)
 
 
-def test_garbled_messages_do_not_matter(opened, truth):
+def test_garbled_transforms_are_left_out_and_counted(opened, truth):
     def write(bag, stamps):
         robot(truth)(bag, stamps)
-        spoil(bag, ('/tf', '/tf_static', '/depth_from_color'), stamps[0])
+        spoil(bag, ('/tf', '/tf_static', '/depth_from_color', '/tf'), stamps[0])
 
-    seen, _ = opened(write, 'tf', world_frame=RIG)
+    seen, notes = opened(write, 'tf', world_frame=RIG)
     np.testing.assert_allclose(seen.depth_from_world, truth, atol=1e-9)
+    assert '2 messages left out: /tf: the message is no tf2_msgs/msg/TFMessage' in notes
+    assert '1 messages left out: /tf_static: the message is no tf2_msgs' in notes
+
+
+def test_garbled_poses_are_left_out_and_counted(opened, truth):
+    def write(bag, stamps):
+        poses(inverse(truth), RIG)(bag, stamps)
+        spoil(bag, ('/camera_pose',), stamps[0])
+
+    seen, notes = opened(write, 'topic', world_frame=RIG)
+    np.testing.assert_allclose(seen.depth_from_world, truth, atol=1e-9)
+    assert '1 messages left out: /camera_pose: the message is no' in notes
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,13 @@ from diffcal_ros.ros.run_node import PIP_PACKAGES
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-SHARED = ('package.xml', 'launch/calibrate.launch.py', 'config/calibrate.yaml')
+SHARED = (
+    'package.xml',
+    'launch/calibrate.launch.py',
+    'config/calibrate.yaml',
+    'rviz/calibrate.rviz',
+    'rviz/calibrate.foxglove.json',
+)
 SAMPLE = ('bags/sample/scene.yaml', 'bags/sample/finger.vtk', 'bags/sample/bag/metadata.yaml')
 # Keys of rosdep's lists that stand for what pip calls otherwise.
 ROSDEP = {
