@@ -5,7 +5,7 @@
 from collections.abc import Mapping, Sequence
 import time
 
-from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters
+from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, minimise, Minimum
 from diffcal_ros.calibration.outcome_rules import judge, warn
@@ -19,6 +19,7 @@ from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import InputError
 import numpy as np
@@ -121,11 +122,9 @@ class JointCalibration:
         Raises:
             InputError: when they do not fit together.
         """
-        objectives = []
-        for name, member in members.items():
-            if not isinstance(member.objective, RobustObjective):
-                raise InputError(f'{name} has the loss {member.settings.loss!r}: use robust')
-            objectives.append(member.objective)
+        objectives = [
+            member.likelihood(f'the joint fit of {name}') for name, member in members.items()
+        ]
         self.members = dict(members)
         self.parameters = joint_parameters(
             {name: member.parameters for name, member in members.items()}, shared

@@ -84,5 +84,5 @@ def test_what_cannot_be_shared_is_refused(random) -> None:
     with pytest.raises(InputError, match='thin has a prior on youngs_modulus, which is shared'):
         JointCalibration({**members, 'thin': with_prior}, SHARED)
     image = _members(random, loss='paper')
-    with pytest.raises(InputError, match="thin has the loss 'paper': use robust"):
+    with pytest.raises(InputError, match="fit of thin needs the robust loss, not 'paper'"):
         JointCalibration(image, SHARED)

@@ -135,7 +135,7 @@ def test_what_cannot_be_followed_is_refused():
     scene = beam_scene((8, 2, 2))
     two = [observation(exact())] * 2
     settings = CalibrationSettings(with_mesh_error=False)
-    with pytest.raises(InputError, match='only one observation with the robust loss'):
+    with pytest.raises(InputError, match='2 observations cannot be followed'):
         Tracker(Calibration(scene, two, settings), fitted().parameters)
     with pytest.raises(InputError, match='give positive numbers'):
         TrackerSettings(memory=0.0)

@@ -17,7 +17,6 @@ from diffcal_ros.calibration.field.smoothness import Smoothness
 from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind
-from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import spread
 import numpy as np
 from numpy.typing import NDArray
@@ -76,8 +75,7 @@ class FieldSearch:
             calibration: with the robust loss.
             kind: what the field is made of.
         """
-        assert isinstance(calibration.objective, RobustObjective)
-        self.calibration, self.objective = calibration, calibration.objective
+        self.calibration, self.objective = calibration, calibration.likelihood('a field')
         self._model = calibration.model
         mesh = calibration.scene.mesh
         self._spread = tets_from_unknowns(mesh, kind)

@@ -130,6 +130,11 @@ class ForwardModel:
         other._take(scene, parameters)
         return other
 
+    @property
+    def is_moving(self) -> bool:
+        """Tell whether a body is seen in motion."""
+        return any(seen.instant is not None for seen in self.observations)
+
     def body(self, observation: Observation) -> StaticBody:
         """Return the simulated body of an observation."""
         return self.bodies[observation.setup_index].body

@@ -118,16 +118,27 @@ class ImageObjective:
     def gap(self, coordinates: FloatArray) -> Gap:
         """Measure the gap on the body."""
         residuals, counted = [], []
-        views = self.model.views(coordinates)
-        for view, mask, observation in zip(
-            views, self._masks, self.model.observations, strict=True
-        ):
+        for number, view in enumerate(self.model.views(coordinates)):
             trace = view.trace
-            observed = observation.depth[trace.rows, trace.columns].astype(np.float64)
-            residuals.append(observed - trace.depth)
-            seen = (trace.faces >= 0) & ~mask.triangles[np.maximum(trace.faces, 0)]
-            counted.append(seen & ~mask.image[trace.rows, trace.columns])
+            observed = self.model.observations[number].depth[trace.rows, trace.columns]
+            residuals.append(observed.astype(np.float64) - trace.depth)
+            counted.append(self.counted(number, view))
         return measure_gap(residuals, counted, self.truncation)
+
+    def standing(self, coordinates: FloatArray) -> tuple[Gap, float]:
+        """Return the gap, and the loss as the paper reports it."""
+        return self.gap(coordinates), self.value(coordinates)
+
+    def counted(self, number: int, view: View) -> NDArray[np.bool_]:
+        """Tell which pixels of a view's window are unmasked body."""
+        trace, mask = view.trace, self._masks[number]
+        seen = (trace.faces >= 0) & ~mask.triangles[np.maximum(trace.faces, 0)]
+        counted: NDArray[np.bool_] = seen & ~mask.image[trace.rows, trace.columns]
+        return counted
+
+    def read_depth(self, number: int, view: View, coordinates: FloatArray) -> FloatArray:
+        """Return the rendered depth in a view's window [m]: these losses know no effects."""
+        return view.trace.depth
 
     def _views(self, coordinates: FloatArray) -> list[_ImageView]:
         result = []

@@ -99,6 +99,14 @@ class RobustObjective:
     def _compare(self, number: int, view: View, sensor: SensorModel) -> Comparison:
         return self.comparers[number].compare(view, self.scales.reach, sensor)
 
+    def counted(self, number: int, view: View) -> NDArray[np.bool_]:
+        """Tell which pixels of a view's window are unmasked body."""
+        return self.comparers[number].pixels(view)[0]
+
+    def read_depth(self, number: int, view: View, coordinates: FloatArray) -> FloatArray:
+        """Return the depth in a view's window that the sensor would read [m], NaN elsewhere."""
+        return self.comparers[number].read(view.trace, self.model.sensor(coordinates))
+
     def cost(self, coordinates: FloatArray) -> float:
         """Return half chi-square, priors included."""
         return self._cost(self.comparisons(coordinates), coordinates)

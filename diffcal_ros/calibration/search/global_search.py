@@ -42,8 +42,7 @@ def worth_fitting(basins: Sequence[Basin]) -> list[Basin]:
 def can_search(model: ForwardModel) -> bool:
     """Tell whether the stage serves a fit: bodies at rest whose modulus or place is fitted."""
     kinds = {own.kind for own in model.parameters}
-    is_at_rest = all(seen.instant is None for seen in model.observations)
-    return is_at_rest and bool(kinds & {Kind.YOUNGS_MODULUS, Kind.RIGID_OFFSET})
+    return not model.is_moving and bool(kinds & {Kind.YOUNGS_MODULUS, Kind.RIGID_OFFSET})
 
 
 class GlobalSearch:

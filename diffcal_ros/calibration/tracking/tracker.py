@@ -5,14 +5,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters
+from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.linearisation import Linearisation
-from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.search.basins import Basin
@@ -26,6 +25,7 @@ from diffcal_ros.calibration.tracking.linearised_view import (
     FrameInformation,
     HeldView,
 )
+from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
@@ -142,13 +142,13 @@ class Tracker:
         Raises:
             InputError: for several observations, or another loss.
         """
-        objective = calibration.objective
-        if not isinstance(objective, RobustObjective) or len(calibration.model.observations) != 1:
+        count = len(calibration.model.observations)
+        if count != 1:
             raise InputError(
-                'only one observation with the robust loss can be followed from frame to frame'
+                f'{count} observations cannot be followed from frame to frame: give only one'
             )
         self.settings = settings or TrackerSettings()
-        self._objective = objective
+        self._objective = calibration.likelihood('following a body from frame to frame')
         self._parameters = calibration.parameters
         self._bounds = self._parameters.bounds()
         self._longest = longest_steps(self._parameters)

@@ -109,16 +109,15 @@ def known_after(fit: Calibration) -> Known:
     """Take what a finished fit with the robust loss knows.
 
     Raises:
-        ValueError: for another loss, which has no scales.
+        InputError: for another loss.
     """
-    if not isinstance(fit.objective, RobustObjective):
-        raise ValueError('the fit has a whole-image loss: what it knows is not told by scales')
-    linear = fit.objective.linearise(fit.coordinates)
+    objective = fit.likelihood('what a fit knows')
+    linear = objective.linearise(fit.coordinates)
     return Known(
         fit.scene,
         fit.parameters,
         fit.coordinates,
-        fit.objective.scales,
+        objective.scales,
         linear.information,
         linear.scatter,
     )

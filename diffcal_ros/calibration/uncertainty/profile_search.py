@@ -60,8 +60,8 @@ def check_profiles(fit: Calibration, names: tuple[str, ...]) -> None:
     Raises:
         InputError: for a name that is not fitted, or a whole-image loss.
     """
-    if names and not isinstance(fit.objective, RobustObjective):
-        raise InputError('a whole-image loss has no likelihood to profile: use the robust loss')
+    if names:
+        fit.likelihood('a profile')
     for name in names:
         if name not in fit.parameters.names:
             raise InputError(
@@ -106,11 +106,11 @@ class _Search:
     """Walks from the best value to both sides."""
 
     def __init__(self, fit: Calibration, name: str) -> None:
-        assert isinstance(fit.objective, RobustObjective)
-        self._fit, self._objective = fit, _HeldForm(fit.objective)
+        objective = fit.likelihood('a profile')
+        self._fit, self._objective = fit, _HeldForm(objective)
         self.place = fit.parameters.names.index(name)
         self.best = fit.coordinates.copy()
-        self._linear = fit.objective.linearise(self.best)
+        self._linear = objective.linearise(self.best)
         none = np.zeros(len(self.best))
         uncertainty = estimate_uncertainty(self._linear, fit.parameters, none)
         variance = float(uncertainty.statistical[self.place, self.place])
