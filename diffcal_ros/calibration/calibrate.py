@@ -7,10 +7,8 @@ from dataclasses import replace
 import time
 
 from diffcal_ros.calibration.fit_method import FitEnd, FitMethod
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
-from diffcal_ros.calibration.image_fit import ImageFit
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
@@ -23,7 +21,9 @@ from diffcal_ros.calibration.search.mirrored_pose import settle_mirrored
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
-from diffcal_ros.errors import InputError
+from diffcal_ros.calibration.whole_image.image_fit import ImageFit
+from diffcal_ros.errors import InputError, NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import Iteration
 from diffcal_ros.scene.fit_names import RIGID_OFFSET
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -147,7 +147,7 @@ class Calibration:
             taut = taut_start(self.model, self.parameters, self.coordinates)
             self.coordinates, self._notes = taut
             end = self._method.run(self.coordinates, record_step)
-        except NOT_SIMULATED as error:
+        except NotSimulatedError as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = end.minimum.coordinates
         return self._result(end, history, time.perf_counter() - begun)
@@ -232,7 +232,7 @@ class Calibration:
         objective = RobustObjective(self.model_of_all(), device=self.settings.device)
         try:
             compared = objective.comparisons(coordinates)[len(self.model.observations) :]
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return None  # The fit came there by steps; from scratch there is no way.
         return measure_gap(
             [c.difference for c in compared], [c.counted for c in compared], objective.truncation

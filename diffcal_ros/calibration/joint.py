@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, minimise, Minimum
 from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.parameters.joint_parameters import (
     joint_parameters,
@@ -16,12 +14,13 @@ from diffcal_ros.calibration.parameters.joint_parameters import (
 )
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
-from diffcal_ros.errors import InputError
+from diffcal_ros.errors import InputError, NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Minimum
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -163,7 +162,7 @@ class JointCalibration:
                 max_iterations=first.settings.max_iterations or 30,
                 on_iteration=tell,
             )
-        except NOT_SIMULATED as error:
+        except NotSimulatedError as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
         for member, places in zip(self.members.values(), self.parameters.places, strict=True):

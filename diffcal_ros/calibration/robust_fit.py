@@ -6,14 +6,8 @@ from collections.abc import Sequence
 
 from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.fit_method import Doubts, FitEnd, OnIteration
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.seen_regions import require_seen_regions
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import (
-    Iteration,
-    minimise,
-    Minimum,
-    Stop,
-)
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.slack_cables import barely_pulling
 from diffcal_ros.calibration.residuals.gap import Gap
@@ -21,6 +15,13 @@ from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import Alternative
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch, worth_fitting
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import (
+    Iteration,
+    minimise,
+    Minimum,
+    Stop,
+)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -80,7 +81,7 @@ class RobustFit:
         """Return where to fit from, the most promising first, and the gap at the start given."""
         try:
             gap, misfit = self.objective.standing(start)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             gap, misfit = _UNKNOWN, float('inf')
         starts = [basin.coordinates for basin in worth_fitting(search.basins())]
         if not starts:
@@ -96,7 +97,7 @@ class RobustFit:
         """Return the misfit under scales that never change, infinite where there is none."""
         try:
             return self.objective.standing(coordinates)[1]
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return float('inf')
 
     def _contest(

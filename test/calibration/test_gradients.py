@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.image_objective import ImageObjective
 from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.fem.element import Element
 import numpy as np
 import pytest

@@ -3,8 +3,8 @@
 """Errors on problems whose answer is known."""
 
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 import pytest
 from support.scenes import beam_scene

@@ -16,7 +16,6 @@ from diffcal_ros.calibration.field.weight_choice import (
     WeightChoice,
     WeightTrial,
 )
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
@@ -27,6 +26,7 @@ from diffcal_ros.calibration.uncertainty.uncertainty import (
 )
 from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.errors import InputError
+from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray

@@ -14,10 +14,10 @@ from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.field.merit import measure_merit, Merit
 from diffcal_ros.calibration.field.smoothness import Smoothness
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.residuals.residual_scales import spread
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -186,7 +186,7 @@ class FieldSearch:
         """Return cost and penalty here, infinite where the model cannot follow or loses sight."""
         try:
             merit = self._merit()
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return float('inf')
         if merit.lost(start) > _MOST_LOST:
             return float('inf')

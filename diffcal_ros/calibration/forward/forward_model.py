@@ -16,10 +16,8 @@ from diffcal_ros.calibration.observations.observation import Observation, pose_o
 from diffcal_ros.calibration.parameters.camera_offsets import CameraOffsets
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.depth.trace import Trace
-from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import apply
@@ -28,9 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-# What is raised where a model cannot be simulated, or its body not be seen.
-NOT_SIMULATED = (EquilibriumError, MotionError, OutOfViewError)
 
 
 class View:

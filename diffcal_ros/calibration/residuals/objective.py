@@ -14,7 +14,6 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.residuals.correlation import correlation_lengths
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.measured_body import MeasuredShares
 from diffcal_ros.calibration.residuals.residual_scales import (
     FINAL_WIDTH,
@@ -35,6 +34,7 @@ from diffcal_ros.calibration.residuals.time_correlation import (
     repeated_frames,
     surface_parts,
 )
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 

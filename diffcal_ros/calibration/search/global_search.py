@@ -10,7 +10,7 @@ elements, and each is placed on a coarse image by a few cheap steps.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.search.basins import Basin, PLACING, Placing
@@ -21,6 +21,7 @@ from diffcal_ros.calibration.search.coarse_views import (
 )
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
 from diffcal_ros.calibration.search.shapes import make_shapes, modulus_places, sag
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.element import Element
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +117,7 @@ class GlobalSearch:
             return None
         try:
             model.views(start)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return None
         numbers = range(len(model.observations))
         bodies = [model.body(seen) for seen in model.observations]

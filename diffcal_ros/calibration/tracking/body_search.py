@@ -4,12 +4,12 @@
 
 from collections.abc import Callable, Sequence
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, minimise, Stop
 from diffcal_ros.calibration.outcome_rules import leaves_body_out
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.search.basins import Basin
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Stop
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,7 +46,7 @@ def find_body(
     try:
         minimum = minimise(objective, start, bounds, longest, on_iteration=goes_on)
         gap = objective.gap(minimum.coordinates)
-    except NOT_SIMULATED:
+    except NotSimulatedError:
         return None
     if minimum.stop is Stop.STUCK or gap.coverage < FOUND:
         return None

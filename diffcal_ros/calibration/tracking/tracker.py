@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.search.basins import Basin
@@ -28,7 +25,9 @@ from diffcal_ros.calibration.tracking.linearised_view import (
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 from diffcal_ros.depth_frame import DepthFrame
-from diffcal_ros.errors import InputError
+from diffcal_ros.errors import InputError, NotSimulatedError
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -230,7 +229,7 @@ class Tracker:
         try:
             self._weigh(self.coordinates)
             self._hold(self.coordinates, frame)
-        except NOT_SIMULATED as error:
+        except NotSimulatedError as error:
             raise InputError(f'the fitted values cannot be simulated: {error}') from error
 
     def _weigh(self, coordinates: FloatArray) -> None:
@@ -341,7 +340,7 @@ class Tracker:
         try:
             self._weigh(self.coordinates)
             self._hold(self.coordinates, frame)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             self._objective.scales = scales
             return
         self._usual_cost = None
@@ -359,7 +358,7 @@ class Tracker:
         if (np.abs(there - here) > self._reach).any():
             try:
                 self._hold(there, frame)
-            except NOT_SIMULATED:
+            except NotSimulatedError:
                 self.coordinates = here
                 return
             self._filter.move(there - here)

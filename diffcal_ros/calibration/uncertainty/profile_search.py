@@ -10,15 +10,14 @@ correlated residuals leave to the one that the curvature says (Rotnitzky and Jew
 """
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise, Stop
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.uncertainty.profile import Profile
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, Z_95
-from diffcal_ros.errors import InputError
+from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.least_squares.levenberg_marquardt import minimise, Stop
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -136,7 +135,7 @@ class _Search:
                 break
             try:
                 coordinates, slope = self._constrained(coordinates, place)
-            except NOT_SIMULATED:
+            except NotSimulatedError:
                 break
             length = place - places[-1]
             rises.append(rises[-1] + 0.5 * length * (slopes[-1] + slope) / self._threshold)

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fit of patches on its way: Gauss-Newton with Levenberg and Marquardt's damping."""
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size, whiten, Whitened
 from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -116,7 +116,7 @@ class Descent:
         self.evaluations += 1
         try:
             blocks = self._evidence.blocks(trial)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             self._reject()
             return
         seen = whiten(blocks, self._part, self._slack)

@@ -5,7 +5,6 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.contest import Contest
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise
 from diffcal_ros.calibration.outcome import (
     EXIT_AMBIGUOUS,
     EXIT_MODEL_DISAGREES,
@@ -15,9 +14,10 @@ from diffcal_ros.calibration.outcome import (
 from diffcal_ros.calibration.outcome_rules import judge
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
+from diffcal_ros.least_squares.levenberg_marquardt import minimise
+from diffcal_ros.least_squares.linearisation import Linearisation
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest

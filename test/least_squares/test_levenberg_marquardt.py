@@ -4,9 +4,9 @@
 
 from collections.abc import Callable
 
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise, Minimum, Stop
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 import pytest
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A step in a box: limits are kept, and what is free is where the cost is least."""
 
-from diffcal_ros.calibration.optimizers.boxed_step import boxed_step
-from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.least_squares.boxed_step import boxed_step
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 import pytest
 

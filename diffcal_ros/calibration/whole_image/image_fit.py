@@ -4,13 +4,13 @@
 
 from diffcal_ros.calibration.fit_method import Doubts, FitEnd, OnIteration
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.optimizers.demon import learning_rates, minimise_with_demon
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise, Minimum
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
-from diffcal_ros.calibration.residuals.image_objective import ImageObjective
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.calibration.whole_image.demon import learning_rates, minimise_with_demon
+from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.errors import InputError
+from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum
 import numpy as np
 from numpy.typing import NDArray
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
 from diffcal_ros.calibration.observations.pixel_masks import make_view_mask
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.depth.area_image import AreaImage
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 

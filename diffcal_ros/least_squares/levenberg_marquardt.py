@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.boxed_step import boxed_step
-from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.boxed_step import boxed_step
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.linearisation import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -264,6 +264,6 @@ def _cost(objective: Objective, coordinates: FloatArray) -> float:
     """Return the cost, infinite where the model cannot follow."""
     try:
         cost = objective.cost(coordinates)
-    except NOT_SIMULATED:
+    except NotSimulatedError:
         return float('inf')
     return cost if np.isfinite(cost) else float('inf')

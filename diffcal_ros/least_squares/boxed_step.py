@@ -8,7 +8,7 @@ shortening the whole step for the sake of damping would keep those from getting 
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step, NormalEquations
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step, NormalEquations
 import numpy as np
 from numpy.typing import NDArray
 
