@@ -20,12 +20,11 @@ from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_paramet
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Minimum
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-_MATRICES = ('curvature', 'information', 'scatter')
 
 
 class JointObjective:
@@ -53,18 +52,12 @@ class JointObjective:
 
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost to second order."""
-        count, cost = len(coordinates), 0.0
-        descent = np.zeros(count)
-        matrices = {name: np.zeros((count, count)) for name in _MATRICES}
+        whole = Linearisation.nothing(len(coordinates))
         for (objective, own), places in zip(
             self.own(coordinates), self._parameters.places, strict=True
         ):
-            linear = objective.linearise(own)
-            cost += linear.cost
-            descent[places] += linear.descent
-            for name, matrix in matrices.items():
-                matrix[np.ix_(places, places)] += getattr(linear, name)
-        return Linearisation(cost=cost, descent=descent, **matrices)
+            whole += objective.linearise(own).placed(places, len(coordinates))
+        return whole
 
     def narrow(self, coordinates: FloatArray) -> None:
         """Sharpen every member's cost after an accepted step."""
@@ -83,9 +76,7 @@ class JointObjective:
             self.own(coordinates), self._parameters.places, strict=True
         ):
             pull[places] += objective.mesh_pull(own)
-        _, precision = self._parameters.prior()
-        shift, *_ = np.linalg.lstsq(linear.information + precision, -pull, rcond=1e-10)
-        return np.asarray(shift, dtype=np.float64)
+        return linear.minimum_shift(pull, self._parameters.prior())
 
     def gaps(self, coordinates: FloatArray) -> list[Gap]:
         """Measure each member's gap."""

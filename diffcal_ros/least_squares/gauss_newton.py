@@ -2,24 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """One Gauss-Newton step of a cost that is known to second order."""
 
-from typing import Protocol
-
+from diffcal_ros.least_squares.normal_equations import NormalEquations
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-
-class NormalEquations(Protocol):
-    """A cost to second order, priors included."""
-
-    @property
-    def descent(self) -> FloatArray:
-        """Minus the gradient, shape (k,)."""
-
-    @property
-    def curvature(self) -> FloatArray:
-        """Gauss-Newton matrix, shape (k, k)."""
 
 
 def gauss_newton_step(

@@ -10,7 +10,7 @@ from typing import Protocol
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.boxed_step import boxed_step
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -187,8 +187,7 @@ class _Search:
 
     def is_done(self, step: FloatArray) -> bool:
         """Tell whether a step is too small to take under the present form of the cost."""
-        linear = self._linear
-        gain = float(linear.descent @ step - 0.5 * step @ linear.curvature @ step)
+        gain = self._linear.gain(step)
         if gain < (_ROUNDING_GAIN if self.rejections else _SMALL_GAIN):
             return True
         if not self._objective.is_sharp and self.rejections > _MAX_BLUNT_REJECTIONS:

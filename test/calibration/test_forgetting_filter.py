@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.tracking.forgetting_filter import ForgettingFilter
 from diffcal_ros.calibration.tracking.innovation import Innovation
-from diffcal_ros.calibration.tracking.linearised_view import FrameEquations
+from diffcal_ros.least_squares.normal_equations import NormalEquations
 import numpy as np
 import pytest
 
@@ -14,8 +14,8 @@ MEMORY = 0.4  # [s]
 CURVATURE = np.array([[5.0, 1.2], [1.2, 0.7]])
 
 
-def _valley(bottom, here, curvature=CURVATURE) -> FrameEquations:
-    return FrameEquations(0.0, curvature @ (bottom - here), curvature, 1.0)
+def _valley(bottom, here, curvature=CURVATURE) -> NormalEquations:
+    return NormalEquations(0.0, curvature @ (bottom - here), curvature)
 
 
 def test_weights_are_those_of_an_exponential_window():
@@ -33,8 +33,8 @@ def test_weights_are_those_of_an_exponential_window():
     # So long ago that the first frames, which weigh alike, do not count.
     assert weights[:100].sum() < 1e-6
     expected = CURVATURE @ (weights @ bottoms)
-    np.testing.assert_allclose(kept.descent, expected, rtol=1e-6)
-    np.testing.assert_allclose(kept.curvature, CURVATURE, rtol=1e-12)
+    np.testing.assert_allclose(kept.equations.descent, expected, rtol=1e-6)
+    np.testing.assert_allclose(kept.equations.curvature, CURVATURE, rtol=1e-12)
     assert kept.frames_worth == pytest.approx(1.0 / (weights**2).sum(), rel=1e-6)
 
 
@@ -43,7 +43,9 @@ def test_the_first_frames_weigh_alike():
     bottoms = np.arange(14.0).reshape(7, 2) ** 2
     for number, bottom in enumerate(bottoms):
         kept.add(_valley(bottom, np.zeros(2)), number * SECOND // 30)
-    np.testing.assert_allclose(kept.descent, CURVATURE @ bottoms.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(
+        kept.equations.descent, CURVATURE @ bottoms.mean(axis=0), rtol=1e-12
+    )
     assert kept.frames_worth == pytest.approx(7.0)
 
 
@@ -58,8 +60,8 @@ def test_moving_the_point_changes_nothing_of_what_is_known():
         step = np.array([0.1, 0.05 * number])
         moved.move(step)
         here = here + step
-    found = np.linalg.solve(kept.curvature, kept.descent)
-    found_moved = here + np.linalg.solve(moved.curvature, moved.descent)
+    found = np.linalg.solve(kept.equations.curvature, kept.equations.descent)
+    found_moved = here + np.linalg.solve(moved.equations.curvature, moved.equations.descent)
     np.testing.assert_allclose(found_moved, found, rtol=1e-12)
 
 
@@ -68,7 +70,7 @@ def test_after_a_gap_of_seconds_the_past_is_gone():
     for number in range(30):
         kept.add(_valley(np.array([9.0, 9.0]), np.zeros(2)), number * SECOND // 30)
     kept.add(_valley(np.array([1.0, -2.0]), np.zeros(2)), 10 * SECOND)
-    found = np.linalg.solve(kept.curvature, kept.descent)
+    found = np.linalg.solve(kept.equations.curvature, kept.equations.descent)
     # Nine seconds of 0.4 s each.
     np.testing.assert_allclose(found, [1.0, -2.0], atol=20.0 * np.exp(-9.0 / MEMORY))
     assert kept.frames_worth == pytest.approx(1.0, abs=1e-6)

@@ -10,7 +10,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.uncertainty.uncertainty import Uncertainty
 from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 import pytest
 

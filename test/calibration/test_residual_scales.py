@@ -3,7 +3,7 @@
 """Widths follow the bulk of the residuals down, and stop where the sensor's structure begins."""
 
 from diffcal_ros.calibration.residuals.residual_scales import FINAL_WIDTH, Scale, Scales, spread
-from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 import numpy as np
 import pytest
 
@@ -11,7 +11,8 @@ import pytest
 def _residuals(values) -> Residuals:
     values = np.asarray(values, dtype=float)
     nowhere = np.zeros((len(values), 2), dtype=np.int32)
-    return Residuals(values, np.ones(len(values)), nowhere, np.arange(len(values)), 0.0)
+    kind = ResidualKind.DEPTH
+    return Residuals(kind, values, np.ones(len(values)), nowhere, np.arange(len(values)), 0.0)
 
 
 def test_a_width_follows_the_bulk_and_no_outlier() -> None:

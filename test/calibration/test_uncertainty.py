@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 import pytest
 from support.scenes import beam_scene

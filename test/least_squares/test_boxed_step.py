@@ -4,7 +4,7 @@
 
 from diffcal_ros.least_squares.boxed_step import boxed_step
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 import pytest
 

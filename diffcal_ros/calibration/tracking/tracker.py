@@ -17,17 +17,13 @@ from diffcal_ros.calibration.tracking.body_change import BodyChange, ChangeWatch
 from diffcal_ros.calibration.tracking.body_search import find_body, find_body_anywhere, FOUND
 from diffcal_ros.calibration.tracking.forgetting_filter import ForgettingFilter
 from diffcal_ros.calibration.tracking.innovation import Innovation
-from diffcal_ros.calibration.tracking.linearised_view import (
-    FrameEquations,
-    FrameInformation,
-    HeldView,
-)
+from diffcal_ros.calibration.tracking.linearised_view import FrameEquations, HeldView
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation, NormalEquations
 import numpy as np
 from numpy.typing import NDArray
 
@@ -156,7 +152,7 @@ class Tracker:
         self._least_reach[bias] = _HELD_BIAS * self._longest[bias]
         self._far[bias] = np.inf
         self._reach = self._least_reach
-        self._prior_mean, self._precision = self._parameters.prior()
+        self._prior = self._parameters.prior()
         self._mesh_shares = np.array(
             [
                 found.mesh_error / (found.value if parameter.is_logarithmic else 1.0)
@@ -174,7 +170,7 @@ class Tracker:
             least_changes(self._parameters, self.settings.change),
         )
         self._held: HeldView | None = None
-        self._information: FrameInformation | None = None
+        self._information: Linearisation | None = None
         self._gap = Gap(float('nan'), float('nan'), 0.0, 0)
         self._is_found = True
         self._strange_count = 0
@@ -210,17 +206,17 @@ class Tracker:
         """
         if self._held is None:
             self._begin(frame)
-        equations = self.held.look(frame.depth)
-        is_taken = not self._is_strange(equations)
+        seen = self.held.look(frame.depth)
+        is_taken = not self._is_strange(seen)
         if is_taken:
             self._strange_count = 0
         else:
             self._strange_count += 1
             is_taken = self._is_search_due(frame) and self._search(frame)
-            equations = self.held.look(frame.depth) if is_taken else equations
+            seen = self.held.look(frame.depth) if is_taken else seen
         if is_taken:
-            self._take(frame, equations)
-        return self._told(frame, equations.cost, is_taken)
+            self._take(frame, seen.equations)
+        return self._told(frame, seen.equations.cost, is_taken)
 
     def _begin(self, frame: DepthFrame) -> None:
         """Weigh residuals by what one frame shows; the fit saw many fused."""
@@ -267,19 +263,20 @@ class Tracker:
         """Tell whether a frame is not explained near here."""
         if frame.coverage < FOUND:
             return True
-        if self._usual_cost is not None and frame.cost > _DEAR * self._usual_cost:
+        if self._usual_cost is not None and frame.equations.cost > _DEAR * self._usual_cost:
             return True
-        step = self._step_from(frame.descent, frame.curvature)
+        step = self._step_from(frame.equations)
         return bool((np.abs(step) > self._far).any())
 
     def _is_search_due(self, frame: DepthFrame) -> bool:
         return self._strange_count >= _BELIEVED and frame.stamp_ns >= self._next_search_ns
 
-    def _take(self, frame: DepthFrame, equations: FrameEquations) -> None:
+    def _take(self, frame: DepthFrame, equations: NormalEquations) -> None:
         self._is_found = True
         share = 0.0
         if self._filter.count:
-            share = self._innovation.least_share(equations.descent - self._filter.descent)
+            before = self._filter.equations
+            share = self._innovation.least_share(equations.descent - before.descent)
         self._filter.add(equations, frame.stamp_ns, share)
         usual = equations.cost if self._usual_cost is None else self._usual_cost
         self._usual_cost = usual + _COST_SHARE * (equations.cost - usual)
@@ -345,12 +342,12 @@ class Tracker:
             return
         self._usual_cost = None
         self._filter.clear()
-        self._filter.add(self.held.look(frame.depth), frame.stamp_ns, 0.0)
+        self._filter.add(self.held.look(frame.depth).equations, frame.stamp_ns, 0.0)
 
     def _step(self, frame: DepthFrame) -> None:
         """Go to where the filter says; render anew when that is far from the held view."""
         here = self.held.coordinates
-        step = self._step_from(self._filter.descent, self._filter.curvature)
+        step = self._step_from(self._filter.equations)
         step /= max(1.0, float((np.abs(step) / self._longest).max()))
         there = np.clip(here + step, *self._bounds)
         self.coordinates = there
@@ -365,13 +362,9 @@ class Tracker:
         elif self._since_informed >= _INFORMING:
             self._inform(frame)
 
-    def _step_from(self, descent: FloatArray, curvature: FloatArray) -> FloatArray:
+    def _step_from(self, data: NormalEquations) -> FloatArray:
         here = self.held.coordinates
-        pull = self._precision @ (here - self._prior_mean)
-        stiff = Linearisation(
-            0.0, descent - pull, curvature + self._precision, curvature, curvature
-        )
-        return gauss_newton_step(stiff, here, *self._bounds)
+        return gauss_newton_step(data.under(self._prior, here), here, *self._bounds)
 
     def _told(self, frame: DepthFrame, cost: float, is_taken: bool) -> Tracked:
         assert self._information is not None
@@ -379,11 +372,8 @@ class Tracker:
         # What is new in every frame averages out, structure that stays does not.
         new = min(1.0, self._innovation.new_share)
         scatter = self._information.scatter * (1.0 - new + new / worth)
-        nothing = np.zeros(0)
         uncertainty = estimate_uncertainty(
-            Linearisation(
-                0.0, nothing, self._filter.curvature, self._information.information, scatter
-            ),
+            replace(self._information, scatter=scatter),
             self._parameters,
             self._mesh_shares / MESH_SHIFT_FACTOR,
         )

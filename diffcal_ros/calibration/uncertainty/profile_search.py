@@ -17,7 +17,7 @@ from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Stop
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 

@@ -17,7 +17,7 @@ the clamp's edge; what is left of r is the mesh's part of that interval.
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 

@@ -8,13 +8,15 @@ Both take 0 for a pixel without depth, rendered or observed. Most of their value
 body, so they say little about the fit; they are here to reproduce and to compare.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
 from diffcal_ros.calibration.observations.pixel_masks import make_view_mask
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.depth.area_image import AreaImage
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
+from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel, Weights
 import numpy as np
 from numpy.typing import NDArray
 
@@ -95,25 +97,18 @@ class ImageObjective:
         views = self._views(coordinates)
         if self._noise == 0.0:
             self._noise = self._mean_square(views)
-        tangents = self.model.tangents(coordinates)
-        count = len(coordinates)
-        descent, curvature = np.zeros(count), np.zeros((count, count))
-        scatter = np.zeros((count, count))
-        for view, tangent in zip(views, tangents, strict=True):
-            jacobian = view.area.push_forward(tangent).reshape(-1, count)
-            difference = view.difference.ravel()
-            weight = self._weights(difference)
-            descent -= jacobian.T @ (weight * difference)
-            curvature += (jacobian * weight[:, None]).T @ jacobian
-            scatter += (jacobian * ((weight * difference) ** 2)[:, None]).T @ jacobian
-        information = curvature / self._noise
-        return Linearisation(
-            cost=self._half_chi_square(views),
-            descent=descent / self._noise,
-            curvature=information,
-            information=information,
-            scatter=scatter / self._noise**2,
-        )
+        data = linearise(self._channels(views, coordinates), len(coordinates))
+        return replace(data, cost=self._half_chi_square(views))
+
+    def _channels(
+        self, views: Sequence[_ImageView], coordinates: FloatArray
+    ) -> Iterator[ResidualChannel]:
+        """Yield every view's pixels within its window, each independent of all others."""
+        for view, tangent in zip(views, self.model.tangents(coordinates), strict=True):
+            jacobian = view.area.push_forward(tangent).reshape(-1, len(coordinates))
+            values = -view.difference.ravel()
+            weights = Weights.of_squares(self._weights(values) / self._noise)
+            yield ResidualChannel(values, jacobian, weights, cost=0.0)
 
     def gap(self, coordinates: FloatArray) -> Gap:
         """Measure the gap on the body."""

@@ -266,7 +266,7 @@ class Evidence:
         coordinates: FloatArray,
     ) -> tuple[Patches, Patches]:
         """Average one view's comparison; return patches of depth and of outline."""
-        (depth, by_depth, _), (edge, by_edge, _) = objective.blocks(
+        (depth, by_depth), (edge, by_edge) = objective.with_jacobians(
             number, compared, view, wide, coordinates
         )
         noise = self._noises[number]

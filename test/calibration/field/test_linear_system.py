@@ -12,7 +12,8 @@ from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.objective import robust_weights, RobustObjective
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.robust_loss import robust_channel
 from diffcal_ros.fem.force_changes import Change
 import numpy as np
 import pytest
@@ -132,9 +133,10 @@ def test_known_is_least_squares_without_the_ordinary_parameters(setup: _Setup, r
     )
     wide = np.concatenate([ordinary, fields])
     rows = [
-        jacobian * np.sqrt(robust_weights(residuals, scale, dimension).curvature)[:, None]
-        for (residuals, jacobian, scale), dimension in zip(
-            objective.blocks(0, comparison, view, wide, setup.coordinates), (2, 1), strict=True
+        channel.jacobian * np.sqrt(channel.weights.curvature)[:, None]
+        for channel in (
+            robust_channel(*own, objective.scales)
+            for own in objective.with_jacobians(0, comparison, view, wide, setup.coordinates)
         )
     ]
     _, precision = model.parameters.prior()

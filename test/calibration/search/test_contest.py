@@ -17,7 +17,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.least_squares.levenberg_marquardt import minimise
-from diffcal_ros.least_squares.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest
