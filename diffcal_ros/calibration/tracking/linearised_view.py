@@ -37,7 +37,7 @@ class FrameEquations:
     coverage: float
 
 
-class HeldView:
+class LinearisedView:
     """A view held at some coordinates, to be compared with any number of frames."""
 
     def __init__(
@@ -58,12 +58,12 @@ class HeldView:
         self._comparer = objective.comparers[number]
         self._scales, self._truncation = objective.scales, objective.truncation
         self.coordinates = coordinates.copy()
-        self.view = model.views(coordinates)[number]
+        self.rendered = model.views(coordinates)[number]
         # The tracer may see other views meanwhile: nothing is asked of it later.
-        self._trace = trace = self.view.trace
+        self._trace = trace = self.rendered.trace
         self._outline = outline = trace.outline
         self._read = self._comparer.read(trace, model.sensor(coordinates))
-        self._counted, comparable = self._comparer.pixels(self.view)
+        self._counted, comparable = self._comparer.pixels(self.rendered)
         self._simulated = self._comparer.simulated(trace, self._read, self._counted)
         self._places = np.flatnonzero(comparable.ravel()).astype(np.int32)
         self._read_there = self._read.ravel()[self._places]
@@ -78,7 +78,7 @@ class HeldView:
             counted=self._counted,
         )
         tangent = model.tangents(coordinates)[number]
-        both = objective.with_jacobians(number, everything, self.view, tangent, coordinates)
+        both = objective.with_jacobians(number, everything, self.rendered, tangent, coordinates)
         (_, self._by_depth), (edge, self._by_edge) = both
         # With no residual there, what is left is what the sensor's bias of edges adds.
         self._edge_bias = edge.values
