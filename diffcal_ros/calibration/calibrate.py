@@ -17,7 +17,7 @@ from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.robust_fit import RobustFit
-from diffcal_ros.calibration.search.mirrored_pose import settle_mirrored
+from diffcal_ros.calibration.search.mirrored_pose import choose_mirrored
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
@@ -67,7 +67,7 @@ class Calibration:
         is_robust = self.settings.loss == 'robust'
         pose_notes: tuple[str, ...] = ()
         if is_robust and self.settings.search:
-            observations, pose_notes = settle_mirrored(scene, observations, self.settings)
+            observations, pose_notes = choose_mirrored(scene, observations, self.settings)
         fit, own_offset = self._shared_and_own(is_robust)
         self.parameters = make_parameters(
             scene,

@@ -131,7 +131,7 @@ def fit_field(
     else:
         weights = fit_under(search, share)
         record(weights.trials[0])
-    posterior = _settled(search, weights.trials[weights.chosen].share)
+    posterior = _converged(search, weights.trials[weights.chosen].share)
     result = replace(
         _result(calibration, uniform, posterior, is_stopped=weights.is_stopped),
         history=tuple(history),
@@ -157,10 +157,10 @@ def _relative_modulus(calibration: Calibration) -> FloatArray:
     return relative
 
 
-def _settled(search: FieldSearch, share: float) -> Posterior:
+def _converged(search: FieldSearch, share: float) -> Posterior:
     """Come to rest under the chosen weight, and tell how sure the field is there."""
     search.refine()
-    search.settle(share)
+    search.fix_unit(share)
     search.descend(share, _LAST_ROUNDS)
     return search.posterior(share)
 

@@ -92,7 +92,7 @@ class FieldSearch:
         self._model.set_log_modulus(self._spread @ state.unknowns)
         self.calibration.coordinates = state.coordinates
 
-    def settle(self, share: float) -> None:
+    def fix_unit(self, share: float) -> None:
         """Keep the weights' unit from now on; the cost must have its final form."""
         self._unit = self._expand(share)[1].strongest
 

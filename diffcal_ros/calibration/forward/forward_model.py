@@ -153,10 +153,10 @@ class ForwardModel:
         self._coordinates = None  # Where one posture fails, the others are elsewhere already.
         inputs = {index: self._posture_inputs(index, coordinates) for index in self.bodies}
 
-        def settle(index: int) -> None:
-            self.bodies[index].settle(inputs[index], predictions[index])
+        def simulate(index: int) -> None:
+            self.bodies[index].simulate(inputs[index], predictions[index])
 
-        side_by_side(settle, self.bodies, self.device)
+        side_by_side(simulate, self.bodies, self.device)
         self._views = []
         for number in range(len(self.observations)):
             points = self.cameras.points(number, self.world(number), coordinates)

@@ -17,7 +17,7 @@ from diffcal_ros.scene.model import Scene
 _CLEAR = 1.5
 
 
-def settle_mirrored(
+def choose_mirrored(
     scene: Scene, observations: Sequence[Observation], settings: CalibrationSettings
 ) -> tuple[list[Observation], tuple[str, ...]]:
     """Take for each observation that has two camera poses the one under which the body is found.
