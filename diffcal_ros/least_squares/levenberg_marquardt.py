@@ -187,7 +187,8 @@ class _Search:
 
     def is_done(self, step: FloatArray) -> bool:
         """Tell whether a step is too small to take under the present form of the cost."""
-        gain = self._linear.gain(step)
+        linear = self._linear
+        gain = float(linear.descent @ step - 0.5 * step @ linear.curvature @ step)
         if gain < (_ROUNDING_GAIN if self.rejections else _SMALL_GAIN):
             return True
         if not self._objective.is_sharp and self.rejections > _MAX_BLUNT_REJECTIONS:
