@@ -154,7 +154,7 @@ def _is_finer(gap: Gap, best: Gap) -> bool:
 
 def _errors(minimum: Minimum, parameters: ParameterSet) -> FloatArray:
     linear = minimum.linearisation
-    covariance = covariance_of(linear.information, linear.scatter, parameters)
+    covariance = covariance_of(linear.information, linear.gradient_covariance, parameters)
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 

@@ -35,9 +35,9 @@ class JointObjective:
         self._parameters = parameters
 
     @property
-    def is_sharp(self) -> bool:
+    def is_annealed(self) -> bool:
         """Tell whether every member's cost has its final form."""
-        return all(objective.is_sharp for objective in self._objectives)
+        return all(objective.is_annealed for objective in self._objectives)
 
     def own(self, coordinates: FloatArray) -> list[tuple[RobustObjective, FloatArray]]:
         """Return each member's objective and coordinates."""
@@ -59,10 +59,10 @@ class JointObjective:
             whole += objective.linearise(own).placed(places, len(coordinates))
         return whole
 
-    def narrow(self, coordinates: FloatArray) -> None:
+    def anneal(self, coordinates: FloatArray) -> None:
         """Sharpen every member's cost after an accepted step."""
         for objective, own in self.own(coordinates):
-            objective.narrow(own)
+            objective.anneal(own)
 
     def refine(self, coordinates: FloatArray) -> bool:
         """Sharpen the costs at a minimum; True when one changed."""

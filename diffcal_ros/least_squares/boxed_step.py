@@ -45,8 +45,10 @@ def boxed_step(
         fixed[worst] = np.sign(step[worst]) * longest_step[worst]
         free = ~held
         # Of the free coordinates, while the others are where they are held.
-        descent = (linear.descent - linear.curvature @ fixed)[free]
-        reduced = NormalEquations(linear.cost, descent, linear.curvature[np.ix_(free, free)])
+        negative_gradient = (linear.negative_gradient - linear.curvature @ fixed)[free]
+        reduced = NormalEquations(
+            linear.cost, negative_gradient, linear.curvature[np.ix_(free, free)]
+        )
         step = fixed.copy()
         step[free] = gauss_newton_step(
             reduced, coordinates[free], bounds[0][free], bounds[1][free], damping

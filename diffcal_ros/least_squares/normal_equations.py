@@ -43,12 +43,12 @@ class NormalEquations:
 
     Attributes:
         cost: half chi-square.
-        descent: minus its gradient, shape (k,).
+        negative_gradient: minus its gradient, shape (k,).
         curvature: Gauss-Newton matrix, shape (k, k).
     """
 
     cost: float
-    descent: FloatArray
+    negative_gradient: FloatArray
     curvature: FloatArray
 
     @classmethod
@@ -74,7 +74,7 @@ class NormalEquations:
             size: number of all.
         """
         whole = self.nothing(size)
-        whole.descent[places] = self.descent
+        whole.negative_gradient[places] = self.negative_gradient
         for own in fields(self)[2:]:
             getattr(whole, own.name)[np.ix_(places, places)] = getattr(self, own.name)
         return replace(whole, cost=self.cost)
@@ -89,13 +89,13 @@ class NormalEquations:
         return replace(
             self,
             cost=self.cost + prior.cost(coordinates),
-            descent=self.descent + prior.pull(coordinates),
+            negative_gradient=self.negative_gradient + prior.pull(coordinates),
             curvature=self.curvature + prior.precision,
         )
 
     def gain(self, step: FloatArray) -> float:
         """Return by how much the cost falls over a step, to second order."""
-        return float(self.descent @ step - 0.5 * step @ self.curvature @ step)
+        return float(self.negative_gradient @ step - 0.5 * step @ self.curvature @ step)
 
 
 @dataclass(frozen=True)
@@ -104,11 +104,11 @@ class Linearisation(NormalEquations):
 
     Attributes:
         information: of the data alone, true curvature of the robust cost, shape (k, k).
-        scatter: covariance of the data's part of the gradient, shape (k, k).
+        gradient_covariance: covariance of the data's part of the gradient, shape (k, k).
     """
 
     information: FloatArray
-    scatter: FloatArray
+    gradient_covariance: FloatArray
 
     def minimum_shift(self, gradient_change: FloatArray, prior: Prior) -> FloatArray:
         """Return how far the minimum moves where the gradient changes, to first order, (k,).

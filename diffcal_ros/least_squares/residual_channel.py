@@ -69,10 +69,10 @@ class ResidualChannel:
         equations = self.equations()
         return Linearisation(
             cost=equations.cost,
-            descent=equations.descent,
+            negative_gradient=equations.negative_gradient,
             curvature=equations.curvature,
             information=self._squared(self.weights.true_curvature),
-            scatter=self._squared(self.pull**2 * self.weights.alike),
+            gradient_covariance=self._squared(self.pull**2 * self.weights.alike),
         )
 
     def _squared(self, weights: FloatArray) -> FloatArray:

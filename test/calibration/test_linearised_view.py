@@ -38,7 +38,10 @@ def test_a_frame_says_what_a_new_objective_says():
     told = held.look(second).equations
     pull = precision @ (there - mean)
     np.testing.assert_allclose(
-        told.descent, expected.descent + pull, rtol=ROUNDING, atol=ROUNDING * np.abs(pull).max()
+        told.negative_gradient,
+        expected.negative_gradient + pull,
+        rtol=ROUNDING,
+        atol=ROUNDING * np.abs(pull).max(),
     )
     scale = np.sqrt(np.outer(np.diag(told.curvature), np.diag(told.curvature)))
     curved = expected.curvature - precision
@@ -47,7 +50,9 @@ def test_a_frame_says_what_a_new_objective_says():
     np.testing.assert_allclose(
         informed.information / scale, expected.information / scale, atol=ROUNDING
     )
-    np.testing.assert_allclose(informed.scatter / scale, expected.scatter / scale, atol=ROUNDING)
+    np.testing.assert_allclose(
+        informed.gradient_covariance / scale, expected.gradient_covariance / scale, atol=ROUNDING
+    )
     prior_cost = 0.5 * float((there - mean) @ pull)
     assert told.cost == pytest.approx(expected.cost - prior_cost, rel=ROUNDING)
     assert held.gap(second) == fresh.gap(there)
@@ -61,7 +66,7 @@ def test_it_says_the_same_after_its_tracer_has_seen_another_view():
     before = held.look(frame).equations
     objective.cost(there + 0.02)
     after = held.look(frame).equations
-    np.testing.assert_array_equal(before.descent, after.descent)
+    np.testing.assert_array_equal(before.negative_gradient, after.negative_gradient)
     assert before.cost == after.cost
 
 

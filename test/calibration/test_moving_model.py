@@ -82,7 +82,7 @@ def test_the_adjoint_of_all_frames_agrees_with_their_tangents() -> None:
     value, gradient = objective.gradient(start)
     linear = objective.linearise(start)
     # L = 1000 sqrt(S): dL = 1e6 / (2 L) dS, and the cost is S / (2 noise).
-    forward = -linear.descent * objective._noise * 1e6 / value
+    forward = -linear.negative_gradient * objective._noise * 1e6 / value
     np.testing.assert_allclose(forward, gradient, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
 
 

@@ -17,23 +17,23 @@ def _residuals(values) -> Residuals:
 
 def test_a_width_follows_the_bulk_and_no_outlier() -> None:
     values = [0.004] * 85 + [0.5] * 15
-    narrowed = Scale(width=0.02).narrowed([_residuals(values)])
-    assert narrowed.width == narrowed.noise == pytest.approx(0.004)
+    annealed = Scale(width=0.02).annealed([_residuals(values)])
+    assert annealed.width == annealed.noise == pytest.approx(0.004)
 
 
 def test_a_width_at_least_halves_and_never_passes_its_end() -> None:
     wide = [_residuals([0.018] * 10)]
     scale = Scale(width=0.02)
-    widths = [(scale := scale.narrowed(wide)).width for _ in range(6)]
+    widths = [(scale := scale.annealed(wide)).width for _ in range(6)]
     assert widths == pytest.approx([0.01, 0.005, 0.0025, FINAL_WIDTH, FINAL_WIDTH, FINAL_WIDTH])
-    assert Scale(width=0.02).narrowed([_residuals([1e-5] * 10)]).width == FINAL_WIDTH
+    assert Scale(width=0.02).annealed([_residuals([1e-5] * 10)]).width == FINAL_WIDTH
 
 
 def test_the_view_that_is_off_most_decides() -> None:
     fits, off = _residuals([1e-4] * 50), _residuals([0.006] * 5)
-    assert Scale(width=0.02).narrowed([fits, off]).width == pytest.approx(0.006)
-    assert Scale(width=0.02).narrowed([]).width == FINAL_WIDTH
-    assert Scale(width=0.02).narrowed([_residuals([])]).width == FINAL_WIDTH
+    assert Scale(width=0.02).annealed([fits, off]).width == pytest.approx(0.006)
+    assert Scale(width=0.02).annealed([]).width == FINAL_WIDTH
+    assert Scale(width=0.02).annealed([_residuals([])]).width == FINAL_WIDTH
 
 
 def test_known_noise_sets_width_and_what_residuals_are_worth() -> None:

@@ -10,14 +10,16 @@ import pytest
 from support.scenes import beam_scene
 
 
-def _linear(information: np.ndarray, scatter: np.ndarray | None = None) -> Linearisation:
+def _linear(
+    information: np.ndarray, gradient_covariance: np.ndarray | None = None
+) -> Linearisation:
     count = len(information)
     return Linearisation(
         cost=0.0,
-        descent=np.zeros(count),
+        negative_gradient=np.zeros(count),
         curvature=information,
         information=information,
-        scatter=information if scatter is None else scatter,
+        gradient_covariance=information if gradient_covariance is None else gradient_covariance,
     )
 
 

@@ -39,14 +39,14 @@ def test_a_bound_stops_what_would_go_beyond_and_no_other(place: int) -> None:
     stopped = _step(_equations(), here)
     others = np.delete(np.arange(3), place)
     expected, *_ = np.linalg.lstsq(JACOBIAN[:, others], VALUES, rcond=None)
-    is_outward = _equations().descent[place] * free[place] > 0.0
+    is_outward = _equations().negative_gradient[place] * free[place] > 0.0
     assert (stopped[place] == 0.0) == is_outward
     np.testing.assert_allclose(stopped[others], expected if is_outward else free[others])
 
 
 def test_inward_from_a_bound_is_free() -> None:
-    descent = _equations().descent
-    here = np.where(descent > 0.0, LOWER, UPPER)
+    negative_gradient = _equations().negative_gradient
+    here = np.where(negative_gradient > 0.0, LOWER, UPPER)
     np.testing.assert_allclose(_step(_equations(), here), _step(_equations()), rtol=1e-10)
 
 
@@ -70,5 +70,5 @@ def test_damping_shortens_and_turns_towards_the_scaled_descent() -> None:
     gains = [equations.gain(_step(equations, damping=damping)) for damping in (0.0, 0.1, 1.0, 1e3)]
     assert (np.diff(gains) < 0.0).all()
     assert gains[-1] > 0.0
-    towards = equations.descent / np.diag(equations.curvature) / 1e6
+    towards = equations.negative_gradient / np.diag(equations.curvature) / 1e6
     np.testing.assert_allclose(_step(equations, damping=1e6), towards, rtol=1e-4)

@@ -22,7 +22,7 @@ _NEAR = 2 * 1e-3 * 0.5
 class Valley:
     """Rosenbrock's curved valley as a sum of squares: its floor leads to (1, 1)."""
 
-    is_sharp = True
+    is_annealed = True
 
     def __init__(self, is_possible: Callable[[np.ndarray], bool] = lambda _: True) -> None:
         self.is_possible = is_possible
@@ -38,10 +38,10 @@ class Valley:
     def linearise(self, at: np.ndarray) -> Linearisation:
         jacobian = _SHARP * np.array([[-20.0 * at[0], 10.0], [-1.0, 0.0]])
         curvature = jacobian.T @ jacobian
-        descent = -jacobian.T @ self.residuals(at)
-        return Linearisation(self.cost(at), descent, curvature, curvature, curvature)
+        negative_gradient = -jacobian.T @ self.residuals(at)
+        return Linearisation(self.cost(at), negative_gradient, curvature, curvature, curvature)
 
-    def narrow(self, at: np.ndarray) -> None:
+    def anneal(self, at: np.ndarray) -> None:
         """It has one form."""
 
     def refine(self, at: np.ndarray) -> bool:
@@ -117,8 +117,8 @@ class Trough(Valley):
         slope = 0.3 * _SHARP * np.exp(0.3 * (at[0] + at[1]))
         jacobian = np.full((1, 2), slope)
         curvature = jacobian.T @ jacobian
-        descent = -jacobian.T @ self.residuals(at)
-        return Linearisation(self.cost(at), descent, curvature, curvature, curvature)
+        negative_gradient = -jacobian.T @ self.residuals(at)
+        return Linearisation(self.cost(at), negative_gradient, curvature, curvature, curvature)
 
 
 def test_of_a_line_of_minima_the_nearest_is_found() -> None:

@@ -46,7 +46,7 @@ def _whole(at: np.ndarray) -> Linearisation:
 def test_the_descent_is_the_slope_of_the_cost(step: float) -> None:
     for direction in np.eye(3):
         rise = _whole(HERE + step * direction).cost - _whole(HERE - step * direction).cost
-        slope = -float(_whole(HERE).descent @ direction)
+        slope = -float(_whole(HERE).negative_gradient @ direction)
         assert rise / (2.0 * step) == pytest.approx(slope, rel=1e-4)
 
 
@@ -54,7 +54,7 @@ def test_a_step_alone_needs_the_same_sums() -> None:
     channels = [_channel(HERE, 40, 2.0), _channel(HERE, 7, 30.0)]
     short, whole = equations(channels, 3), linearise(channels, 3)
     assert short.cost == whole.cost
-    np.testing.assert_array_equal(short.descent, whole.descent)
+    np.testing.assert_array_equal(short.negative_gradient, whole.negative_gradient)
     np.testing.assert_array_equal(short.curvature, whole.curvature)
 
 
@@ -63,10 +63,12 @@ def test_priors_leave_what_the_data_say_alone() -> None:
     whole = data.under(PRIOR, HERE)
     off = HERE - PRIOR.mean
     assert whole.cost - data.cost == pytest.approx(0.5 * off @ PRIOR.precision @ off)
-    np.testing.assert_allclose(whole.descent - data.descent, -PRIOR.precision @ off)
+    np.testing.assert_allclose(
+        whole.negative_gradient - data.negative_gradient, -PRIOR.precision @ off
+    )
     np.testing.assert_allclose(whole.curvature - data.curvature, PRIOR.precision)
     np.testing.assert_array_equal(whole.information, data.information)
-    np.testing.assert_array_equal(whole.scatter, data.scatter)
+    np.testing.assert_array_equal(whole.gradient_covariance, data.gradient_covariance)
 
 
 def test_the_scatter_is_that_of_gradients_of_repeated_residuals(random) -> None:
@@ -78,8 +80,8 @@ def test_the_scatter_is_that_of_gradients_of_repeated_residuals(random) -> None:
         values = np.repeat(random.normal(size=30), 3)
         weights = Weights(*(np.ones(90) for _ in range(3)), np.full(90, 3.0))
         linear = ResidualChannel(values, jacobian, weights, 0.0).linearise()
-        gradients.append(linear.descent)
-        said += linear.scatter / draws
+        gradients.append(linear.negative_gradient)
+        said += linear.gradient_covariance / draws
     scale = np.sqrt(np.outer(np.diag(said), np.diag(said)))
     # Of a covariance from so many draws, four standard errors.
     np.testing.assert_allclose(np.cov(np.transpose(gradients)) / scale, said / scale, atol=0.09)
@@ -94,10 +96,10 @@ def test_a_member_adds_to_its_own_coordinates_only() -> None:
     jacobian = np.zeros((40, 5))
     jacobian[:, places] = channel.jacobian
     expected = ResidualChannel(channel.values, jacobian, channel.weights, channel.cost).linearise()
-    for name in ('cost', 'descent', 'curvature', 'information', 'scatter'):
+    for name in ('cost', 'negative_gradient', 'curvature', 'information', 'gradient_covariance'):
         np.testing.assert_allclose(getattr(wide, name), getattr(expected, name), rtol=1e-12)
     both = wide + wide.times(2.0)
-    np.testing.assert_allclose(both.scatter, 3.0 * wide.scatter)
+    np.testing.assert_allclose(both.gradient_covariance, 3.0 * wide.gradient_covariance)
     assert both.cost == pytest.approx(3.0 * wide.cost)
 
 
@@ -108,15 +110,15 @@ def test_a_minimum_moves_as_its_gradient_changes() -> None:
     weights = Weights.of_squares(np.array([1.0, 4.0, 0.5]))
     linear = ResidualChannel(values, jacobian, weights, 0.0).linearise()
     curved = linear.curvature + prior.precision
-    before = np.linalg.solve(curved, linear.descent)
-    after = np.linalg.solve(curved, linear.descent - change)
+    before = np.linalg.solve(curved, linear.negative_gradient)
+    after = np.linalg.solve(curved, linear.negative_gradient - change)
     np.testing.assert_allclose(linear.minimum_shift(change, prior), after - before, rtol=1e-12)
 
 
 def test_the_gain_of_a_step_is_that_of_a_quadratic() -> None:
     curvature = np.array([[4.0, 1.0], [1.0, 2.0]])
     valley = NormalEquations(3.0, np.array([1.0, -2.0]), curvature)
-    best = np.linalg.solve(curvature, valley.descent)
+    best = np.linalg.solve(curvature, valley.negative_gradient)
     assert valley.gain(best) == pytest.approx(0.5 * float(best @ curvature @ best))
     assert valley.gain(0.9 * best) < valley.gain(best) > valley.gain(1.1 * best)
     assert valley.gain(2.0 * best) == pytest.approx(0.0, abs=1e-12)

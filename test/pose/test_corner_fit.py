@@ -66,7 +66,7 @@ def test_corner_gradient_matches_differences(sightings, color_camera, marker_pos
         share = 2.0 * weights / weights.sum() / CORNER_ERROR**2
         return 0.5 * 4.0 * share @ sightings.errors(moved, color_camera) ** 2
 
-    np.testing.assert_allclose(-said.descent, differences(half_sum, pose), rtol=1e-5)
+    np.testing.assert_allclose(-said.negative_gradient, differences(half_sum, pose), rtol=1e-5)
     assert said.cost == pytest.approx(half_sum(pose))
 
 
@@ -87,7 +87,7 @@ def test_depth_gradient_matches_differences(sightings, color_camera, marker_pose
     def half_sum(moved):
         return 0.5 * weight @ measured.heights(moved) ** 2
 
-    slope = without.descent - both.descent
+    slope = without.negative_gradient - both.negative_gradient
     assert both.cost - without.cost == pytest.approx(half_sum(pose))
     np.testing.assert_allclose(slope, differences(half_sum, pose), rtol=1e-5)
 
@@ -122,7 +122,9 @@ def test_fit_is_stationary_and_down_weights_a_bad_frame(
     at_start = pose_equations(
         marker_pose(31.0), sightings, color_camera, fit.weights, corner_error=1.0, depth=None
     )
-    assert np.linalg.norm(at_end.descent) < 1e-3 * np.linalg.norm(at_start.descent)
+    assert np.linalg.norm(at_end.negative_gradient) < 1e-3 * np.linalg.norm(
+        at_start.negative_gradient
+    )
 
 
 def test_averaged_sightings_are_weighted_means(sightings):

@@ -76,10 +76,10 @@ class FieldSystem:
     """The cost to second order around some coordinates and the field that the model has.
 
     Attributes:
-        descent: minus the gradient of the cost, ordinary priors included, by the ordinary
-            coordinates, shape (k,).
+        negative_gradient: of the cost, ordinary priors included, by the ordinary coordinates,
+            shape (k,).
         curvature: by them, priors included, shape (k, k).
-        field_descent: minus its gradient by the unknowns of the field, shape (n,).
+        field_negative_gradient: minus its gradient by the unknowns of the field, shape (n,).
         mixed: second derivative by both, shape (n, k).
     """
 
@@ -105,8 +105,8 @@ class FieldSystem:
         self._modulus = self._model.material(coordinates).youngs_modulus
         data = equations((c for seen in self._seen for c in seen.channels), len(coordinates))
         whole = data.under(self._model.parameters.prior(), coordinates)
-        self.descent, self.curvature = whole.descent, whole.curvature
-        self.field_descent = self._to_unknowns([seen.pull for seen in self._seen])
+        self.negative_gradient, self.curvature = whole.negative_gradient, whole.curvature
+        self.field_negative_gradient = self._to_unknowns([seen.pull for seen in self._seen])
         self.mixed = np.stack(
             [
                 self._to_unknowns([s.weighed(s.by_parameter(place)) for s in self._seen])
@@ -119,9 +119,11 @@ class FieldSystem:
         scaled = np.linalg.pinv(self.curvature * np.outer(scale, scale), 1e-12, hermitian=True)
         self._inverse = scaled * np.outer(scale, scale)
 
-    def reduced_descent(self) -> FloatArray:
-        """Return the field's descent when the ordinary parameters follow, shape (n,)."""
-        reduced: FloatArray = self.field_descent - self.mixed @ (self._inverse @ self.descent)
+    def reduced_negative_gradient(self) -> FloatArray:
+        """Return the field's when the ordinary parameters follow, shape (n,)."""
+        reduced: FloatArray = self.field_negative_gradient - self.mixed @ (
+            self._inverse @ self.negative_gradient
+        )
         return reduced
 
     def known(self, unknowns: FloatArray) -> FloatArray:
@@ -135,7 +137,7 @@ class FieldSystem:
 
     def follow(self, step: FloatArray) -> FloatArray:
         """Return the ordinary parameters' step beside a step of the field, shape (k,)."""
-        answer: FloatArray = self._inverse @ (self.descent - self.mixed.T @ step)
+        answer: FloatArray = self._inverse @ (self.negative_gradient - self.mixed.T @ step)
         return answer
 
     def covariance(self, carried: FloatArray) -> FloatArray:

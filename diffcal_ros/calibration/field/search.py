@@ -152,7 +152,7 @@ class FieldSearch:
         """Linearise here and build the space for weights down to a share."""
         state = self.state
         system = FieldSystem(self.objective, state.coordinates, self._spread)
-        right_side = system.reduced_descent() + system.known(state.unknowns)
+        right_side = system.reduced_negative_gradient() + system.known(state.unknowns)
         return system, krylov_space(system.known, self._smoothness, right_side, share)
 
     def _round(self, share: float) -> float:

@@ -16,7 +16,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
     Residuals,
     ViewComparer,
 )
-from diffcal_ros.calibration.residuals.scale_estimate import narrowed, refined, SeenView
+from diffcal_ros.calibration.residuals.scale_estimate import annealed, refined, SeenView
 from diffcal_ros.calibration.residuals.two_way_comparison import TwoWayComparison
 from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel
@@ -55,7 +55,7 @@ class RobustObjective:
         self._effect_places = model.parameters.find(Kind.EFFECT)
 
     @property
-    def is_sharp(self) -> bool:
+    def is_annealed(self) -> bool:
         """Tell whether the robust widths have shrunk to the end."""
         return self.scales.are_final
 
@@ -150,10 +150,10 @@ class RobustObjective:
             ):
                 yield robust_channel(residuals, jacobian, self.scales)
 
-    def narrow(self, coordinates: FloatArray) -> None:
+    def anneal(self, coordinates: FloatArray) -> None:
         """Let the robust widths follow the residuals down to their final value."""
         if not self.scales.are_final:
-            self.scales = narrowed(self.scales, self._seen(coordinates), self.truncation)
+            self.scales = annealed(self.scales, self._seen(coordinates), self.truncation)
 
     def refine(self, coordinates: FloatArray) -> bool:
         """Weigh by the noise and correlation that the residuals show, where they are finer.

@@ -45,7 +45,7 @@ class Scale:
         """
         return float(self.repeats * self.correlation**dimension)
 
-    def narrowed(self, groups: Sequence[Residuals]) -> 'Scale':
+    def annealed(self, groups: Sequence[Residuals]) -> 'Scale':
         """Return a scale that follows the residuals down to the final width.
 
         Args:

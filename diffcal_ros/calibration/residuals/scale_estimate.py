@@ -47,7 +47,7 @@ class SeenView:
     comparison: Comparison
 
 
-def narrowed(scales: Scales, views: Sequence[SeenView], truncation: float) -> Scales:
+def annealed(scales: Scales, views: Sequence[SeenView], truncation: float) -> Scales:
     """Return scales whose widths follow the residuals down to their final value.
 
     Args:
@@ -56,7 +56,7 @@ def narrowed(scales: Scales, views: Sequence[SeenView], truncation: float) -> Sc
         truncation: residuals beyond this belong to something else than the body [m].
     """
     depth, edge = (
-        scales.of(kind).narrowed(_groups([one.comparison.of(kind) for one in views], views))
+        scales.of(kind).annealed(_groups([one.comparison.of(kind) for one in views], views))
         for kind in ResidualKind
     )
     reach = WIDE_REACH

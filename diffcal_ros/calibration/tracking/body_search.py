@@ -165,6 +165,6 @@ class _Approach:
     def __call__(self, iteration: Iteration) -> bool:
         """Return False when the last step was short, under the final widths."""
         last, self._last = self._last, iteration.coordinates
-        if last is None or not self._objective.is_sharp:
+        if last is None or not self._objective.is_annealed:
             return True
         return bool((np.abs(iteration.coordinates - last) > _NEAR * self._longest).any())

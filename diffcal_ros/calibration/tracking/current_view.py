@@ -59,8 +59,8 @@ class CurrentView:
         """
         scales, self._objective.scales = self._objective.scales, Scales()
         try:
-            while not self._objective.is_sharp:
-                self._objective.narrow(coordinates)
+            while not self._objective.is_annealed:
+                self._objective.anneal(coordinates)
             self.refine(coordinates)
             self.render(coordinates, frame)
         except NotSimulatedError:

@@ -77,4 +77,6 @@ class ForgettingFilter:
             step: shape (k,).
         """
         before = self.equations
-        self.equations = replace(before, descent=before.descent - before.curvature @ step)
+        self.equations = replace(
+            before, negative_gradient=before.negative_gradient - before.curvature @ step
+        )

@@ -166,7 +166,7 @@ class Tracker:
     def _measure_innovation(self) -> None:
         """Measure surprises by how a frame scatters where the view was rendered."""
         self.coordinates = self.view.coordinates.copy()
-        self._innovation.hold(self._known.information.scatter)
+        self._innovation.hold(self._known.information.gradient_covariance)
 
     def _is_strange(self, frame: FrameEquations) -> bool:
         """Tell whether a frame is not explained near here."""
@@ -182,7 +182,9 @@ class Tracker:
         share = 0.0
         if self._filter.count:
             before = self._filter.equations
-            share = self._innovation.least_share(equations.descent - before.descent)
+            share = self._innovation.least_share(
+                equations.negative_gradient - before.negative_gradient
+            )
         self._filter.add(equations, frame.stamp_ns, share)
         usual = equations.cost if self._usual_cost is None else self._usual_cost
         self._usual_cost = usual + _COST_SHARE * (equations.cost - usual)
@@ -247,9 +249,9 @@ class Tracker:
         worth = max(1.0, self._filter.frames_worth)
         # What is new in every frame averages out, structure that stays does not.
         new = min(1.0, self._innovation.new_share)
-        scatter = information.scatter * (1.0 - new + new / worth)
+        covariance = information.gradient_covariance * (1.0 - new + new / worth)
         uncertainty = estimate_uncertainty(
-            replace(information, scatter=scatter),
+            replace(information, gradient_covariance=covariance),
             self._parameters,
             self._mesh_shares / MESH_SHIFT_FACTOR,
         )

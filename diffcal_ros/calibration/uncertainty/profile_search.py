@@ -34,7 +34,7 @@ _MAX_ITERATIONS = 12
 class _HeldForm:
     """The objective in the form that the fit ended with."""
 
-    is_sharp = True
+    is_annealed = True
 
     def __init__(self, objective: RobustObjective) -> None:
         self._objective = objective
@@ -45,7 +45,7 @@ class _HeldForm:
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         return self._objective.linearise(coordinates)
 
-    def narrow(self, coordinates: FloatArray) -> None:
+    def anneal(self, coordinates: FloatArray) -> None:
         """Keep the form."""
 
     def refine(self, coordinates: FloatArray) -> bool:
@@ -172,14 +172,16 @@ class _Search:
         """
         others = np.delete(np.arange(len(self.best)), self.place)
         if len(others) == 0:
-            return -float(linear.descent[self.place])
+            return -float(linear.negative_gradient[self.place])
         curvature = linear.curvature[np.ix_(others, others)]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), 1e-300))
         step, *_ = np.linalg.lstsq(
-            curvature * np.outer(scale, scale), scale * linear.descent[others], rcond=1e-12
+            curvature * np.outer(scale, scale),
+            scale * linear.negative_gradient[others],
+            rcond=1e-12,
         )
         follow = float(linear.curvature[self.place, others] @ (scale * step))
-        return -(float(linear.descent[self.place]) - follow)
+        return -(float(linear.negative_gradient[self.place]) - follow)
 
 
 def _crossing(

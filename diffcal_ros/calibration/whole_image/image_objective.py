@@ -66,11 +66,11 @@ class ImageObjective:
         self._noise = 0.0
 
     @property
-    def is_sharp(self) -> bool:
+    def is_annealed(self) -> bool:
         """The cost has one form only."""
         return True
 
-    def narrow(self, coordinates: FloatArray) -> None:
+    def anneal(self, coordinates: FloatArray) -> None:
         """Do nothing: the cost has one form only."""
 
     def refine(self, coordinates: FloatArray) -> bool:

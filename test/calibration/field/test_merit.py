@@ -19,8 +19,8 @@ def _objective(depth: np.ndarray) -> tuple[RobustObjective, np.ndarray]:
     objective = RobustObjective(ForwardModel(scene, [observation(depth)], parameters))
     start = parameters.start()
     start[1] = 0.004
-    while not objective.is_sharp:
-        objective.narrow(start)
+    while not objective.is_annealed:
+        objective.anneal(start)
     return objective, start
 
 

@@ -39,7 +39,7 @@ class TwoWells:
         scales: as an objective of depth images has them; nothing here depends on them.
     """
 
-    is_sharp = True
+    is_annealed = True
 
     def __init__(self, lift: float, right: Gap = GOOD) -> None:
         self._right = right
@@ -60,7 +60,7 @@ class TwoWells:
             self.cost(coordinates), STIFFNESS * (centre - coordinates), stiff, stiff, stiff
         )
 
-    def narrow(self, coordinates) -> None:
+    def anneal(self, coordinates) -> None:
         """Keep the one form that it has."""
 
     def refine(self, coordinates) -> bool:
