@@ -49,6 +49,21 @@ class FittedParameter:
     fine_value: float = math.nan
     interval_95: tuple[float, float] = (math.nan, math.nan)
 
+    @property
+    def has_mesh_correction(self) -> bool:
+        """Tell whether the material's own value is known apart from what this mesh needs."""
+        return math.isfinite(self.fine_value) and self.fine_value != self.value
+
+    @property
+    def error_in_model(self) -> float:
+        """Standard error of `value` as the parameter of this very mesh, in `unit`.
+
+        Without the mesh's part where that is taken off `fine_value`; whole elsewhere.
+        """
+        if not self.has_mesh_correction:
+            return self.std_error
+        return math.sqrt(max(self.std_error**2 - self.mesh_error**2, 0.0))
+
 
 @dataclass(frozen=True)
 class IterationRecord:

@@ -49,5 +49,6 @@ def with_quantization(scene: Scene, name: str) -> Scene:
     if chosen is None:
         return scene
     step, mode = chosen
-    sensor = replace(scene.sensor, quantization=step, quantization_mode=mode)
+    # What is stated here is not asked of the images.
+    sensor = replace(scene.sensor, quantization=step, quantization_mode=mode, driver_step=0.0)
     return replace(scene, sensor=sensor)

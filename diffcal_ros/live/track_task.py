@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import threading
 import time
 
-from diffcal_ros.calibration.observations.observation import untruncated
+from diffcal_ros.calibration.observations.observation import measured_depth
 from diffcal_ros.calibration.tracking.tracked import Tracked, TrackerSettings
 from diffcal_ros.calibration.tracking.tracker import Tracker
 from diffcal_ros.depth_frame import DepthFrame
@@ -88,7 +88,7 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
         begun = time.perf_counter()
         if arrived.is_restart:
             tracker.forget()
-        depth = untruncated(arrived.frame.depth, fit.scene.sensor)
+        depth = measured_depth(arrived.frame.depth, observation.sensor or fit.scene.sensor)
         frame = replace(arrived.frame, depth=depth)
         tracked = tracker.follow(frame)
         number += 1

@@ -17,8 +17,13 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.observing.pose_sources import PoseSource, Sight
-from diffcal_ros.scene.model import MotionSetup, Scene
+from diffcal_ros.observing.sensor_in_use import sensor_in_use
+from diffcal_ros.rigid_transform import apply
+from diffcal_ros.scene.model import DepthSensor, MotionSetup, Scene
 import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 # No depth camera sees a soft body from farther than this [m].
 _FARTHEST = 50.0
@@ -87,21 +92,30 @@ def observe_film(
     _check_unit(fused, film.topic)
     stamps = tuple(frame.stamp_ns for frame in frames)
     pose = find_pose(Sight(fused.depth, camera, frames[0].frame_id, stamps))
-    resting = make_observation(name, setup_index, fused, camera, pose, scene.sensor)
+    distance = _distance(scene, setup_index, pose.depth_from_world)
+    sensor, seen = sensor_in_use(scene.sensor, frames, fused, camera, distance)
+    resting = make_observation(name, setup_index, fused, camera, pose, sensor)
     motion = scene.observations[setup_index].motion
     if motion is None:
-        return Take((resting,), pose.notes)
-    observations, notes = _instants(resting, scene, motion, film)
-    return Take(observations, (*notes, *pose.notes))
+        return Take((resting,), (*seen, *pose.notes))
+    observations, notes = _instants(resting, sensor, motion, film)
+    return Take(observations, (*notes, *seen, *pose.notes))
+
+
+def _distance(scene: Scene, setup_index: int, depth_from_world: FloatArray) -> float:
+    """Return how far along the optical axis the middle of the body is at rest [m]."""
+    middle = scene.mesh.rest_positions.mean(axis=0)
+    placed = apply(scene.observations[setup_index].world_from_object, middle)
+    return float(apply(depth_from_world, placed)[2])
 
 
 def _instants(
-    resting: Observation, scene: Scene, motion: MotionSetup, film: Film
+    resting: Observation, sensor: DepthSensor, motion: MotionSetup, film: Film
 ) -> tuple[tuple[Observation, ...], list[str]]:
     times, notes = frame_times(film.stamps(), is_slow=motion.is_slow)
     chosen = chosen_frames(times, motion)
     read = list(film.frames_at([frame.place for frame in chosen]))
-    return observe_motion(resting, scene.sensor, motion, chosen, read), notes
+    return observe_motion(resting, sensor, motion, chosen, read), notes
 
 
 def _check_unit(fused: FusedDepth, topic: str) -> None:

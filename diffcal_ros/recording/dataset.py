@@ -91,11 +91,6 @@ class DatasetCase:
     observations: tuple[DatasetObservation, ...]
 
     @property
-    def mesh_positions(self) -> FloatArray:
-        """Vertices in the object frame [m], shape (V, 3)."""
-        return self.mesh.rest_positions
-
-    @property
     def mesh_middle(self) -> FloatArray:
         """Middle of the mesh's bounding box [m], shape (3,): the origin of the boxes."""
         return np.asarray(self.mesh.extent.mean(axis=0), dtype=np.float64)

@@ -25,11 +25,6 @@ def _types() -> Typestore:
     return get_typestore(Stores.ROS2_JAZZY)
 
 
-def known_type(name: str) -> bool:
-    """Tell whether messages of a type can be read and written."""
-    return name in _types().fielddefs
-
-
 def message(type_name: str, **fields: Any) -> Any:
     """Make a message, for example `message('std_msgs/msg/Float64', data=0.5)`."""
     return _types().types[type_name](**fields)

@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 from html import escape
+import math
 from pathlib import Path
 from typing import Any
 
@@ -108,7 +109,10 @@ def _headline(name: str, result: CalibrationResult) -> str:
 
 
 def _parameter_card(parameter: FittedParameter) -> str:
+    """Draw the card of one parameter: of a material its own value, then what this mesh needs."""
     own = shown(parameter.value, parameter.std_error, parameter.unit)
+    if parameter.has_mesh_correction:
+        own = shown(parameter.fine_value, math.nan, parameter.unit)
     value = number_text(replace(own, unit='').text('±'))
     start = shown(parameter.start, 0.0, parameter.unit)
     return (
@@ -123,8 +127,11 @@ def _interval(parameter: FittedParameter) -> str:
     if not np.isfinite(parameter.interval_95).all():
         return ''
     ends = [f'{shown(end, 0.0, parameter.unit).value:.3g}' for end in parameter.interval_95]
-    mesh = 'without the mesh error ' if parameter.fine_value != parameter.value else ''
-    return f'95 % {mesh}{number_text(" to ".join(ends))}; '
+    text = f'95 % {number_text(" to ".join(ends))}; '
+    if parameter.has_mesh_correction:
+        here = shown(parameter.value, parameter.error_in_model, parameter.unit)
+        text += f'{number_text(here.text("±"))} makes this mesh right; '
+    return text
 
 
 def _gap_card(result: CalibrationResult) -> str:

@@ -49,9 +49,9 @@ def parameter_table(
     by_name = {parameter.name: parameter for parameter in parameters}
     header = [
         'parameter',
-        'fitted',
-        'of the error: mesh',
-        '95 %',
+        'in this model',
+        'mesh error',
+        'of the body, 95 %',
         'start',
         'bounds',
         'prior',
@@ -62,7 +62,7 @@ def parameter_table(
 
 def _parameter_row(fitted: FittedParameter, parameter: Parameter) -> list[str]:
     unit = fitted.unit
-    own = shown(fitted.value, fitted.std_error, unit)
+    own = shown(fitted.value, fitted.error_in_model, unit)
     value = number_text(own.text('±')) + (' <b>at its bound</b>' if fitted.at_bound else '')
     quantity = parameter.quantity
     lower, upper = shown(quantity.lower, 0.0, unit), shown(quantity.upper, 0.0, unit)

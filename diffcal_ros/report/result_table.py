@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A result in a few lines of plain text, for a terminal."""
 
+from collections.abc import Sequence
 import math
 import textwrap
 
@@ -10,19 +11,22 @@ from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.naming import is_material, shown, title
 
 _WIDTH = 96
+# A smaller correction for the mesh gets no line of its own.
+_WORTH_TELLING = 0.002
 
 
 def result_text(scene_name: str, result: CalibrationResult) -> str:
     """Write what was fitted, the gap, the outcome with its remedy, and the warnings."""
     asked = [p for p in result.parameters if not p.is_nuisance]
-    rows = [('parameter', 'fitted', '95 %', 'start')]
+    rows = [('parameter', 'in this model', 'of the body, 95 %', 'start')]
     rows += [
         (title(p.name), _fitted(p), _range(p), shown(p.start, 0.0, p.unit).text()) for p in asked
     ]
     first, second, third = (max(len(row[column]) for row in rows) for column in range(3))
     lines = [f'{scene_name}: {result.outcome.value.replace("_", " ")}', '']
     lines += [f'{a:<{first}}  {b:<{second}}  {c:<{third}}  {d}' for a, b, c, d in rows]
-    lines += ['', *_figures(result), *alternative_lines(result), *profile_lines(result), '']
+    lines += ['', *_mesh_lines(asked), *_figures(result)]
+    lines += [*alternative_lines(result), *profile_lines(result), '']
     lines += textwrap.wrap(result.outcome.remedy, _WIDTH)
     for warning in result.warnings:
         lines += textwrap.wrap(f'warning: {warning}', _WIDTH, subsequent_indent='  ')
@@ -38,6 +42,19 @@ def profile_lines(result: CalibrationResult) -> list[str]:
     ]
 
 
+def _mesh_lines(parameters: Sequence[FittedParameter]) -> list[str]:
+    """Write how far a material's own value lies from what makes this mesh right."""
+    lines = []
+    for own in parameters:
+        if own.has_mesh_correction and abs(own.fine_value / own.value - 1.0) >= _WORTH_TELLING:
+            here, of_body = (shown(v, 0.0, own.unit).text() for v in (own.value, own.fine_value))
+            lines.append(
+                f'mesh        {title(own.name)}: {here} makes this mesh right, '
+                f'the body itself has {of_body}'
+            )
+    return lines
+
+
 def _interval(low: float, high: float, unit: str) -> str:
     ends = [shown(end, 0.0, unit) for end in (low, high)]
     if math.isinf(low) and math.isinf(high):
@@ -50,7 +67,7 @@ def _interval(low: float, high: float, unit: str) -> str:
 
 
 def _fitted(parameter: FittedParameter) -> str:
-    text = shown(parameter.value, parameter.std_error, parameter.unit).text()
+    text = shown(parameter.value, parameter.error_in_model, parameter.unit).text()
     return f'{text} (at its bound)' if parameter.at_bound else text
 
 

@@ -32,10 +32,10 @@ from diffcal_ros.scene.rig_sections import (
     read_effects,
     read_masks,
     read_rigid_offset,
-    read_sensor,
 )
 from diffcal_ros.scene.scene_shape import FORMAT, SCENE_SHAPE
 from diffcal_ros.scene.section import Section
+from diffcal_ros.scene.sensor_section import read_sensor
 from diffcal_ros.scene.yaml_document import read_yaml
 from diffcal_ros.tet_mesh import mesh_problems, TetMesh
 import numpy as np

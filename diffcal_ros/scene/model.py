@@ -7,6 +7,7 @@ otherwise), `depth` and `color` the optical frames of the camera.
 """
 
 from dataclasses import dataclass, field
+import math
 from pathlib import Path
 from typing import Any
 
@@ -189,11 +190,21 @@ class DepthSensor:
         quantization: step of the depth values [m]; 0 for none.
         quantization_mode: 'round', or 'truncate' (the RealSense ROS driver's 16UC1, which is low
             by half a step on average).
+        model: name of a camera in `depth_sensors`, whose noise grows with distance; empty where
+            `noise` is stated.
+        nearest: depth below it is no measurement [m].
+        farthest: depth beyond it is no measurement [m].
+        driver_step: images in whole steps of this [m] were cut by the camera's ROS driver; 0 where
+            that is not so, or the scene states the steps.
     """
 
     noise: float = 0.00014
     quantization: float = 0.00025
     quantization_mode: str = 'round'
+    model: str = ''
+    nearest: float = 0.0
+    farthest: float = math.inf
+    driver_step: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The sections about the rig: cameras, masks, sensor and the rigid offset's prior."""
+"""The sections about the rig: cameras, masks and the rigid offset's prior."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -9,11 +9,10 @@ import math
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.library import EFFECTS
-from diffcal_ros.scene.model import DepthSensor, Masks, RigidOffset
+from diffcal_ros.scene.model import Masks, RigidOffset
 from diffcal_ros.scene.problems import shown
 from diffcal_ros.scene.section import as_number, Section, whole_numbers
 from diffcal_ros.scene.shapes import (
-    Choice,
     Constant,
     Flag,
     Interval,
@@ -84,16 +83,6 @@ MASKS_SHAPE = Keys(
         ),
     },
     about='pixels that the fit leaves out',
-)
-SENSOR_SHAPE = Keys(
-    {
-        'noise': Number("standard deviation of one pixel's depth, in m", _POSITIVE_LENGTHS),
-        'quantization': Number('step of the depth values, in m; 0: none', _LENGTHS),
-        'quantization_mode': Choice(
-            ('round', 'truncate'), "truncate: the RealSense ROS driver's 16UC1"
-        ),
-    },
-    about='what is known about the depth camera',
 )
 RIGID_OFFSET_SHAPE = Keys(
     {
@@ -237,21 +226,6 @@ def _box_fault(numbers: list[int] | None, camera: PinholeCamera | None) -> str:
     if u1 < 0 or v1 < 0 or (camera and (u0 >= camera.width or v0 >= camera.height)):
         return 'it lies outside the image'
     return ''
-
-
-def read_sensor(scene: Section) -> DepthSensor:
-    """Read `sensor`; what is not given keeps its default."""
-    section = scene.child('sensor')
-    usual = DepthSensor()
-    if section is None:
-        return usual
-    sensor = DepthSensor(
-        noise=section.number('noise', default=usual.noise, needed=_IN_METRES),
-        quantization=section.number('quantization', default=usual.quantization, needed=_IN_METRES),
-        quantization_mode=section.choice('quantization_mode', default=usual.quantization_mode),
-    )
-    section.refuse_unknown()
-    return sensor
 
 
 def read_rigid_offset(scene: Section) -> RigidOffset:

@@ -19,8 +19,8 @@ from diffcal_ros.scene.rig_sections import (
     EFFECTS_SHAPE,
     MASKS_SHAPE,
     RIGID_OFFSET_SHAPE,
-    SENSOR_SHAPE,
 )
+from diffcal_ros.scene.sensor_section import SENSOR_SHAPE
 from diffcal_ros.scene.shapes import Choice, Constant, Keys, ListOf, Number, POSITIVE, Text
 
 FORMAT = 1

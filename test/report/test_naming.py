@@ -61,6 +61,28 @@ def test_the_terminal_table_tells_values_gap_outcome_and_warnings(fitted):
     assert max(map(len, lines)) <= 100
 
 
+def test_the_body_and_the_model_that_needs_another_modulus_are_told_apart(fitted):
+    _, result = fitted
+    modulus = replace(
+        result['youngs_modulus'],
+        value=231.2e3,
+        std_error=15.01e3,
+        mesh_error=15e3,
+        fine_value=244.3e3,
+        interval_95=(239.4e3, 249.4e3),
+    )
+    others = [p for p in result.parameters if p.name != 'youngs_modulus']
+    text = result_text('beam', replace(result, parameters=(modulus, *others)))
+    (row,) = [line for line in text.splitlines() if line.startswith("Young's modulus")]
+    # The mesh's part is no error of what this mesh needs: sqrt(15.01^2 - 15^2) = 0.55.
+    assert '231.20 +- 0.55 kPa' in row
+    assert '239.4 to 249.4 kPa' in row
+    assert '231.2 kPa makes this mesh right, the body itself has 244.3 kPa' in text
+    assert 'makes this mesh right' not in result_text(
+        'beam', replace(result, parameters=(replace(modulus, fine_value=231.2e3), *others))
+    )
+
+
 def test_a_gap_that_nothing_was_found_for_is_a_dash(fitted):
     nothing = Gap(NAN, NAN, 0.0, 0)
     text = result_text('beam', replace(fitted[1], gap_start=nothing))

@@ -9,9 +9,9 @@ from diffcal_ros.calibration.forward.motion_check import check_motion
 from diffcal_ros.calibration.observations.frame_times import FEWEST_FRAMES, FrameTime
 from diffcal_ros.calibration.observations.observation import (
     Instant,
+    measured_depth,
     noise_at_rest,
     Observation,
-    untruncated,
 )
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
@@ -29,7 +29,7 @@ def observe_motion(
 
     Args:
         resting: gives camera and pose.
-        sensor: the depth camera's.
+        sensor: the depth camera, as these images need it.
         motion: what the scene says of it.
         chosen: frames that are used, see `chosen_frames`.
         read: their images; None where one cannot be read.
@@ -50,7 +50,7 @@ def observe_motion(
         replace(
             resting,
             name=f'{resting.name}, {when.time:.3f} s',
-            depth=untruncated(frame.depth, sensor),
+            depth=measured_depth(frame.depth, sensor),
             frame_count=1,
             noise=noise,
             instant=Instant(when.time, resting.setup_index, when.is_held_out),

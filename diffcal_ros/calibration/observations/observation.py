@@ -60,6 +60,7 @@ class Observation:
         left_out: pixels that are not looked at, shape (H, W); None: all are.
         mirrored: another camera pose that a flat marker allows about as well, shape (4, 4), or
             None.
+        sensor: the depth camera, as these images need it; None: as the scene says.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Observation:
     instant: Instant | None = None
     left_out: NDArray[np.bool_] | None = None
     mirrored: FloatArray | None = None
+    sensor: DepthSensor | None = None
 
     @property
     def is_held_out(self) -> bool:
@@ -170,11 +172,20 @@ def make_observation(
     pose: CameraPose,
     sensor: DepthSensor,
 ) -> Observation:
-    """Put together what was seen and from where, without the bias of a sensor that truncates."""
+    """Put together what was seen and from where, without the bias of a sensor that truncates.
+
+    Args:
+        name: for reports.
+        setup_index: which posture of the scene it shows.
+        fused: depth as it came.
+        camera: intrinsics of the depth images.
+        pose: where the camera was.
+        sensor: the depth camera, as these images need it.
+    """
     return Observation(
         name=name,
         setup_index=setup_index,
-        depth=untruncated(fused.depth, sensor),
+        depth=measured_depth(fused.depth, sensor),
         camera=camera,
         depth_from_world=pose.depth_from_world,
         pose_covariance=pose.covariance,
@@ -182,11 +193,19 @@ def make_observation(
         frame_count=fused.frame_count,
         noise=fused.noise,
         mirrored=pose.mirrored,
+        sensor=sensor,
     )
 
 
-def untruncated(depth: NDArray[np.float32], sensor: DepthSensor) -> NDArray[np.float32]:
-    """Put back what a sensor that truncates takes off on average [m], shape (H, W)."""
+def measured_depth(depth: NDArray[np.float32], sensor: DepthSensor) -> NDArray[np.float32]:
+    """Return what a camera measured of what it tells [m], shape (H, W).
+
+    What it cannot have measured is NaN, and what a sensor that truncates takes off on average is
+    put back.
+    """
+    if sensor.nearest > 0.0 or np.isfinite(sensor.farthest):
+        in_range = (depth >= sensor.nearest) & (depth <= sensor.farthest)
+        depth = np.where(in_range, depth, np.float32(np.nan))
     if sensor.quantization_mode != 'truncate':
         return depth
     return depth + np.float32(0.5 * sensor.quantization)

@@ -295,7 +295,7 @@ def _noise(
     observation: Observation, model: ForwardModel, reference: RigidReference | None
 ) -> NoiseModel:
     """Return an observation's noise; a fixture has its smooth errors in common with the body."""
-    noise = noise_of(observation, model.scene.sensor)
+    noise = noise_of(observation, observation.sensor or model.scene.sensor)
     return noise if reference is None else replace(noise, common=1.0)
 
 
