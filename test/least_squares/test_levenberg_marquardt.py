@@ -5,6 +5,7 @@
 from collections.abc import Callable
 
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.least_squares.fixed_form import FixedForm
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
@@ -19,10 +20,8 @@ _LONGEST = np.full(2, 0.5)
 _NEAR = 2 * 1e-3 * 0.5
 
 
-class Valley:
+class Valley(FixedForm):
     """Rosenbrock's curved valley as a sum of squares: its floor leads to (1, 1)."""
-
-    is_annealed = True
 
     def __init__(self, is_possible: Callable[[np.ndarray], bool] = lambda _: True) -> None:
         self.is_possible = is_possible
@@ -40,12 +39,6 @@ class Valley:
         curvature = jacobian.T @ jacobian
         negative_gradient = -jacobian.T @ self.residuals(at)
         return Linearisation(self.cost(at), negative_gradient, curvature, curvature, curvature)
-
-    def anneal(self, at: np.ndarray) -> None:
-        """It has one form."""
-
-    def refine(self, at: np.ndarray) -> bool:
-        return False
 
 
 def _minimum(objective: Valley, bounds=_FREE, **settings) -> Minimum:

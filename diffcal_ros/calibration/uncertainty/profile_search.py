@@ -16,6 +16,7 @@ from diffcal_ros.calibration.uncertainty.profile import Profile
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, Z_95
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.least_squares.fixed_form import FixedForm
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
@@ -31,10 +32,8 @@ _GROWTH = 1.25
 _MAX_ITERATIONS = 12
 
 
-class _HeldForm:
+class _HeldForm(FixedForm):
     """The objective in the form that the fit ended with."""
-
-    is_annealed = True
 
     def __init__(self, objective: RobustObjective) -> None:
         self._objective = objective
@@ -44,13 +43,6 @@ class _HeldForm:
 
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         return self._objective.linearise(coordinates)
-
-    def anneal(self, coordinates: FloatArray) -> None:
-        """Keep the form."""
-
-    def refine(self, coordinates: FloatArray) -> bool:
-        """Keep the form."""
-        return False
 
 
 def check_profiles(fit: Calibration, names: tuple[str, ...]) -> None:

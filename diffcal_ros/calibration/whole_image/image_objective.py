@@ -15,6 +15,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
 from diffcal_ros.calibration.observations.pixel_masks import make_view_mask
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.depth.area_image import AreaImage
+from diffcal_ros.least_squares.fixed_form import FixedForm
 from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel, Weights
 import numpy as np
@@ -37,7 +38,7 @@ class _ImageView:
     outside: float
 
 
-class ImageObjective:
+class ImageObjective(FixedForm):
     """Whole-image losses and their derivatives."""
 
     def __init__(self, model: ForwardModel, loss: str, *, samples: int = 8) -> None:
@@ -64,18 +65,6 @@ class ImageObjective:
             for observation, tracer in zip(model.observations, model.tracers, strict=True)
         ]
         self._noise = 0.0
-
-    @property
-    def is_annealed(self) -> bool:
-        """The cost has one form only."""
-        return True
-
-    def anneal(self, coordinates: FloatArray) -> None:
-        """Do nothing: the cost has one form only."""
-
-    def refine(self, coordinates: FloatArray) -> bool:
-        """Do nothing: the cost has one form only."""
-        return False
 
     def value(self, coordinates: FloatArray) -> float:
         """Return the loss as the paper reports it."""
