@@ -79,7 +79,7 @@ def _cost(scene: Scene, element: Element) -> dict[str, Any]:
     body = StaticBody(scene.mesh, element, held, cables=cable_routes(scene))
     works: dict[str, Callable[[], Any]] = {}
     for name, own in (('factor_without', plain), ('factor_with', body)):
-        own.settle(material, gravity)
+        own.solve_equilibrium(material, gravity)
         values = own.solver.stiffness_values(own.state.positions)
         works[name] = partial(own.solver._solver.factor, values)
     # What a low-rank update of every factorisation would take instead.
@@ -90,7 +90,7 @@ def _cost(scene: Scene, element: Element) -> dict[str, Any]:
         longer = tuple(
             replace(state, rest_length=state.rest_length + length_change) for state in states
         )
-        body.settle(material, gravity, conditions=Conditions(cables=longer))
+        body.solve_equilibrium(material, gravity, conditions=Conditions(cables=longer))
 
     def settle_cold() -> None:
         body.forget()

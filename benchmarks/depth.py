@@ -21,7 +21,9 @@ def main() -> None:
     held = np.flatnonzero(mesh.rest_positions[:, 0] >= 0.07 - 1e-9).astype(np.int32)
     body = StaticBody(mesh, Element.LINEAR, held)
     ones = np.ones(mesh.tet_count)
-    body.settle(Material(60e3 * ones, 0.49 * ones, 1080.0 * ones), np.array([0.0, 9.8, 0.0]))
+    body.solve_equilibrium(
+        Material(60e3 * ones, 0.49 * ones, 1080.0 * ones), np.array([0.0, 9.8, 0.0])
+    )
     pose = transform(rotation_matrix(np.array([0.25, -0.2, 0.1])), np.array([0.01, -0.02, 0.44]))
     points = apply(pose, body.state.positions)
     tracer = DepthTracer(body.discretisation.surface_triangles, len(points), CAMERA)

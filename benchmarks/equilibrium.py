@@ -31,7 +31,7 @@ def measure(mesh: Any, element: Element, solver: str, repeats: int) -> dict[str,
     first = _material(mesh.tet_count)
     second = _material(mesh.tet_count, 1.05 * MODULUS)
     begun = time.perf_counter()
-    state = body.settle(first, GRAVITY)
+    state = body.solve_equilibrium(first, GRAVITY)
     first_call = time.perf_counter() - begun
 
     def gradient() -> None:
@@ -39,7 +39,7 @@ def measure(mesh: Any, element: Element, solver: str, repeats: int) -> dict[str,
 
     def cold() -> None:
         body.forget()
-        body.settle(first, GRAVITY)
+        body.solve_equilibrium(first, GRAVITY)
         gradient()
 
     tangent = None
@@ -47,11 +47,11 @@ def measure(mesh: Any, element: Element, solver: str, repeats: int) -> dict[str,
     def go_back() -> None:
         nonlocal tangent
         body.forget()
-        body.settle(first, GRAVITY)
+        body.solve_equilibrium(first, GRAVITY)
         tangent = body.tangents([Change(youngs_modulus=first.youngs_modulus)])[0]
 
     def warm() -> None:
-        body.settle(second, GRAVITY, prediction=np.log(1.05) * tangent)
+        body.solve_equilibrium(second, GRAVITY, prediction=np.log(1.05) * tangent)
         gradient()
 
     sag = float((state.positions - body.discretisation.rest_nodes)[:, 1].max())

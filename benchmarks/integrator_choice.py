@@ -98,9 +98,9 @@ def _tr_bdf2(h: float, states: list[StepState]) -> Iterator[LinearRule]:
     del states[-2]
 
 
-def _alpha(retained: float) -> Any:
+def _alpha(rho_inf: float) -> Any:
     def rules(h: float, states: list[StepState]) -> Iterator[StepRule]:
-        yield StepRule(h, retained)
+        yield StepRule(h, rho_inf)
 
     return rules
 
@@ -109,7 +109,7 @@ RULES = {
     'backward Euler': _backward_euler,
     'BDF2': _bdf2,
     'TR-BDF2': _tr_bdf2,
-    **{_ALPHA.format(retained): _alpha(retained) for retained in (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)},
+    **{_ALPHA.format(rho_inf): _alpha(rho_inf) for rho_inf in (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)},
 }
 
 
@@ -144,7 +144,7 @@ class Swing:
         except _StepFailedError:
             return {'rule': name, 'step_s': h, 'fails_after_s': len(path) * h}
         seconds = time.process_time() - begun
-        rest = self.body.settle(self.inputs.material, GRAVITY).positions
+        rest = self.body.solve_equilibrium(self.inputs.material, GRAVITY).positions
         swing = energies[0] - self.energy(dynamics, StepState(rest, still, pull, pull))
         return {
             'rule': name,
@@ -174,8 +174,10 @@ def swings(mesh: Any, element: Element) -> dict[str, Swing]:
     material = Material(206e3 * ones, 0.49 * ones, 1080.0 * ones)
     body = StaticBody(mesh, element, held)
     inputs = MotionInputs(material, Damping(0.0 * ones), GRAVITY)
-    weightless = body.settle(material, 0.2 * GRAVITY).positions
-    supported = Start(body, Release(ledge, 0.0)).settle(inputs, mesh.rest_positions[held])
+    weightless = body.solve_equilibrium(material, 0.2 * GRAVITY).positions
+    supported = Start(body, Release(ledge, 0.0)).solve_equilibrium(
+        inputs, mesh.rest_positions[held]
+    )
     return {
         'weight set on': Swing(body, inputs, weightless),
         'ledge let go': Swing(body, inputs, supported),

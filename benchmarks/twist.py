@@ -64,7 +64,7 @@ def run(twist: Twist, material: Material) -> dict[str, Any]:
     """Twist from rest."""
     body, begun = twist.body(), time.process_time()
     try:
-        state = body.settle(material, GRAVITY, held_path=twist.path)
+        state = body.solve_equilibrium(material, GRAVITY, held_path=twist.path)
     except EquilibriumError as error:
         return {'converged': False, 'cpu_s': time.process_time() - begun, 'error': str(error)}
     return {
@@ -78,13 +78,13 @@ def gradient_error(twist: Twist, modulus: float, ratio: float) -> float:
     """Return how far the tangent is from a difference of two cold twists, relative."""
     body = twist.body()
     material = twist.material(modulus, ratio)
-    body.settle(material, GRAVITY, held_path=twist.path)
+    body.solve_equilibrium(material, GRAVITY, held_path=twist.path)
     (tangent,) = body.tangents([Change(youngs_modulus=material.youngs_modulus)])
     ends = []
     for sign in (1.0, -1.0):
         moved = twist.material(modulus * np.exp(sign * _STEP), ratio)
         fresh = twist.body()
-        ends.append(fresh.settle(moved, GRAVITY, held_path=twist.path).positions)
+        ends.append(fresh.solve_equilibrium(moved, GRAVITY, held_path=twist.path).positions)
     difference = (ends[0] - ends[1]) / (2.0 * _STEP)
     return float(np.linalg.norm(difference - tangent) / np.linalg.norm(tangent))
 

@@ -16,6 +16,10 @@ class SceneError(InputError):
     """A scene is wrong; the message names the key, the value given and what is allowed."""
 
 
+class NotSimulatedError(RuntimeError):
+    """A model cannot be simulated somewhere, or its body not be seen; the message says why."""
+
+
 class RecordingError(InputError):
     """A recording cannot be used; the message names the file and what is needed."""
 

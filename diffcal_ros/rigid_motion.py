@@ -26,19 +26,19 @@ def upwards(gravity: FloatArray) -> FloatArray:
     return -gravity / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
-def moved(points: FloatArray, six: FloatArray, pivot: FloatArray) -> FloatArray:
+def moved(points: FloatArray, twist: FloatArray, pivot: FloatArray) -> FloatArray:
     """Turn points about a pivot, then shift them."""
-    if not six.any():
+    if not twist.any():
         return points
-    return (points - pivot) @ rotation_matrix(six[3:]).T + pivot + six[:3]
+    return (points - pivot) @ rotation_matrix(twist[3:]).T + pivot + twist[:3]
 
 
-def moved_by(points: FloatArray, six: FloatArray, pivot: FloatArray, axis: int) -> FloatArray:
-    """Return the derivative of `moved` by one of the six numbers, shape (N, 3)."""
+def moved_by(points: FloatArray, twist: FloatArray, pivot: FloatArray, axis: int) -> FloatArray:
+    """Return the derivative of `moved` by one of its six numbers, shape (N, 3)."""
     if axis < 3:
         return np.broadcast_to(np.eye(3)[axis], points.shape)
-    turned = (points - pivot) @ rotation_matrix(six[3:]).T
-    spin = _left_jacobian(six[3:])[:, axis - 3]
+    turned = (points - pivot) @ rotation_matrix(twist[3:]).T
+    spin = _left_jacobian(twist[3:])[:, axis - 3]
     return np.cross(spin, turned)
 
 

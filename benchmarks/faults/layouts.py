@@ -107,7 +107,7 @@ class Written:
 def sample_messages(path: Path, frames: int = 8, every: int = 8) -> list[Recorded]:
     """Take the messages of a bag up to so many depth images, by the library's own reader.
 
-    Of images only every so manieth row and column is taken.
+    Of images one row and column in as many is taken.
     """
     taken: list[Recorded] = []
     depth = 0

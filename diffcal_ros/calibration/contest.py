@@ -5,19 +5,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import (
-    Iteration,
-    minimise,
-    Minimum,
-    Stop,
-)
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.result import Alternative
 from diffcal_ros.calibration.uncertainty.uncertainty import covariance_of, Z_95
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import (
+    Iteration,
+    minimise,
+    Minimum,
+    Stop,
+)
 import numpy as np
 from numpy.typing import NDArray
 
@@ -89,7 +89,7 @@ class Contest:
                 max_iterations=_MOST_STEPS,
                 on_iteration=goes_on,
             )
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             minimum = None
         if minimum is not None and minimum.stop in (Stop.CONVERGED, Stop.EXHAUSTED):
             self.entries.append(Entry(minimum, objective.scales))
@@ -154,7 +154,7 @@ def _is_finer(gap: Gap, best: Gap) -> bool:
 
 def _errors(minimum: Minimum, parameters: ParameterSet) -> FloatArray:
     linear = minimum.linearisation
-    covariance = covariance_of(linear.information, linear.scatter, parameters)
+    covariance = covariance_of(linear.information, linear.gradient_covariance, parameters)
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 

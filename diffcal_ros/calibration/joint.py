@@ -5,9 +5,7 @@
 from collections.abc import Mapping, Sequence
 import time
 
-from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, minimise, Minimum
+from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.parameters.joint_parameters import (
     joint_parameters,
@@ -16,16 +14,17 @@ from diffcal_ros.calibration.parameters.joint_parameters import (
 )
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
-from diffcal_ros.errors import InputError
+from diffcal_ros.errors import InputError, NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Minimum
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-_MATRICES = ('curvature', 'information', 'scatter')
 
 
 class JointObjective:
@@ -36,9 +35,9 @@ class JointObjective:
         self._parameters = parameters
 
     @property
-    def is_sharp(self) -> bool:
+    def is_annealed(self) -> bool:
         """Tell whether every member's cost has its final form."""
-        return all(objective.is_sharp for objective in self._objectives)
+        return all(objective.is_annealed for objective in self._objectives)
 
     def own(self, coordinates: FloatArray) -> list[tuple[RobustObjective, FloatArray]]:
         """Return each member's objective and coordinates."""
@@ -53,23 +52,17 @@ class JointObjective:
 
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost to second order."""
-        count, cost = len(coordinates), 0.0
-        descent = np.zeros(count)
-        matrices = {name: np.zeros((count, count)) for name in _MATRICES}
+        whole = Linearisation.nothing(len(coordinates))
         for (objective, own), places in zip(
             self.own(coordinates), self._parameters.places, strict=True
         ):
-            linear = objective.linearise(own)
-            cost += linear.cost
-            descent[places] += linear.descent
-            for name, matrix in matrices.items():
-                matrix[np.ix_(places, places)] += getattr(linear, name)
-        return Linearisation(cost=cost, descent=descent, **matrices)
+            whole += objective.linearise(own).placed(places, len(coordinates))
+        return whole
 
-    def narrow(self, coordinates: FloatArray) -> None:
+    def anneal(self, coordinates: FloatArray) -> None:
         """Sharpen every member's cost after an accepted step."""
         for objective, own in self.own(coordinates):
-            objective.narrow(own)
+            objective.anneal(own)
 
     def refine(self, coordinates: FloatArray) -> bool:
         """Sharpen the costs at a minimum; True when one changed."""
@@ -83,9 +76,7 @@ class JointObjective:
             self.own(coordinates), self._parameters.places, strict=True
         ):
             pull[places] += objective.mesh_pull(own)
-        _, precision = self._parameters.prior()
-        shift, *_ = np.linalg.lstsq(linear.information + precision, -pull, rcond=1e-10)
-        return np.asarray(shift, dtype=np.float64)
+        return linear.minimum_shift(pull, self._parameters.prior())
 
     def gaps(self, coordinates: FloatArray) -> list[Gap]:
         """Measure each member's gap."""
@@ -121,11 +112,9 @@ class JointCalibration:
         Raises:
             InputError: when they do not fit together.
         """
-        objectives = []
-        for name, member in members.items():
-            if not isinstance(member.objective, RobustObjective):
-                raise InputError(f'{name} has the loss {member.settings.loss!r}: use robust')
-            objectives.append(member.objective)
+        objectives = [
+            member.likelihood(f'the joint fit of {name}') for name, member in members.items()
+        ]
         self.members = dict(members)
         self.parameters = joint_parameters(
             {name: member.parameters for name, member in members.items()}, shared
@@ -164,7 +153,7 @@ class JointCalibration:
                 max_iterations=first.settings.max_iterations or 30,
                 on_iteration=tell,
             )
-        except NOT_SIMULATED as error:
+        except NotSimulatedError as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
         for member, places in zip(self.members.values(), self.parameters.places, strict=True):

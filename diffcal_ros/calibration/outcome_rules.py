@@ -4,11 +4,11 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.uncertainty.uncertainty import Uncertainty
+from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
 import numpy as np
 
 # A fit that leaves more than this, or covers less in either direction, calls for an explanation.

@@ -14,6 +14,7 @@ from diffcal_ros.depth.buffers import TracerBuffers
 from diffcal_ros.depth.surface_edges import surface_edges
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.device_array import upload
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +24,7 @@ IntArray = NDArray[np.int32]
 _NEAREST = 1e-3  # A body closer to the camera than this [m] is behind it, or a wrong pose.
 
 
-class OutOfViewError(ValueError):
+class OutOfViewError(NotSimulatedError):
     """The body is not in front of the camera; the message says where it is."""
 
 

@@ -28,5 +28,5 @@ class ClampOffset(Effect):
         return {'about': site.object_axes.center}
 
 
-def _in_world(six: FloatArray, site: Site) -> FloatArray:
-    return site.to_world(six.reshape(2, 3)).ravel()
+def _in_world(twist: FloatArray, site: Site) -> FloatArray:
+    return site.to_world(twist.reshape(2, 3)).ravel()

@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.conjugate_gradient import conjugate_gradient
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.potential_terms import PotentialTerm
@@ -46,7 +47,7 @@ _MAX_LINEAR_STEPS = 25
 _MAX_SHIFTS = 12
 
 
-class EquilibriumError(RuntimeError):
+class EquilibriumError(NotSimulatedError):
     """No equilibrium was found; the message says what to change."""
 
 

@@ -69,7 +69,7 @@ class MeshError:
         if self._refined is not None:
             return self._refined.displacement(material, gravity, cables)
         assert self._quadratic is not None
-        self._quadratic.settle(
+        self._quadratic.solve_equilibrium(
             material, gravity, held_path=held_path, conditions=Conditions(cables=cables)
         )
         better = self._quadratic.own_state.positions[: self._body.mesh.vertex_count]

@@ -143,10 +143,10 @@ class StaticBody:
             RuntimeError: before the first one.
         """
         if self._state is None:
-            raise RuntimeError('no equilibrium yet: call settle first')
+            raise RuntimeError('no equilibrium yet: call solve_equilibrium first')
         return self._state
 
-    def settle(
+    def solve_equilibrium(
         self,
         material: Material,
         gravity: FloatArray,
@@ -178,12 +178,12 @@ class StaticBody:
             def own_path(fraction: float) -> FloatArray:
                 return path(fraction) - self.origin
 
-        self.settle_own(
+        self.solve_own_equilibrium(
             material, gravity, held_path=own_path, prediction=prediction, conditions=conditions
         )
         return self.state
 
-    def settle_own(
+    def solve_own_equilibrium(
         self,
         material: Material,
         gravity: FloatArray,
@@ -192,14 +192,14 @@ class StaticBody:
         prediction: FloatArray | None = None,
         conditions: Conditions = NO_CONDITIONS,
     ) -> Equilibrium:
-        """Do as `settle` in the body's own frame: `held_path` is there, and so is the result."""
+        """Do as `solve_equilibrium` in the own frame, `held_path` and the result as well."""
         loads = self.prepare(material, gravity, conditions)
         self._held_path = held_path
         if conditions.clamp_compliance == 0.0:
             self.clamp.turn = np.zeros(3)
-        self._settle(loads, self._clamp_path(), prediction)
+        self._solve(loads, self._clamp_path(), prediction)
         if conditions.clamp_compliance != 0.0:
-            self._yield_clamp(loads)
+            self._solve_compliant_clamp(loads)
         self._clamp_was_moved = conditions.moves_clamp
         return self.own_state
 
@@ -225,7 +225,7 @@ class StaticBody:
             self.own_state.positions[self.held_nodes], -self.own_state.reactions[self.held_nodes]
         )
 
-    def _settle(
+    def _solve(
         self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
     ) -> None:
         if self._state is not None:
@@ -236,7 +236,7 @@ class StaticBody:
                 self._state = None
         self._state = self._from_rest(loads, held_path)
 
-    def _yield_clamp(self, loads: FloatArray) -> None:
+    def _solve_compliant_clamp(self, loads: FloatArray) -> None:
         """Turn the clamp until that is what the moment on it asks for."""
         compliance = self._conditions.now.clamp_compliance
         for _ in range(_MAX_YIELDS):
@@ -244,7 +244,7 @@ class StaticBody:
             if float(np.abs(wanted - self.clamp.turn).max()) < _YIELD_TOLERANCE:
                 return
             self.clamp.turn = wanted
-            self._settle(loads, self._clamp_path(), None)
+            self._solve(loads, self._clamp_path(), None)
         raise EquilibriumError(
             'the clamp gives way without end: its compliance is too large for the load'
         )
@@ -307,7 +307,7 @@ class StaticBody:
 
     def _current_material(self) -> Material:
         if self._material is None:
-            raise RuntimeError('no material yet: call settle first')
+            raise RuntimeError('no material yet: call solve_equilibrium first')
         return self._material
 
     def _from_last(
@@ -346,7 +346,7 @@ class StaticBody:
         self, loads: FloatArray, held_path: HeldPath | None, cables: tuple[CableState, ...]
     ) -> Equilibrium:
         """Start where linear elements end: they take steps 20 times faster, and end close."""
-        followed = self._make_guide().settle_own(
+        followed = self._make_guide().solve_own_equilibrium(
             self._current_material(),
             self._gravity,
             held_path=held_path,

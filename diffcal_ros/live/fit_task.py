@@ -8,9 +8,7 @@ import math
 import threading
 
 from diffcal_ros.calibration.calibrate import Calibration, with_details
-from diffcal_ros.calibration.forward.forward_model import View
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.live.background import Post
@@ -152,23 +150,16 @@ def _parameters(calibration: Calibration, record: IterationRecord) -> tuple[Fitt
     )
 
 
-def _read(calibration: Calibration, view: View) -> FloatArray:
-    """Return the depth that the sensor would read of the last view [m], shape (H, W)."""
-    if not isinstance(calibration.objective, RobustObjective):
-        return view.trace.full_depth()  # Other losses know no effects.
-    sensor = calibration.model.sensor(calibration.coordinates)
-    read = calibration.objective.comparers[-1].read(view.trace, sensor)
-    return view.trace.in_image(read)
-
-
 def _picture(
     calibration: Calibration, observations: Sequence[Observation], snapshot: Snapshot
 ) -> Picture:
     model, observation = calibration.model, observations[-1]
     view = model.views(calibration.coordinates)[-1]
+    last = len(model.observations) - 1
+    read = calibration.objective.read_depth(last, view, calibration.coordinates)
     return draw_picture(
         view,
-        _read(calibration, view),
+        view.trace.in_image(read),
         observation.depth,
         model.body(observation).discretisation.surface_triangles,
         observation.camera,

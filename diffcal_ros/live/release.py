@@ -5,10 +5,9 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.effect_model import SensorModel
 from diffcal_ros.calibration.forward.forward_model import View
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError, RecordingError
 from diffcal_ros.fem.equilibrium import EquilibriumError
@@ -17,6 +16,9 @@ from diffcal_ros.live.swing_window import Swing
 from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Quantity, Scene
 import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 # A body that is let go moves visibly so much later, at the latest, and usually [s].
 _SLOWEST, _USUAL = 0.12, 0.03
@@ -57,15 +59,15 @@ def require_rest(calibration: Calibration) -> None:
         RecordingError: when the first frame looks more like a later one is expected to.
     """
     objective, first = calibration.objective, calibration.model.observations[0]
-    if first.instant is None or not isinstance(objective, RobustObjective):
+    if first.instant is None:
         return
     try:
         views = calibration.model.views(calibration.coordinates)
     except (EquilibriumError, MotionError):
         return  # The fit itself says so.
-    sensor = calibration.model.sensor(calibration.coordinates)
     misfits = [
-        _misfit(objective, number, view, sensor, first) for number, view in enumerate(views)
+        _misfit(objective, number, view, calibration.coordinates, first)
+        for number, view in enumerate(views)
     ]
     if min(misfits) < _CLEARLY * misfits[0]:
         raise RecordingError(
@@ -76,16 +78,20 @@ def require_rest(calibration: Calibration) -> None:
 
 
 def _misfit(
-    objective: RobustObjective, number: int, view: View, sensor: SensorModel, seen: Observation
+    objective: FitObjective,
+    number: int,
+    view: View,
+    coordinates: FloatArray,
+    seen: Observation,
 ) -> float:
     """Return the mean truncated square between a view and an observation [m^2]."""
     try:
-        trace, comparer = view.trace, objective.comparers[number]
+        trace = view.trace
     except OutOfViewError:
         return objective.truncation**2
-    counted, _ = comparer.pixels(view)
     window = seen.depth[trace.rows, trace.columns].astype(np.float64)
-    distances = np.abs(window - comparer.read(trace, sensor))[counted]
+    distances = np.abs(window - objective.read_depth(number, view, coordinates))
+    distances = distances[objective.counted(number, view)]
     # What was not measured is as far as can be.
     square = np.fmin(np.where(np.isnan(distances), np.inf, distances), objective.truncation) ** 2
     return float(square.mean()) if len(square) else objective.truncation**2

@@ -7,7 +7,7 @@ from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.tracking.body_change import BodyChange, ChangeWatch
-from diffcal_ros.calibration.tracking.tracker import least_changes
+from diffcal_ros.calibration.tracking.tracked import least_changes
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.health import Level
 from diffcal_ros.live.swing_window import Stage, SwingWindow

@@ -8,7 +8,8 @@ import threading
 import time
 
 from diffcal_ros.calibration.observations.observation import measured_depth
-from diffcal_ros.calibration.tracking.tracker import Tracked, Tracker, TrackerSettings
+from diffcal_ros.calibration.tracking.tracked import Tracked, TrackerSettings
+from diffcal_ros.calibration.tracking.tracker import Tracker
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.body_frames import body_frames, BodyFrames
@@ -75,8 +76,8 @@ def track(request: TrackRequest, post: Post, stop: threading.Event) -> None:
 
     def draw(frame: DepthFrame) -> Picture:
         return draw_picture(
-            tracker.held.view,
-            tracker.held.read_depth(),
+            tracker.view.rendered,
+            tracker.view.read_depth(),
             frame.depth,
             triangles,
             observation.camera,

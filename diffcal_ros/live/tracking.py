@@ -10,7 +10,7 @@ import time
 from diffcal_ros.calibration.calibrate import with_details
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.tracking.body_change import BodyChange
-from diffcal_ros.calibration.tracking.tracker import TrackerSettings
+from diffcal_ros.calibration.tracking.tracked import TrackerSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.fit_task import FitEnd

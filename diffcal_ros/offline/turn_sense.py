@@ -11,10 +11,10 @@ from dataclasses import replace
 import math
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
 
 # An odd number of half turns, so nearly that the end looks the same [rad].
@@ -61,7 +61,7 @@ def sense_note(
     plain = replace(settings, with_mesh_error=False, profile=())
     try:
         other = Calibration(other_sense(scene), observations, plain).run()
-    except NOT_SIMULATED:
+    except NotSimulatedError:
         return None
     before, after = result.gap_end, other.gap_end
     if after.coverage < before.coverage - _LOST or not after.median < _MUCH_LESS * before.median:

@@ -5,12 +5,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
 from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
 from diffcal_ros.calibration.uncertainty.expected_information import Candidate, Known
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.errors import SceneError
+from diffcal_ros.errors import NotSimulatedError, SceneError
 from diffcal_ros.planning.candidates import make_candidates, Refused
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.synthetic.posed_body import pose_body
@@ -91,14 +90,14 @@ def suggest(scene: Scene, *, fit: Sequence[str] | None = None, device: str = 'cp
     try:
         for view, _ in views:
             known = known.with_candidate(view, device=device)
-    except NOT_SIMULATED as error:
+    except NotSimulatedError as error:
         raise SceneError(f'the scene itself cannot be simulated: {error}') from error
     candidates, refused = make_candidates(*views[0], scene.marker)
     found = []
     for candidate in candidates:
         try:
             found.append(_expected(candidate, known, known.with_candidate(candidate), asked))
-        except NOT_SIMULATED as error:
+        except NotSimulatedError as error:
             refused.append(Refused(candidate.words, str(error)))
     values = parameters.values(known.coordinates)
     chosen = [parameters.parameters[place] for place in asked]

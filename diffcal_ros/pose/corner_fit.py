@@ -4,8 +4,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.normal_equations import NormalEquations
+from diffcal_ros.least_squares.residual_channel import equations, ResidualChannel, Weights
 from diffcal_ros.pose.detection import Detection
 from diffcal_ros.pose.marker_depth import MarkerPoints
 from diffcal_ros.pose.target import Target
@@ -17,6 +21,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _ROUNDS = 50
+_UNBOUNDED = np.full(6, -np.inf), np.full(6, np.inf)
 _SMALL_STEP = 1e-8  # Metres and radians alike.
 # A sighting this many times as far off as the median one counts a quarter (Geman-McClure).
 _OUTLIER = 3.0
@@ -48,6 +53,11 @@ class Sightings:
     def size(self) -> int:
         """Number of corners in one sighting."""
         return self.points.shape[1]
+
+    @cached_property
+    def part_count(self) -> int:
+        """Number of different parts."""
+        return len(np.unique(self.ids))
 
     def errors(self, camera_from_marker: FloatArray, camera: PinholeCamera) -> FloatArray:
         """Return each sighting's root mean square corner distance [px], shape (s,)."""
@@ -134,20 +144,20 @@ def fit_corners(
     for _ in range(_ROUNDS):
         used_scale = typical_error(errors) if scale is None else scale
         weights = _weights(errors, used_scale)
-        hessian, gradient = normal_equations(
+        said = pose_equations(
             pose, sightings, camera, weights, corner_error=corner_error, depth=depth
         )
-        before = _objective(pose, sightings, camera, weights, corner_error, depth)
+        each = _corner_weights(sightings, weights, corner_error)
         step = np.zeros(6)
         while damping < 1e6:
-            damped = hessian + damping * np.diag(np.diag(hessian))
-            step[:] = -np.linalg.solve(damped, gradient)
+            step = gauss_newton_step(said, np.zeros(6), *_UNBOUNDED, damping)
             moved = perturbed(pose, step)
-            if _objective(moved, sightings, camera, weights, corner_error, depth) <= before:
-                pose, damping = moved, max(damping * 0.1, 1e-12)
+            tried = sightings.errors(moved, camera)
+            cost = 0.5 * sightings.size * float(each @ tried**2) + _depth_cost(moved, depth)
+            if cost <= said.cost:
+                pose, errors, damping = moved, tried, max(damping * 0.1, 1e-12)
                 break
             damping *= 10.0
-        errors = sightings.errors(pose, camera)
         if damping >= 1e6 or np.abs(step).max() < _SMALL_STEP:
             break
     used_scale = typical_error(errors) if scale is None else scale
@@ -166,7 +176,7 @@ def perturbed(camera_from_marker: FloatArray, step: FloatArray) -> FloatArray:
     )
 
 
-def normal_equations(
+def pose_equations(
     pose: FloatArray,
     sightings: Sightings,
     camera: PinholeCamera,
@@ -174,38 +184,39 @@ def normal_equations(
     *,
     corner_error: float,
     depth: MarkerPoints | None,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the information matrix, shape (6, 6), and the gradient, shape (6,).
+) -> NormalEquations:
+    """Return what corners and depth say of a step of `perturbed`, to second order.
 
     The corners together count as one view of mean corners with `corner_error`: what the frames
     of a static camera share does not average out.
     """
     jacobian, miss = _corner_rows(pose, sightings, camera)
-    share = weights / weights.sum() * len(np.unique(sightings.ids)) / corner_error**2
-    hessian = np.einsum('s,sri,srj->ij', share, jacobian, jacobian)
-    gradient = np.einsum('s,sri,sr->i', share, jacobian, miss)
+    each = np.repeat(_corner_weights(sightings, weights, corner_error), miss.shape[1])
+    channels = [_channel(miss.ravel(), jacobian.reshape(-1, 6), each)]
     if depth is not None:
         rows, heights = _depth_rows(pose, depth)
-        share = _depth_weights(heights)
-        hessian = hessian + (share[:, None] * rows).T @ rows
-        gradient = gradient + (share * heights) @ rows
-    return hessian, gradient
+        channels.append(_channel(heights, rows, _depth_weights(heights)))
+    return equations(channels, 6)
 
 
-def _objective(
-    pose: FloatArray,
-    sightings: Sightings,
-    camera: PinholeCamera,
-    weights: FloatArray,
-    corner_error: float,
-    depth: MarkerPoints | None,
-) -> float:
-    share = weights / weights.sum() * len(np.unique(sightings.ids)) / corner_error**2
-    total = sightings.size * float(share @ sightings.errors(pose, camera) ** 2)
-    if depth is not None:
-        heights = depth.heights(pose)
-        total += float(_depth_weights(heights) @ heights**2)
-    return total if np.isfinite(total) else np.inf
+def _channel(miss: FloatArray, jacobian: FloatArray, weights: FloatArray) -> ResidualChannel:
+    """Weigh what is modelled less measured, shape (M,), with its derivative, shape (M, 6)."""
+    cost = 0.5 * float(weights @ miss**2)
+    return ResidualChannel(-miss, jacobian, Weights.of_squares(weights), cost)
+
+
+def _depth_cost(pose: FloatArray, depth: MarkerPoints | None) -> float:
+    """Return half of the weighed squares of the heights."""
+    if depth is None:
+        return 0.0
+    heights = depth.heights(pose)
+    return 0.5 * float(_depth_weights(heights) @ heights**2)
+
+
+def _corner_weights(sightings: Sightings, weights: FloatArray, corner_error: float) -> FloatArray:
+    """Return the weight of each sighting's coordinates [1/px^2], shape (s,)."""
+    share: FloatArray = weights / weights.sum() * sightings.part_count / corner_error**2
+    return share
 
 
 def _weights(errors: FloatArray, scale: float) -> FloatArray:

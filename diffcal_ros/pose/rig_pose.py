@@ -16,7 +16,7 @@ from diffcal_ros.pose.corner_fit import (
     CornerFit,
     fit_corners,
     gather,
-    normal_equations,
+    pose_equations,
     Sightings,
     typical_error,
     USED,
@@ -221,7 +221,7 @@ def _result(
         pose = fit_corners(
             pose, sightings, camera, corner_error=mean_error, depth=measured
         ).camera_from_marker
-    information, _ = normal_equations(
+    said = pose_equations(
         pose, sightings, camera, best.weights, corner_error=mean_error, depth=measured
     )
     supporting = best.weights >= USED
@@ -232,7 +232,7 @@ def _result(
     other = _rms(averaged.errors(others[0].camera_from_marker, camera)) if others else np.inf
     return RigPose(
         camera_from_marker=pose,
-        covariance=np.asarray(np.linalg.inv(information), dtype=np.float64),
+        covariance=np.asarray(np.linalg.inv(said.curvature), dtype=np.float64),
         supports=tuple(bool(support) for support in supports),
         outlier_count=len(np.unique(sightings.frames)) - int(supports.sum()),
         reprojection_error=_rms(errors),

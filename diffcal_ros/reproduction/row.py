@@ -53,7 +53,7 @@ class Variant:
         scene: what replaces keys of the scene, as nested mappings.
         settings: how to fit.
         pose: of the camera, `estimated` or `stored`.
-        pixel_step: only every so manieth row and column of the depth image is used.
+        pixel_step: only one row and column in as many of the depth image are used.
         modulus_field: fit a modulus that varies over the body beside the other parameters.
         start: range that starts are drawn from, by the parameter's name, or the part before its
             first dot; moduli, densities and damping evenly in their logarithms.

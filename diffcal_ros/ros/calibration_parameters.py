@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.observations.observation import MAX_FUSED_FRAMES
 from diffcal_ros.calibration.settings import CalibrationSettings, LOSSES, OPTIMIZERS
-from diffcal_ros.calibration.tracking.tracker import TrackerSettings
+from diffcal_ros.calibration.tracking.tracked import TrackerSettings
 from diffcal_ros.device_array import require_device
 from diffcal_ros.live.inputs import POSE_SOURCES, SCENE
 from diffcal_ros.live.session_settings import DEPTH_QUANTIZATIONS, REFITS, SessionSettings

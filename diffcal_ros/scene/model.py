@@ -141,7 +141,7 @@ class MotionSetup:
             fixed ones.
         duration: how much of the recording is used, from its first frame [s]; None for all.
         most_frames: at most so many frames are compared, evenly spaced.
-        hold_out: every so manieth frame is kept from the fit and only compared; 0 for none.
+        hold_out: one frame in as many is kept from the fit and only compared; 0 for none.
     """
 
     released: tuple[str, ...]

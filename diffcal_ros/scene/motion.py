@@ -28,7 +28,7 @@ MOTION_SHAPE = Keys(
         'tolerance': Number('what one implicit step may be off by, in m', _TOLERANCES),
         'duration': Number('use only so much of the recording, in s', _DURATIONS),
         'frames': Whole('compare at most so many; default 60', 2, _MOST_FRAMES),
-        'hold_out': Whole('keep every so manieth from the fit; default 5', 0, _MOST_FRAMES),
+        'hold_out': Whole('keep one frame in as many from the fit; default 5', 0, _MOST_FRAMES),
     },
     ('released', 'at'),
     'how the body moves: parts that hold it at rest let go',

@@ -74,7 +74,7 @@ def move_body(
         release_time=motion.release_time.start,
     )
     try:
-        posture.settle(inputs, None)
+        posture.simulate(inputs, None)
     except (EquilibriumError, MotionError) as error:
         raise SceneError(
             f'the start values of {setup.name} cannot be simulated: {error}'

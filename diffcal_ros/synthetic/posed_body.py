@@ -91,7 +91,7 @@ def pose_body(
         conditions = model.conditions(effects, index, nodes)
     conditions = replace(conditions, cables=start_cables(scene, setup))
     try:
-        state = body.settle(
+        state = body.solve_equilibrium(
             start_material(scene), setup.gravity, held_path=path, conditions=conditions
         )
     except EquilibriumError as error:

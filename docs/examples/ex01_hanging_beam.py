@@ -27,7 +27,7 @@ ones = np.ones(mesh.tet_count)
 def tip_height(youngs_modulus: float) -> float:
     """Return the tip's y after settling [m]."""
     material = Material(youngs_modulus * ones, 0.45 * ones, 1080.0 * ones)
-    return float(body.settle(material, GRAVITY).positions[tip, 1])
+    return float(body.solve_equilibrium(material, GRAVITY).positions[tip, 1])
 
 
 sag = float(mesh.rest_positions[tip, 1]) - tip_height(MODULUS)

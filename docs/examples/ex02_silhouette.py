@@ -29,7 +29,7 @@ FINE = 128  # Samples a side of an outline pixel, for differences; the gradient 
 mesh = beam_mesh()
 ones = np.ones(mesh.tet_count)
 body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh))
-body.settle(Material(150e3 * ones, 0.45 * ones, 1080.0 * ones), GRAVITY)
+body.solve_equilibrium(Material(150e3 * ones, 0.45 * ones, 1080.0 * ones), GRAVITY)
 points = points_in_camera(body)
 tracer = DepthTracer(body.discretisation.surface_triangles, len(points), CAMERA)
 ramp = np.linspace(0.0, 2.0, CAMERA.width)

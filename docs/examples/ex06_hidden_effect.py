@@ -44,7 +44,7 @@ random = np.random.default_rng(4)
 mesh = beam_mesh((10, 3, 3))
 ones = np.ones(mesh.tet_count)
 body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh))
-body.settle(Material(TRUTH * ones, 0.45 * ones, 1080.0 * ones), GRAVITY)
+body.solve_equilibrium(Material(TRUTH * ones, 0.45 * ones, 1080.0 * ones), GRAVITY)
 points = points_in_camera(body)
 tracer = DepthTracer(body.discretisation.surface_triangles, len(points), CAMERA)
 depth = tracer.trace(points).full_depth() + BIAS

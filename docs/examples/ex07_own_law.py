@@ -26,7 +26,7 @@ sags = {}
 for law in (stable_neo_hookean, plain_neo_hookean):
     body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh), law=law)
     material = Material(400e3 * ones, 0.45 * ones, 1080.0 * ones, shares=law.SHARES)
-    positions = body.settle(material, GRAVITY).positions
+    positions = body.solve_equilibrium(material, GRAVITY).positions
     sags[law.__name__.rpartition('.')[2]] = float(mesh.rest_positions[tip, 1] - positions[tip, 1])
 
 # The nodal forces that hold the last body in its shape are the slope of its energy.

@@ -8,8 +8,8 @@ from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.image_objective import ImageObjective
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.element import Element
 import numpy as np

@@ -83,7 +83,7 @@ def test_depth_follows_the_sensor():
     here = parameters.start()
     tangent = model.tangents(here)[0]
     comparison, view = objective.comparisons(here)[0], model.views(here)[0]
-    _, jacobian, _ = objective.blocks(0, comparison, view, tangent, here)[0]
+    _, jacobian = objective.with_jacobians(0, comparison, view, tangent, here)[0]
     for place in range(len(here)):
         moved = here.copy()
         moved[place] += 1e-4

@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.tracking.forgetting_filter import ForgettingFilter
 from diffcal_ros.calibration.tracking.innovation import Innovation
-from diffcal_ros.calibration.tracking.linearised_view import FrameEquations
+from diffcal_ros.least_squares.normal_equations import NormalEquations
 import numpy as np
 import pytest
 
@@ -14,8 +14,8 @@ MEMORY = 0.4  # [s]
 CURVATURE = np.array([[5.0, 1.2], [1.2, 0.7]])
 
 
-def _valley(bottom, here, curvature=CURVATURE) -> FrameEquations:
-    return FrameEquations(0.0, curvature @ (bottom - here), curvature, 1.0)
+def _valley(bottom, here, curvature=CURVATURE) -> NormalEquations:
+    return NormalEquations(0.0, curvature @ (bottom - here), curvature)
 
 
 def test_weights_are_those_of_an_exponential_window():
@@ -33,8 +33,8 @@ def test_weights_are_those_of_an_exponential_window():
     # So long ago that the first frames, which weigh alike, do not count.
     assert weights[:100].sum() < 1e-6
     expected = CURVATURE @ (weights @ bottoms)
-    np.testing.assert_allclose(kept.descent, expected, rtol=1e-6)
-    np.testing.assert_allclose(kept.curvature, CURVATURE, rtol=1e-12)
+    np.testing.assert_allclose(kept.equations.negative_gradient, expected, rtol=1e-6)
+    np.testing.assert_allclose(kept.equations.curvature, CURVATURE, rtol=1e-12)
     assert kept.frames_worth == pytest.approx(1.0 / (weights**2).sum(), rel=1e-6)
 
 
@@ -43,7 +43,9 @@ def test_the_first_frames_weigh_alike():
     bottoms = np.arange(14.0).reshape(7, 2) ** 2
     for number, bottom in enumerate(bottoms):
         kept.add(_valley(bottom, np.zeros(2)), number * SECOND // 30)
-    np.testing.assert_allclose(kept.descent, CURVATURE @ bottoms.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(
+        kept.equations.negative_gradient, CURVATURE @ bottoms.mean(axis=0), rtol=1e-12
+    )
     assert kept.frames_worth == pytest.approx(7.0)
 
 
@@ -58,8 +60,10 @@ def test_moving_the_point_changes_nothing_of_what_is_known():
         step = np.array([0.1, 0.05 * number])
         moved.move(step)
         here = here + step
-    found = np.linalg.solve(kept.curvature, kept.descent)
-    found_moved = here + np.linalg.solve(moved.curvature, moved.descent)
+    found = np.linalg.solve(kept.equations.curvature, kept.equations.negative_gradient)
+    found_moved = here + np.linalg.solve(
+        moved.equations.curvature, moved.equations.negative_gradient
+    )
     np.testing.assert_allclose(found_moved, found, rtol=1e-12)
 
 
@@ -68,21 +72,21 @@ def test_after_a_gap_of_seconds_the_past_is_gone():
     for number in range(30):
         kept.add(_valley(np.array([9.0, 9.0]), np.zeros(2)), number * SECOND // 30)
     kept.add(_valley(np.array([1.0, -2.0]), np.zeros(2)), 10 * SECOND)
-    found = np.linalg.solve(kept.curvature, kept.descent)
+    found = np.linalg.solve(kept.equations.curvature, kept.equations.negative_gradient)
     # Nine seconds of 0.4 s each.
     np.testing.assert_allclose(found, [1.0, -2.0], atol=20.0 * np.exp(-9.0 / MEMORY))
     assert kept.frames_worth == pytest.approx(1.0, abs=1e-6)
 
 
 class Pulls:
-    """Pulls whose covariance is a known share of the scatter that is stated."""
+    """Pulls whose covariance is a known share of the one that is stated."""
 
     def __init__(self, seed: int, share: float) -> None:
         self._random = np.random.default_rng(seed)
         root = self._random.normal(size=(4, 4))
-        # The last two coordinates say the same: the scatter is singular.
+        # The last two coordinates say the same: the covariance is singular.
         root[3] = root[2]
-        self.scatter = root @ root.T
+        self.gradient_covariance = root @ root.T
         self._root = np.sqrt(share) * root
 
     def draw(self, factor: float = 1.0) -> np.ndarray:
@@ -92,7 +96,7 @@ class Pulls:
 def test_usual_frames_weigh_as_their_age_says():
     pulls = Pulls(seed=1, share=0.3)
     innovation = Innovation()
-    innovation.hold(pulls.scatter)
+    innovation.hold(pulls.gradient_covariance)
     shares = np.array([innovation.least_share(pulls.draw()) for _ in range(3000)])
     # Chi-square of three directions exceeds 24 once in 40,000.
     assert np.count_nonzero(shares) <= 2
@@ -102,11 +106,11 @@ def test_usual_frames_weigh_as_their_age_says():
 def test_a_surprise_weighs_the_more_the_larger_it_is():
     pulls = Pulls(seed=2, share=0.3)
     innovation = Innovation()
-    innovation.hold(pulls.scatter)
+    innovation.hold(pulls.gradient_covariance)
     for _ in range(200):
         innovation.least_share(pulls.draw())
     away = pulls.draw()
-    square = away @ np.linalg.pinv(pulls.scatter, rcond=1e-9) @ away / 3.0
+    square = away @ np.linalg.pinv(pulls.gradient_covariance, rcond=1e-9) @ away / 3.0
     size = np.sqrt(square / innovation.new_share)
     shares = [innovation.least_share(away * factor / size) for factor in (16.0, 4.0, 2.0)]
     # One less 8 over the square of its size in usual sizes.
@@ -117,7 +121,7 @@ def test_a_surprise_weighs_the_more_the_larger_it_is():
 def test_a_camera_that_becomes_noisier_is_not_surprising_for_ever():
     pulls = Pulls(seed=3, share=0.3)
     innovation = Innovation()
-    innovation.hold(pulls.scatter)
+    innovation.hold(pulls.gradient_covariance)
     for _ in range(200):
         innovation.least_share(pulls.draw())
     early = np.mean([innovation.least_share(pulls.draw(5.0)) for _ in range(20)])

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.image_objective import ImageObjective
 from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.fem.element import Element
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def test_forward_and_adjoint_routes_agree(loss: _SmoothLoss) -> None:
     value, gradient = loss.gradient(start)
     linear = loss.linearise(start)
     # L = 1000 sqrt(S): dL = 1e6 / (2 L) dS, and the cost is S / (2 noise).
-    by_forward = -linear.descent * loss._noise * 1e6 / value
+    by_forward = -linear.negative_gradient * loss._noise * 1e6 / value
     np.testing.assert_allclose(by_forward, gradient, rtol=1e-6, atol=1e-6 * np.abs(gradient).max())
 
 
@@ -117,7 +117,7 @@ def test_robust_slope_points_down_the_robust_cost() -> None:
     start = parameters.start()
     start[1:7] = [0.002, -0.002, 0.002, 0.02, -0.02, 0.02]
     for _ in range(8):
-        objective.narrow(start)
+        objective.anneal(start)
     linear = objective.linearise(start)
     sizes = 0.3 / np.sqrt(np.diag(linear.curvature))
     slopes = np.empty(len(start))
@@ -128,7 +128,7 @@ def test_robust_slope_points_down_the_robust_cost() -> None:
         slopes[place] = rise / (2.0 * size)
     # Pixels join and leave and edges are found to a fraction of a pixel: the direction is right
     # to a few degrees.
-    ours, differences = linear.descent * sizes, -slopes * sizes
+    ours, differences = linear.negative_gradient * sizes, -slopes * sizes
     cosine = ours @ differences / (np.linalg.norm(ours) * np.linalg.norm(differences))
     assert cosine > 0.97
     assert np.linalg.norm(ours) == pytest.approx(np.linalg.norm(differences), rel=0.2)

@@ -54,12 +54,13 @@ def test_cost_and_slope_are_the_sums_of_the_members(random) -> None:
     costs = [m.objective.cost(c) for m, c in zip(members.values(), own, strict=True)]
     assert joint.objective.cost(at) == pytest.approx(sum(costs))
     descents = [
-        m.objective.linearise(c).descent for m, c in zip(members.values(), own, strict=True)
+        m.objective.linearise(c).negative_gradient
+        for m, c in zip(members.values(), own, strict=True)
     ]
     linear = joint.objective.linearise(at)
-    assert linear.descent[0] == pytest.approx(sum(d[0] for d in descents))
+    assert linear.negative_gradient[0] == pytest.approx(sum(d[0] for d in descents))
     place = joint.parameters.names.index('rigid_offset.y (heavy)')
-    assert linear.descent[place] == pytest.approx(descents[1][2])
+    assert linear.negative_gradient[place] == pytest.approx(descents[1][2])
     other = joint.parameters.names.index('rigid_offset.y (thin)')
     assert linear.curvature[place, other] == 0.0
 
@@ -84,5 +85,5 @@ def test_what_cannot_be_shared_is_refused(random) -> None:
     with pytest.raises(InputError, match='thin has a prior on youngs_modulus, which is shared'):
         JointCalibration({**members, 'thin': with_prior}, SHARED)
     image = _members(random, loss='paper')
-    with pytest.raises(InputError, match="thin has the loss 'paper': use robust"):
+    with pytest.raises(InputError, match="fit of thin needs the robust loss, not 'paper'"):
         JointCalibration(image, SHARED)

@@ -3,8 +3,8 @@
 """Learning rates of the paper's Adam follow from the model: nobody has to try them."""
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.optimizers.demon import learning_rates
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.calibration.whole_image.demon import learning_rates
 import numpy as np
 import pytest
 from support.scenes import beam_scene, GRAVITY, observation, true_depth

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.tracking.linearised_view import HeldView
+from diffcal_ros.calibration.tracking.linearised_view import LinearisedView
 import numpy as np
 import pytest
 from support.followed import exact
@@ -31,14 +31,17 @@ def test_a_frame_says_what_a_new_objective_says():
     first, second = noisy(exact(), random), noisy(exact(1.3), random)
     second[40:80, 100:140] = np.nan
     objective, there = _objective(first)
-    held = HeldView(objective, there)
+    held = LinearisedView(objective, there)
     fresh, _ = _objective(second)
     expected = fresh.linearise(there)
     mean, precision = fresh.model.parameters.prior()
-    told = held.look(second)
+    told = held.look(second).equations
     pull = precision @ (there - mean)
     np.testing.assert_allclose(
-        told.descent, expected.descent + pull, rtol=ROUNDING, atol=ROUNDING * np.abs(pull).max()
+        told.negative_gradient,
+        expected.negative_gradient + pull,
+        rtol=ROUNDING,
+        atol=ROUNDING * np.abs(pull).max(),
     )
     scale = np.sqrt(np.outer(np.diag(told.curvature), np.diag(told.curvature)))
     curved = expected.curvature - precision
@@ -47,7 +50,9 @@ def test_a_frame_says_what_a_new_objective_says():
     np.testing.assert_allclose(
         informed.information / scale, expected.information / scale, atol=ROUNDING
     )
-    np.testing.assert_allclose(informed.scatter / scale, expected.scatter / scale, atol=ROUNDING)
+    np.testing.assert_allclose(
+        informed.gradient_covariance / scale, expected.gradient_covariance / scale, atol=ROUNDING
+    )
     prior_cost = 0.5 * float((there - mean) @ pull)
     assert told.cost == pytest.approx(expected.cost - prior_cost, rel=ROUNDING)
     assert held.gap(second) == fresh.gap(there)
@@ -57,17 +62,17 @@ def test_it_says_the_same_after_its_tracer_has_seen_another_view():
     random = np.random.default_rng(5)
     frame = noisy(exact(), random)
     objective, there = _objective(frame)
-    held = HeldView(objective, there)
-    before = held.look(frame)
+    held = LinearisedView(objective, there)
+    before = held.look(frame).equations
     objective.cost(there + 0.02)
-    after = held.look(frame)
-    np.testing.assert_array_equal(before.descent, after.descent)
+    after = held.look(frame).equations
+    np.testing.assert_array_equal(before.negative_gradient, after.negative_gradient)
     assert before.cost == after.cost
 
 
 def test_coverage_is_the_share_of_the_body_that_is_seen():
     frame = exact().astype(np.float32)
     objective, there = _objective(frame)
-    held = HeldView(objective, there)
+    held = LinearisedView(objective, there)
     assert held.look(frame).coverage > 0.9
     assert held.look(np.full_like(frame, np.nan)).coverage == 0.0

@@ -6,8 +6,8 @@ from diffcal_ros.calibration.forward import moving_posture
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import pose_covariances, pose_owners
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.image_objective import ImageObjective
 from diffcal_ros.calibration.residuals.time_correlation import part_means, repeated_frames
+from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.fem.motion.moving_body import INTEGRATOR_NAMES
 from diffcal_ros.scene.motion import INTEGRATORS
 import numpy as np
@@ -82,7 +82,7 @@ def test_the_adjoint_of_all_frames_agrees_with_their_tangents() -> None:
     value, gradient = objective.gradient(start)
     linear = objective.linearise(start)
     # L = 1000 sqrt(S): dL = 1e6 / (2 L) dS, and the cost is S / (2 noise).
-    forward = -linear.descent * objective._noise * 1e6 / value
+    forward = -linear.negative_gradient * objective._noise * 1e6 / value
     np.testing.assert_allclose(forward, gradient, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
 
 

@@ -4,13 +4,13 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.calibration.outcome import EXIT_NOT_FITTED, Outcome
 from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.uncertainty.uncertainty import Uncertainty
+from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 import pytest
 

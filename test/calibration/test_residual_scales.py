@@ -3,7 +3,7 @@
 """Widths follow the bulk of the residuals down, and stop where the sensor's structure begins."""
 
 from diffcal_ros.calibration.residuals.residual_scales import FINAL_WIDTH, Scale, Scales, spread
-from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 import numpy as np
 import pytest
 
@@ -11,28 +11,29 @@ import pytest
 def _residuals(values) -> Residuals:
     values = np.asarray(values, dtype=float)
     nowhere = np.zeros((len(values), 2), dtype=np.int32)
-    return Residuals(values, np.ones(len(values)), nowhere, np.arange(len(values)), 0.0)
+    kind = ResidualKind.DEPTH
+    return Residuals(kind, values, np.ones(len(values)), nowhere, np.arange(len(values)), 0.0)
 
 
 def test_a_width_follows_the_bulk_and_no_outlier() -> None:
     values = [0.004] * 85 + [0.5] * 15
-    narrowed = Scale(width=0.02).narrowed([_residuals(values)])
-    assert narrowed.width == narrowed.noise == pytest.approx(0.004)
+    annealed = Scale(width=0.02).annealed([_residuals(values)])
+    assert annealed.width == annealed.noise == pytest.approx(0.004)
 
 
 def test_a_width_at_least_halves_and_never_passes_its_end() -> None:
     wide = [_residuals([0.018] * 10)]
     scale = Scale(width=0.02)
-    widths = [(scale := scale.narrowed(wide)).width for _ in range(6)]
+    widths = [(scale := scale.annealed(wide)).width for _ in range(6)]
     assert widths == pytest.approx([0.01, 0.005, 0.0025, FINAL_WIDTH, FINAL_WIDTH, FINAL_WIDTH])
-    assert Scale(width=0.02).narrowed([_residuals([1e-5] * 10)]).width == FINAL_WIDTH
+    assert Scale(width=0.02).annealed([_residuals([1e-5] * 10)]).width == FINAL_WIDTH
 
 
 def test_the_view_that_is_off_most_decides() -> None:
     fits, off = _residuals([1e-4] * 50), _residuals([0.006] * 5)
-    assert Scale(width=0.02).narrowed([fits, off]).width == pytest.approx(0.006)
-    assert Scale(width=0.02).narrowed([]).width == FINAL_WIDTH
-    assert Scale(width=0.02).narrowed([_residuals([])]).width == FINAL_WIDTH
+    assert Scale(width=0.02).annealed([fits, off]).width == pytest.approx(0.006)
+    assert Scale(width=0.02).annealed([]).width == FINAL_WIDTH
+    assert Scale(width=0.02).annealed([_residuals([])]).width == FINAL_WIDTH
 
 
 def test_known_noise_sets_width_and_what_residuals_are_worth() -> None:

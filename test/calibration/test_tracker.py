@@ -5,7 +5,9 @@
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.tracking.tracker import Tracker, TrackerSettings
+from diffcal_ros.calibration.tracking.current_view import CurrentView
+from diffcal_ros.calibration.tracking.tracked import TrackerSettings
+from diffcal_ros.calibration.tracking.tracker import Tracker
 from diffcal_ros.errors import InputError
 import numpy as np
 import pytest
@@ -135,12 +137,12 @@ def test_what_cannot_be_followed_is_refused():
     scene = beam_scene((8, 2, 2))
     two = [observation(exact())] * 2
     settings = CalibrationSettings(with_mesh_error=False)
-    with pytest.raises(InputError, match='only one observation with the robust loss'):
+    with pytest.raises(InputError, match='2 observations cannot be followed'):
         Tracker(Calibration(scene, two, settings), fitted().parameters)
     with pytest.raises(InputError, match='give positive numbers'):
         TrackerSettings(memory=0.0)
     with pytest.raises(RuntimeError, match='call follow first'):
-        _ = Tracker(calibration(), fitted().parameters).held
+        _ = Tracker(calibration(), fitted().parameters).view
 
 
 def test_a_bias_of_edges_alone_is_no_reason_to_search():
@@ -156,13 +158,13 @@ def test_a_bias_of_edges_alone_is_no_reason_to_search():
 
 
 def test_noise_within_its_own_error_is_no_reason_to_render_anew(monkeypatch):
-    held = []
-    hold = Tracker._hold
-    monkeypatch.setattr(Tracker, '_hold', lambda *given: (held.append(1), hold(*given)))
+    rendered = []
+    render = CurrentView.render
+    monkeypatch.setattr(CurrentView, 'render', lambda *given: (rendered.append(1), render(*given)))
     film = Film(settings=TrackerSettings(memory=0.03))
     random = np.random.default_rng(5)
     shaken = [exact() + random.normal(scale=0.004, size=exact().shape) for _ in range(60)]
     told = film.shoot(shaken)
     assert modulus(told[-1]) == pytest.approx(MODULUS, rel=0.03)
     # At the start, and when what one frame shows is weighed once more.
-    assert len(held) <= 5
+    assert len(rendered) <= 5

@@ -3,21 +3,23 @@
 """Errors on problems whose answer is known."""
 
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 import pytest
 from support.scenes import beam_scene
 
 
-def _linear(information: np.ndarray, scatter: np.ndarray | None = None) -> Linearisation:
+def _linear(
+    information: np.ndarray, gradient_covariance: np.ndarray | None = None
+) -> Linearisation:
     count = len(information)
     return Linearisation(
         cost=0.0,
-        descent=np.zeros(count),
+        negative_gradient=np.zeros(count),
         curvature=information,
         information=information,
-        scatter=information if scatter is None else scatter,
+        gradient_covariance=information if gradient_covariance is None else gradient_covariance,
     )
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Patches: means with their Jacobian, and a covariance that says how far they may be off."""
 
-from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
 from diffcal_ros.diagnosis.patches.patches import depth_patches, edge_patches
 from diffcal_ros.diagnosis.patches.whitened import _tolerant
@@ -15,6 +15,7 @@ NOISE = NoiseModel(pixel=0.00014)
 def residuals(random: np.random.Generator, count: int = 4000) -> Residuals:
     pixels = random.integers(0, 80, size=(count, 2)).astype(np.int32)
     return Residuals(
+        kind=ResidualKind.DEPTH,
         values=random.normal(scale=1e-4, size=count) + 1e-5 * pixels[:, 0],
         weights=np.ones(count),
         pixels=pixels,

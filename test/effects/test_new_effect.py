@@ -111,7 +111,7 @@ def test_the_depth_that_is_read_follows_it():
     read = objective.comparers[0].read(view.trace, model.sensor(here))
     np.testing.assert_allclose(read, depth + here * np.sin(2.0 * np.pi * depth / 0.012))
     (comparison,), (tangent,) = objective.comparisons(here), model.tangents(here)
-    (residuals, column, _), _ = objective.blocks(0, comparison, view, tangent, here)
+    (residuals, column), _ = objective.with_jacobians(0, comparison, view, tangent, here)
     expected = np.sin(2.0 * np.pi * depth.ravel()[residuals.places] / 0.012)
     np.testing.assert_allclose(column[:, 0], expected)
 

@@ -145,7 +145,7 @@ def test_equilibrium_follows_cables(element, which) -> None:
         else:
             states[number] = replace(state, rest_length=state.rest_length + step)
         conditions = replace(here, cables=tuple(states))
-        return body.settle(material, GRAVITY, conditions=conditions).positions
+        return body.solve_equilibrium(material, GRAVITY, conditions=conditions).positions
 
     settled(0.0)
     rates = [CableState(0.0, 0.0), CableState(0.0, 0.0)]
@@ -180,7 +180,7 @@ def test_straight_bar_shortens_as_the_springs_in_parallel_say() -> None:
     (cable,) = body.cables
     material = replace(uniform_material(mesh, modulus, nu=0.0), shares=linear_elastic.SHARES)
     state = CableState(size[0] - pull, stiffness)
-    body.settle(material, np.zeros(3), conditions=Conditions(cables=(state,)))
+    body.solve_equilibrium(material, np.zeros(3), conditions=Conditions(cables=(state,)))
     positions = body.state.positions
     shape = body.discretisation
     moved = (positions - shape.rest_nodes)[shape.nodes][..., 0]
@@ -198,7 +198,7 @@ def test_clamp_carries_the_weight_and_nothing_of_the_cables() -> None:
     """Cables pull a body against itself: no force and no moment on the clamp is left of them."""
     body = body_with_cables()
     material = uniform_material(body.mesh)
-    body.settle(material, GRAVITY, conditions=pulled(body))
+    body.solve_equilibrium(material, GRAVITY, conditions=pulled(body))
     assert max(cable.tension(body.state.positions) for cable in body.cables) > 0.2
     weight = 1080.0 * body.mesh.volumes.sum() * GRAVITY
     np.testing.assert_allclose(body.state.reactions.sum(axis=0), -weight, rtol=1e-5)
@@ -214,7 +214,7 @@ def test_cable_pulled_far_is_tightened_in_steps(element) -> None:
     state = CableState(0.75 * body.cables[0].route_length, 5000.0)
     slack = CableState(1.0, 5000.0)
     conditions = Conditions(cables=(state, slack))
-    found = body.settle(uniform_material(body.mesh), GRAVITY, conditions=conditions)
+    found = body.solve_equilibrium(uniform_material(body.mesh), GRAVITY, conditions=conditions)
     cable = body.cables[0]
     assert cable.state == state
     stretch = cable.length(found.positions) - state.rest_length
@@ -226,8 +226,10 @@ def test_cable_pulled_far_is_tightened_in_steps(element) -> None:
     # The same place from another start: the steps do not choose the answer.
     again = body_with_cables(element)
     half = replace(state, rest_length=0.88 * cable.route_length)
-    again.settle(uniform_material(body.mesh), GRAVITY, conditions=Conditions(cables=(half, slack)))
-    other = again.settle(uniform_material(body.mesh), GRAVITY, conditions=conditions)
+    again.solve_equilibrium(
+        uniform_material(body.mesh), GRAVITY, conditions=Conditions(cables=(half, slack))
+    )
+    other = again.solve_equilibrium(uniform_material(body.mesh), GRAVITY, conditions=conditions)
     np.testing.assert_allclose(other.positions, found.positions, atol=1e-6)
 
 
@@ -237,13 +239,13 @@ def test_cables_without_stiffness_leave_the_body_alone() -> None:
         StaticBody(beam_mesh(), Element.QUADRATIC, held_end(beam_mesh())),
     )
     material = uniform_material(body.mesh)
-    without = plain.settle(material, GRAVITY).positions
-    absent = body.settle(material, GRAVITY).positions
+    without = plain.solve_equilibrium(material, GRAVITY).positions
+    absent = body.solve_equilibrium(material, GRAVITY).positions
     np.testing.assert_allclose(absent, without, atol=1e-12)
     assert body.solver.terms == ()
     slack = Conditions(cables=(CableState(1.0, STIFFNESS), CableState(1.0, STIFFNESS)))
     body.forget()
-    loose = body.settle(material, GRAVITY, conditions=slack).positions
+    loose = body.solve_equilibrium(material, GRAVITY, conditions=slack).positions
     np.testing.assert_array_equal(loose, absent)
 
 
@@ -277,7 +279,7 @@ def test_cable_through_the_air_is_refused() -> None:
 def test_a_state_for_each_cable_is_needed() -> None:
     body = body_with_cables()
     with pytest.raises(ValueError, match='1 cables are given for a body with 2'):
-        body.settle(
+        body.solve_equilibrium(
             uniform_material(body.mesh),
             GRAVITY,
             conditions=Conditions(cables=(CableState(0.1, 1.0),)),

@@ -91,7 +91,7 @@ def test_tangents_with_every_effect_there(body, name):
     numbers = material(body)
 
     def settled(conditions: Conditions) -> np.ndarray:
-        return body.settle(numbers, GRAVITY, conditions=conditions).positions
+        return body.solve_equilibrium(numbers, GRAVITY, conditions=conditions).positions
 
     settled(here)
     tangent = body.tangents([Change(conditions=change)])[0]
@@ -125,12 +125,12 @@ def test_other_tangents_with_every_effect_there(body, name):
     def settled(step: float) -> np.ndarray:
         if name == 'added mass':
             conditions = replace(here, added_masses=added * (1.0 + step / 0.004))
-            return body.settle(numbers, GRAVITY, conditions=conditions).positions
+            return body.solve_equilibrium(numbers, GRAVITY, conditions=conditions).positions
         if name == 'modulus':
             stiffer = replace(numbers, youngs_modulus=numbers.youngs_modulus * (1.0 + step))
-            return body.settle(stiffer, GRAVITY, conditions=here).positions
+            return body.solve_equilibrium(stiffer, GRAVITY, conditions=here).positions
         tilted = GRAVITY + step * change.gravity
-        return body.settle(numbers, tilted, conditions=here).positions
+        return body.solve_equilibrium(numbers, tilted, conditions=here).positions
 
     settled(0.0)
     tangent = body.tangents([change])[0]
@@ -147,11 +147,11 @@ def test_other_tangents_with_every_effect_there(body, name):
 
 def test_a_gradient_answers_for_its_own_state_only(body):
     here, numbers = everything(body), material(body)
-    body.settle(numbers, GRAVITY, conditions=here)
+    body.solve_equilibrium(numbers, GRAVITY, conditions=here)
     gradient = body.gradient(_weights(body))
     by_mass = Change(conditions=Conditions(added_masses=masses(body)))
     before = gradient.along(by_mass)
-    body.settle(numbers, 0.9 * GRAVITY, conditions=here)
+    body.solve_equilibrium(numbers, 0.9 * GRAVITY, conditions=here)
     assert gradient.along(Change(gravity=GRAVITY)) != 0.0
     with pytest.raises(RuntimeError, match='settled anew since this gradient was found'):
         gradient.along(by_mass)
@@ -160,7 +160,7 @@ def test_a_gradient_answers_for_its_own_state_only(body):
 
 def test_forces_on_nodes_act_as_the_weight_that_they_are(body):
     here, numbers = everything(body), material(body)
-    body.settle(numbers, GRAVITY, conditions=replace(here, added_masses=None))
+    body.solve_equilibrium(numbers, GRAVITY, conditions=replace(here, added_masses=None))
     turned = np.array([3.0, 0.5, -1.0])
     weights = gravity_loads(body.discretisation, numbers.density, turned)
     by_gravity, by_forces = body.tangents(
@@ -172,8 +172,10 @@ def test_forces_on_nodes_act_as_the_weight_that_they_are(body):
 def test_forces_that_stay_are_a_weight_of_their_own(body):
     numbers, turned = material(body), np.array([3.0, 0.5, -1.0])
     weights = gravity_loads(body.discretisation, numbers.density, turned)
-    expected = body.settle(numbers, GRAVITY + turned).positions
-    found = body.settle(numbers, GRAVITY, conditions=Conditions(forces=weights)).positions
+    expected = body.solve_equilibrium(numbers, GRAVITY + turned).positions
+    found = body.solve_equilibrium(
+        numbers, GRAVITY, conditions=Conditions(forces=weights)
+    ).positions
     np.testing.assert_allclose(found, expected, atol=1e-8)
 
 
@@ -189,45 +191,45 @@ def test_conditions_that_are_joined_act_together(body):
 def test_two_potentials_of_one_kind_are_refused(body):
     twice = Conditions(potentials=(PLANE, replace(PLANE, height=0.1)))
     with pytest.raises(ValueError, match='of one kind'):
-        body.settle(material(body), GRAVITY, conditions=twice)
+        body.solve_equilibrium(material(body), GRAVITY, conditions=twice)
 
 
 def test_absent_effects_change_nothing_at_all(beam_mesh):
     held = np.flatnonzero(beam_mesh.rest_positions[:, 0] > 0.07).astype(np.int32)
     plain, given = (StaticBody(beam_mesh, Element.QUADRATIC, held) for _ in range(2))
-    without = plain.settle(material(plain), GRAVITY)
-    with_zeros = given.settle(material(given), GRAVITY, conditions=Conditions())
+    without = plain.solve_equilibrium(material(plain), GRAVITY)
+    with_zeros = given.solve_equilibrium(material(given), GRAVITY, conditions=Conditions())
     np.testing.assert_array_equal(without.positions, with_zeros.positions)
 
 
 def test_a_bend_follows_axes_that_are_set_later(body):
     numbers, conditions = material(body), Conditions(rest_curvature=np.array([3.0, -2.0]))
-    body.settle(numbers, GRAVITY, conditions=conditions)
+    body.solve_equilibrium(numbers, GRAVITY, conditions=conditions)
     along, wide, narrow = body.axes.axes
     body.axes = replace(body.axes, axes=np.stack([along, narrow, -wide]))
-    turned = body.settle(numbers, GRAVITY, conditions=conditions).positions
+    turned = body.solve_equilibrium(numbers, GRAVITY, conditions=conditions).positions
     tangents = body.tangents([Change(conditions=DIRECTIONS['curvature'])] * 2)
     np.testing.assert_array_equal(tangents[0], tangents[1])
-    again = body.settle(numbers, GRAVITY, conditions=conditions).positions
+    again = body.solve_equilibrium(numbers, GRAVITY, conditions=conditions).positions
     np.testing.assert_allclose(again, turned, atol=1e-9)
     same = Conditions(rest_curvature=np.array([2.0, 3.0]))
     body.axes = replace(body.axes, axes=np.stack([along, wide, narrow]))
     np.testing.assert_allclose(
-        body.settle(numbers, GRAVITY, conditions=same).positions, turned, atol=1e-7
+        body.solve_equilibrium(numbers, GRAVITY, conditions=same).positions, turned, atol=1e-7
     )
 
 
 def test_effects_that_go_leave_the_body_as_it_was(body):
     numbers = material(body)
-    before = body.settle(numbers, GRAVITY).positions
-    body.settle(numbers, GRAVITY, conditions=everything(body))
-    after = body.settle(numbers, GRAVITY).positions
+    before = body.solve_equilibrium(numbers, GRAVITY).positions
+    body.solve_equilibrium(numbers, GRAVITY, conditions=everything(body))
+    after = body.solve_equilibrium(numbers, GRAVITY).positions
     np.testing.assert_allclose(after, before, atol=1e-8)
 
 
 def test_a_shape_bent_without_stress_stays_so_without_weight(body):
     curvature = np.array([3.0, -2.0])
-    state = body.settle(
+    state = body.solve_equilibrium(
         material(body), np.zeros(3), conditions=Conditions(rest_curvature=curvature)
     )
     vertices = body.mesh.vertex_count
@@ -251,22 +253,24 @@ def test_bending_keeps_lengths_and_sections(random):
 
 def test_a_plane_carries_what_the_clamp_does_not(body):
     down, numbers = np.array([0.0, -9.8, 0.0]), material(body)
-    free = body.settle(numbers, down)
+    free = body.solve_equilibrium(numbers, down)
     lowest = free.positions[:, 1].min()
     plane = Plane(np.array([0.0, 1.0, 0.0]), lowest + 0.004)
-    resting = body.settle(numbers, down, conditions=Conditions(potentials=(plane,)))
+    resting = body.solve_equilibrium(numbers, down, conditions=Conditions(potentials=(plane,)))
     assert resting.positions[:, 1].min() > plane.height - 2e-4
     weight = 9.8 * 1080.0 * body.mesh.volumes.sum()
     # The clamp's share is what the plane leaves.
     assert 0.0 < resting.reactions[:, 1].sum() < 0.999 * weight
     below = replace(plane, height=lowest - 0.01)
-    untouched = body.settle(numbers, down, conditions=Conditions(potentials=(below,)))
+    untouched = body.solve_equilibrium(numbers, down, conditions=Conditions(potentials=(below,)))
     np.testing.assert_allclose(untouched.positions, free.positions, atol=1e-8)
 
 
 def test_a_clamp_that_gives_way_turns_with_its_moment(body):
     down, compliance = np.array([0.0, -9.8, 0.0]), 0.5
-    body.settle(material(body), down, conditions=Conditions(clamp_compliance=compliance))
+    body.solve_equilibrium(
+        material(body), down, conditions=Conditions(clamp_compliance=compliance)
+    )
     held, rest = body.held_nodes, body.discretisation.rest_nodes
     moved, still = body.state.positions[held], rest[held]
     center = body.axes.center

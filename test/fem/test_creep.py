@@ -52,7 +52,7 @@ def test_slopes(held: float) -> None:
 
 def test_no_static_gradient_knows_creep() -> None:
     body = hanging_beam()
-    body.settle(uniform_material(body.mesh), GRAVITY)
+    body.solve_equilibrium(uniform_material(body.mesh), GRAVITY)
     gradient = body.gradient(np.ones_like(body.state.positions))
     with pytest.raises(NotImplementedError, match='does not know creep: use `tangents`'):
         gradient.along(CreepChange(creep=Creep(0.2, 4.0), share=1.0))

@@ -18,7 +18,7 @@ ELEMENTS = list(Element)
 def test_the_clamp_carries_the_weight(element, modulus) -> None:
     body = hanging_beam(element)
     material = uniform_material(body.mesh, modulus)
-    state = body.settle(material, GRAVITY)
+    state = body.solve_equilibrium(material, GRAVITY)
     weight = 1080.0 * body.mesh.volumes.sum() * GRAVITY
     np.testing.assert_allclose(state.reactions.sum(axis=0), -weight, rtol=1e-6)
     # And its moment: nothing else holds the body.
@@ -34,12 +34,12 @@ def test_a_stiff_body_settles_where_its_forces_round(modulus) -> None:
     # the tolerance, which is a share of the load.
     mesh = beam_mesh((10, 3, 3), (0.1, 0.03, 0.02))
     body = hanging_beam(Element.QUADRATIC, mesh)
-    state = body.settle(uniform_material(mesh, modulus, nu=0.4999), GRAVITY)
+    state = body.solve_equilibrium(uniform_material(mesh, modulus, nu=0.4999), GRAVITY)
     weight = 1080.0 * mesh.volumes.sum() * GRAVITY
     left = np.linalg.norm(state.reactions.sum(axis=0) + weight)
     assert left < 1e-4 * np.linalg.norm(weight)
     moved = np.linalg.norm(state.positions - body.discretisation.rest_nodes, axis=1).max()
-    softer = body.settle(uniform_material(mesh, 0.5 * modulus, nu=0.4999), GRAVITY)
+    softer = body.solve_equilibrium(uniform_material(mesh, 0.5 * modulus, nu=0.4999), GRAVITY)
     twice = np.linalg.norm(softer.positions - body.discretisation.rest_nodes, axis=1).max()
     # So small a sag is in proportion to the load.
     assert twice / moved == pytest.approx(2.0, rel=0.02)
@@ -49,7 +49,9 @@ def test_a_slender_beam_sags_as_beam_theory_says() -> None:
     length, height, width, modulus = 0.2, 0.02, 0.015, 5e6
     mesh = beam_mesh((16, 2, 2), (length, height, width))
     body = hanging_beam(Element.QUADRATIC, mesh)
-    state = body.settle(uniform_material(mesh, modulus, nu=0.0), np.array([0.0, -9.81, 0.0]))
+    state = body.solve_equilibrium(
+        uniform_material(mesh, modulus, nu=0.0), np.array([0.0, -9.81, 0.0])
+    )
     sag = -(state.positions - body.discretisation.rest_nodes)[:, 1].min()
     load = 1080.0 * 9.81 * height * width
     inertia = width * height**3 / 12.0
@@ -65,7 +67,9 @@ def test_quadratic_elements_converge_with_their_order() -> None:
     for fineness in (1, 2, 3):
         mesh = beam_mesh((4 * fineness, fineness, fineness), (0.12, 0.03, 0.02))
         body = hanging_beam(Element.QUADRATIC, mesh)
-        state = body.settle(uniform_material(mesh, 60e3, nu=0.3), np.array([0.0, -9.81, 0.0]))
+        state = body.solve_equilibrium(
+            uniform_material(mesh, 60e3, nu=0.3), np.array([0.0, -9.81, 0.0])
+        )
         sags.append(-(state.positions - body.discretisation.rest_nodes)[:, 1].min())
     first, second = abs(sags[1] - sags[0]), abs(sags[2] - sags[1])
     assert first / sags[2] < 0.05
@@ -76,39 +80,43 @@ def test_quadratic_elements_converge_with_their_order() -> None:
 
 def test_warm_and_cold_starts_agree() -> None:
     body = hanging_beam()
-    body.settle(uniform_material(body.mesh, 30e3), GRAVITY)
-    warm = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)
+    body.solve_equilibrium(uniform_material(body.mesh, 30e3), GRAVITY)
+    warm = body.solve_equilibrium(uniform_material(body.mesh, 27e3), GRAVITY)
     assert warm.held_steps > 0
     body.forget()
-    cold = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)
+    cold = body.solve_equilibrium(uniform_material(body.mesh, 27e3), GRAVITY)
     assert cold.newton_steps > 0
     np.testing.assert_allclose(warm.positions, cold.positions, atol=1e-8)
 
 
 def test_close_by_no_new_factorisation_is_made(monkeypatch) -> None:
     body = hanging_beam()
-    body.settle(uniform_material(body.mesh, 30e3), GRAVITY)
+    body.solve_equilibrium(uniform_material(body.mesh, 30e3), GRAVITY)
     made: list[bool] = []
     make = body.solver._make_factor
     monkeypatch.setattr(
         body.solver, '_make_factor', lambda positions: (made.append(True), make(positions))
     )
-    state = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)
+    state = body.solve_equilibrium(uniform_material(body.mesh, 27e3), GRAVITY)
     assert state.held_steps > 0
     assert state.newton_steps == 0
     assert not made
     # A clamp turned far round is not close: iterations with the old one would not end.
     turned = rotation_matrix(np.array([0.0, 0.0, 1.0]))
     rest = body.mesh.rest_positions[body.held_vertices]
-    body.settle(uniform_material(body.mesh, 27e3), GRAVITY, held_path=lambda _: rest @ turned.T)
+    body.solve_equilibrium(
+        uniform_material(body.mesh, 27e3), GRAVITY, held_path=lambda _: rest @ turned.T
+    )
     assert made
 
 
 def test_forces_whose_squares_vanish_are_solved_for() -> None:
     """A parameter may do next to nothing, as a relaxation time long before it shows."""
     body = hanging_beam()
-    body.settle(uniform_material(body.mesh, 30e3), GRAVITY)
-    state = body.settle(uniform_material(body.mesh, 27e3), GRAVITY)  # With an old factorisation.
+    body.solve_equilibrium(uniform_material(body.mesh, 30e3), GRAVITY)
+    state = body.solve_equilibrium(
+        uniform_material(body.mesh, 27e3), GRAVITY
+    )  # With an old factorisation.
     forces = np.zeros((1, *state.positions.shape))
     forces[:, :, 1] = -1e-3
     expected = body.solver.linear_solve(state.positions, forces)
@@ -134,7 +142,7 @@ def test_a_half_turn_of_the_far_end_is_followed(element) -> None:
         return moved
 
     body = StaticBody(mesh, element, held)
-    state = body.settle(uniform_material(mesh, 40e3, 0.49), GRAVITY, held_path=path)
+    state = body.solve_equilibrium(uniform_material(mesh, 40e3, 0.49), GRAVITY, held_path=path)
     np.testing.assert_allclose(state.positions[held], path(1.0), atol=1e-12)
     # Half of the turn is done half-way along, and in the direction of the path.
     half = np.flatnonzero(np.abs(x - 0.08) < 1e-9)
@@ -157,7 +165,7 @@ def test_a_hopelessly_soft_body_says_so() -> None:
     mesh = beam_mesh((12, 1, 1), (0.5, 0.01, 0.01))
     body = StaticBody(mesh, Element.LINEAR, held_end(mesh))
     with pytest.raises(EquilibriumError, match='soft'):
-        body.settle(uniform_material(mesh, 0.02), GRAVITY * 100.0)
+        body.solve_equilibrium(uniform_material(mesh, 0.02), GRAVITY * 100.0)
 
 
 @pytest.mark.parametrize('modulus', [1e6, 5e6, 50e6])
@@ -169,6 +177,6 @@ def test_stiff_bodies_of_uneven_meshes_settle(modulus, random) -> None:
         shaken = random.uniform(-0.0015, 0.0015, even.rest_positions.shape)
         mesh = TetMesh(even.rest_positions + shaken, even.tets)
         body = StaticBody(mesh, Element.LINEAR, held_end(even))
-        state = body.settle(uniform_material(mesh, modulus, nu=0.4999), GRAVITY)
+        state = body.solve_equilibrium(uniform_material(mesh, modulus, nu=0.4999), GRAVITY)
         weight = 1080.0 * mesh.volumes.sum() * GRAVITY
         np.testing.assert_allclose(state.reactions.sum(axis=0), -weight, rtol=1e-4)

@@ -99,7 +99,7 @@ def _answer(new_from_old: np.ndarray, vertices: np.ndarray, tets: np.ndarray) ->
     )
     material = _material(tets)
     first = rest[np.unique(held)]
-    state = body.settle(
+    state = body.solve_equilibrium(
         material,
         rotation @ GRAVITY,
         held_path=lambda fraction: first + fraction * rotation @ [0.0, 0.003, 0.001],
@@ -168,7 +168,7 @@ def test_a_body_far_away_settles_as_it_does_here(modulus, nu, element) -> None:
         far = shift_by(distance)[:3, 3]
         mesh = TetMesh(_MESH.rest_positions + far, _MESH.tets)
         body = StaticBody(mesh, element, held_end(_MESH))
-        state = body.settle(uniform_material(mesh, modulus, nu), GRAVITY)
+        state = body.solve_equilibrium(uniform_material(mesh, modulus, nu), GRAVITY)
         found.append(state.positions - body.discretisation.rest_nodes)
     sag = np.abs(found[0]).max()
     for other in found[1:]:

@@ -95,7 +95,7 @@ def test_fibres_along_a_beam_stiffen_its_bending_and_fibres_across_hardly() -> N
     down = np.array([0.0, 0.0, -9.8])
 
     def sag(conditions: Conditions) -> float:
-        moved = own.settle(material, down, conditions=conditions).positions
+        moved = own.solve_equilibrium(material, down, conditions=conditions).positions
         return float(-(moved - own.discretisation.rest_nodes)[:, 2].min())
 
     plain = sag(Conditions())
@@ -109,7 +109,7 @@ def test_fibres_along_a_beam_stiffen_its_bending_and_fibres_across_hardly() -> N
 def _settled(own, ratio: float, by_ratio: float = 0.0, by_modulus: float = 0.0) -> np.ndarray:
     conditions = fibres_of(ratio + by_ratio)
     material = uniform_material(own.mesh, 30e3 * np.exp(by_modulus))
-    return own.settle(material, GRAVITY, conditions=conditions).positions
+    return own.solve_equilibrium(material, GRAVITY, conditions=conditions).positions
 
 
 def _changes(own) -> dict[str, Change]:
@@ -144,8 +144,8 @@ def test_equilibrium_follows_the_ratio_and_the_modulus(ratio) -> None:
 def test_no_fibres_are_the_same_model_bit_for_bit() -> None:
     plain, given = body(), body()
     material = uniform_material(plain.mesh)
-    without = plain.settle(material, GRAVITY).positions
+    without = plain.solve_equilibrium(material, GRAVITY).positions
     turned = fibres_of(0.0)
     np.testing.assert_array_equal(
-        given.settle(material, GRAVITY, conditions=turned).positions, without
+        given.solve_equilibrium(material, GRAVITY, conditions=turned).positions, without
     )

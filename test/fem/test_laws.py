@@ -198,7 +198,7 @@ def test_a_hanging_beam_has_a_gradient(law) -> None:
     weights = np.random.default_rng(4).normal(size=(body.discretisation.node_count, 3))
     values = []
     for modulus in (60e3 * (1 + 1e-4), 60e3 * (1 - 1e-4), 60e3):
-        state = body.settle(_material(mesh, law, modulus, 0.45), GRAVITY)
+        state = body.solve_equilibrium(_material(mesh, law, modulus, 0.45), GRAVITY)
         values.append(float((weights * state.positions).sum()))
     slope = (values[0] - values[1]) / (2e-4 * 60e3)
     found = body.gradient(weights).youngs_modulus.sum()
@@ -211,8 +211,8 @@ def test_linear_elasticity_doubles_the_sag_with_the_load() -> None:
     body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh), law=find_law('linear_elastic'))
     rest = body.discretisation.rest_nodes
     material = _material(mesh, 'linear_elastic', 30e3, 0.45)
-    once = body.settle(material, GRAVITY).positions - rest
-    twice = body.settle(material, 2.0 * GRAVITY).positions - rest
+    once = body.solve_equilibrium(material, GRAVITY).positions - rest
+    twice = body.solve_equilibrium(material, 2.0 * GRAVITY).positions - rest
     np.testing.assert_allclose(twice, 2.0 * once, atol=1e-6 * np.abs(once).max())
 
 
@@ -220,7 +220,7 @@ def test_a_material_of_another_law_is_refused() -> None:
     mesh = beam_mesh((2, 1, 1), _SIZE)
     body = StaticBody(mesh, Element.LINEAR, held_end(mesh), law=find_law('mooney_rivlin'))
     with pytest.raises(ValueError, match='give the material the SHARES of its law'):
-        body.settle(_material(mesh, 'linear_elastic'), GRAVITY)
+        body.solve_equilibrium(_material(mesh, 'linear_elastic'), GRAVITY)
 
 
 def test_an_unknown_law_is_refused() -> None:

@@ -28,12 +28,12 @@ def test_estimate_for_quadratic_elements_matches_a_refined_solve(nu) -> None:
     mesh = beam_mesh((4, 1, 1), (0.12, 0.03, 0.02))
     material = uniform_material(mesh, 60e3, nu)
     body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh))
-    body.settle(material, GRAVITY)
+    body.solve_equilibrium(material, GRAVITY)
     estimate = MeshError(body).displacement(material, GRAVITY)
 
     finer_mesh, _ = mesh.refined()
     finer = StaticBody(finer_mesh, Element.QUADRATIC, held_end(finer_mesh))
-    truth = finer.settle(uniform_material(finer_mesh, 60e3, nu), GRAVITY).positions
+    truth = finer.solve_equilibrium(uniform_material(finer_mesh, 60e3, nu), GRAVITY).positions
     # Nodes of the coarse quadratic elements are the finer mesh's vertices.
     difference = truth[: body.discretisation.node_count] - body.state.positions
     error = np.linalg.norm(estimate - difference) / np.linalg.norm(difference)
@@ -49,7 +49,7 @@ def test_a_body_that_buckles_on_the_finer_mesh_moves_no_further_than_a_step_tell
     for modulus in (294e3, 274e3):
         material = uniform_material(mesh, modulus, 0.3)
         body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh))
-        body.settle(material, upright)
+        body.solve_equilibrium(material, upright)
         assert np.abs(body.state.positions - body.discretisation.rest_nodes).max() < 0.001
         estimate = MeshError(body).displacement(material, upright)
         moves[modulus] = np.linalg.norm(estimate, axis=1).max()
@@ -62,9 +62,11 @@ def test_estimate_for_linear_elements_is_the_way_to_quadratic_ones() -> None:
     mesh = beam_mesh((6, 2, 2))
     material = uniform_material(mesh, 60e3, 0.49)
     body = StaticBody(mesh, Element.LINEAR, held_end(mesh))
-    body.settle(material, GRAVITY)
+    body.solve_equilibrium(material, GRAVITY)
     estimate = MeshError(body).displacement(material, GRAVITY)
-    better = StaticBody(mesh, Element.QUADRATIC, held_end(mesh)).settle(material, GRAVITY)
+    better = StaticBody(mesh, Element.QUADRATIC, held_end(mesh)).solve_equilibrium(
+        material, GRAVITY
+    )
     np.testing.assert_allclose(
         body.state.positions + estimate, better.positions[: mesh.vertex_count], atol=1e-7
     )

@@ -36,7 +36,7 @@ def _body(data: Path, case: str) -> tuple[StaticBody, Material]:
 def test_equilibrium_meets_the_authors_end_state(diffcal_data: Path) -> None:
     body, material = _body(diffcal_data, 'h_e_c')
     final = reference(diffcal_data, 'h_e_c', 'final_state')
-    state = body.settle(material, np.array([0.0, -9.8, 0.0]))
+    state = body.solve_equilibrium(material, np.array([0.0, -9.8, 0.0]))
     assert np.linalg.norm(state.positions - final, axis=1).mean() <= _MEAN_WITH_OUR_LAW
 
 
@@ -44,7 +44,7 @@ def test_what_is_left_is_their_invariant(diffcal_data: Path) -> None:
     body, material = _body(diffcal_data, 'h_e_c')
     final = reference(diffcal_data, 'h_e_c', 'final_state')
     gravity = np.array([0.0, -9.8, 0.0])
-    positions = body.settle(material, gravity).positions.copy()
+    positions = body.solve_equilibrium(material, gravity).positions.copy()
     loads = body.gravity_loads(material.density, gravity)
     theirs = ElasticBody(body.discretisation, law=authors_law)
     numbers = material.numbers()
@@ -94,6 +94,6 @@ def _sag(data: Path, shape: str, element: Element) -> float:
     material = Material(
         2.0 * 69.27e3 * 1.49 * ones, 0.49 * ones, 1080.0 * ones, LameConvention.PAPER
     )
-    state = body.settle(material, np.array([0.0, 9.8, 0.0]))
+    state = body.solve_equilibrium(material, np.array([0.0, 9.8, 0.0]))
     moved = state.positions - body.discretisation.rest_nodes
     return float(moved[: mesh.vertex_count, 1].max())

@@ -36,9 +36,11 @@ def _resident() -> int:
 def test_every_solver_finds_the_same_equilibrium(solver) -> None:
     expected = hanging_beam(Element.LINEAR, solver='superlu')
     material = uniform_material(expected.mesh, 8e3)
-    positions = expected.settle(material, GRAVITY).positions
+    positions = expected.solve_equilibrium(material, GRAVITY).positions
     body = hanging_beam(Element.LINEAR, solver=solver)
-    np.testing.assert_allclose(body.settle(material, GRAVITY).positions, positions, atol=1e-9)
+    np.testing.assert_allclose(
+        body.solve_equilibrium(material, GRAVITY).positions, positions, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize('solver', NAMED)

@@ -56,10 +56,10 @@ def test_tangents(element, name, step, random) -> None:
     body = hanging_beam(element)
     material = _material(body.mesh, random)
     change = _changes(material, random)[name]
-    body.settle(material, GRAVITY)
+    body.solve_equilibrium(material, GRAVITY)
     tangent = body.tangents([change])[0]
-    above = body.settle(*_moved(material, change, step)).positions
-    below = body.settle(*_moved(material, change, -step)).positions
+    above = body.solve_equilibrium(*_moved(material, change, step)).positions
+    below = body.solve_equilibrium(*_moved(material, change, -step)).positions
     difference = (above - below) / (2.0 * step)
     error = np.linalg.norm(difference - tangent) / np.linalg.norm(tangent)
     # Central differences err by the square of the step.
@@ -71,7 +71,7 @@ def test_adjoint_agrees_with_the_tangents(element, random) -> None:
     body = hanging_beam(element)
     material = _material(body.mesh, random)
     changes = _changes(material, random)
-    state = body.settle(material, GRAVITY)
+    state = body.solve_equilibrium(material, GRAVITY)
     by_positions = random.normal(size=state.positions.shape)
     gradient = body.gradient(by_positions)
     tangents = body.tangents(list(changes.values()))
@@ -86,12 +86,12 @@ def test_derivatives_do_not_depend_on_how_the_state_was_reached(element, random)
     body = hanging_beam(element)
     material = _material(body.mesh, random)
     change = _changes(material, random)['youngs_modulus']
-    body.settle(*_moved(material, change, 0.03))
-    state = body.settle(material, GRAVITY)
+    body.solve_equilibrium(*_moved(material, change, 0.03))
+    state = body.solve_equilibrium(material, GRAVITY)
     assert state.held_steps > 0
     warm = body.tangents([change])[0]
     body.forget()
-    body.settle(material, GRAVITY)
+    body.solve_equilibrium(material, GRAVITY)
     cold = body.tangents([change])[0]
     np.testing.assert_allclose(warm, cold, atol=2e-6 * np.abs(cold).max())
 
@@ -99,7 +99,7 @@ def test_derivatives_do_not_depend_on_how_the_state_was_reached(element, random)
 def test_equal_scaling_of_stiffness_and_density_changes_nothing(random) -> None:
     body = hanging_beam()
     material = _material(body.mesh, random)
-    body.settle(material, GRAVITY)
+    body.solve_equilibrium(material, GRAVITY)
     both = Change(youngs_modulus=material.youngs_modulus, density=material.density)
     only = Change(density=material.density)
     tangents = body.tangents([both, only])

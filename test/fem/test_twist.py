@@ -43,9 +43,11 @@ class Twist:
         share = np.where(self.mesh.centroids[:, 0] < 0.5 * SIZE[0], contrast, 1.0)
         return Material(modulus * share, 0.49 * ones, 1080.0 * ones)
 
-    def settle(self, modulus: float, contrast: float) -> np.ndarray:
+    def solve_equilibrium(self, modulus: float, contrast: float) -> np.ndarray:
         self.body.forget()
-        state = self.body.settle(self.material(modulus, contrast), GRAVITY, held_path=self.path)
+        state = self.body.solve_equilibrium(
+            self.material(modulus, contrast), GRAVITY, held_path=self.path
+        )
         return state.positions
 
 
@@ -53,7 +55,7 @@ class Twist:
 @pytest.mark.parametrize(('modulus', 'contrast'), [(5e5, 4.0), (5e7, 0.1), (5e7, 4.0)])
 def test_rounding_of_a_stiff_bodys_energy_does_not_stop_it(element, modulus, contrast) -> None:
     twist = Twist(element)
-    positions = twist.settle(modulus, contrast)
+    positions = twist.solve_equilibrium(modulus, contrast)
     held = twist.body.held_nodes
     np.testing.assert_allclose(
         positions[held], twist.body.held_positions(twist.path(1.0)), atol=1e-12
@@ -62,7 +64,7 @@ def test_rounding_of_a_stiff_bodys_energy_does_not_stop_it(element, modulus, con
 
 def test_a_soft_half_takes_the_turn_in_steps_where_linear_elements_mislead() -> None:
     twist = Twist(Element.QUADRATIC)
-    twist.settle(5e3, 0.1)
+    twist.solve_equilibrium(5e3, 0.1)
     weight = 1080.0 * twist.mesh.volumes.sum() * GRAVITY
     np.testing.assert_allclose(
         twist.body.state.reactions.sum(axis=0), -weight, atol=_FORCE_SHARE * np.abs(weight).max()
@@ -71,10 +73,10 @@ def test_a_soft_half_takes_the_turn_in_steps_where_linear_elements_mislead() -> 
 
 def test_the_gradient_of_the_last_equilibrium_is_that_of_the_whole_twist() -> None:
     twist, step = Twist(Element.LINEAR), 1e-3
-    twist.settle(3e4, 2.0)
+    twist.solve_equilibrium(3e4, 2.0)
     change = Change(youngs_modulus=twist.material(3e4, 2.0).youngs_modulus)
     (tangent,) = twist.body.tangents([change])
-    ends = [twist.settle(3e4 * np.exp(sign * step), 2.0) for sign in (1.0, -1.0)]
+    ends = [twist.solve_equilibrium(3e4 * np.exp(sign * step), 2.0) for sign in (1.0, -1.0)]
     difference = (ends[0] - ends[1]) / (2.0 * step)
     error = np.linalg.norm(difference - tangent) / np.linalg.norm(tangent)
     assert error < _GRADIENT_TOLERANCE

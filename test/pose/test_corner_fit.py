@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-from diffcal_ros.pose.corner_fit import fit_corners, gather, normal_equations, perturbed
+from diffcal_ros.pose.corner_fit import fit_corners, gather, perturbed, pose_equations
 from diffcal_ros.pose.detection import Detection
 from diffcal_ros.pose.marker_depth import MarkerPoints
 from diffcal_ros.pose.marker_target import marker_grid
@@ -57,7 +57,7 @@ def test_perturbation_shifts_and_turns_in_the_camera_frame(marker_pose):
 def test_corner_gradient_matches_differences(sightings, color_camera, marker_pose, random):
     pose = marker_pose(34.0, distance=0.39)
     weights = random.uniform(0.2, 1.0, len(sightings.ids))
-    _, gradient = normal_equations(
+    said = pose_equations(
         pose, sightings, color_camera, weights, corner_error=CORNER_ERROR, depth=None
     )
 
@@ -66,18 +66,17 @@ def test_corner_gradient_matches_differences(sightings, color_camera, marker_pos
         share = 2.0 * weights / weights.sum() / CORNER_ERROR**2
         return 0.5 * 4.0 * share @ sightings.errors(moved, color_camera) ** 2
 
-    np.testing.assert_allclose(gradient, differences(half_sum, pose), rtol=1e-5)
+    np.testing.assert_allclose(-said.negative_gradient, differences(half_sum, pose), rtol=1e-5)
+    assert said.cost == pytest.approx(half_sum(pose))
 
 
 def test_depth_gradient_matches_differences(sightings, color_camera, marker_pose, measured):
     pose = marker_pose(34.0, distance=0.39)
     weights = np.ones(len(sightings.ids))
     options = {'corner_error': CORNER_ERROR}
-    _, without = normal_equations(pose, sightings, color_camera, weights, depth=None, **options)
-    hessian, with_depth = normal_equations(
-        pose, sightings, color_camera, weights, depth=measured, **options
-    )
-    assert np.linalg.eigvalsh(hessian).min() > 0.0
+    without = pose_equations(pose, sightings, color_camera, weights, depth=None, **options)
+    both = pose_equations(pose, sightings, color_camera, weights, depth=measured, **options)
+    assert np.linalg.eigvalsh(both.curvature).min() > 0.0
     # The pixels' weights follow from the heights at `pose`; they stay fixed here as they do there.
     heights = measured.heights(pose)
     spread = np.abs(heights - np.median(heights))
@@ -88,7 +87,9 @@ def test_depth_gradient_matches_differences(sightings, color_camera, marker_pose
     def half_sum(moved):
         return 0.5 * weight @ measured.heights(moved) ** 2
 
-    np.testing.assert_allclose(with_depth - without, differences(half_sum, pose), rtol=1e-5)
+    slope = without.negative_gradient - both.negative_gradient
+    assert both.cost - without.cost == pytest.approx(half_sum(pose))
+    np.testing.assert_allclose(slope, differences(half_sum, pose), rtol=1e-5)
 
 
 def differences(function, pose):
@@ -110,7 +111,7 @@ def test_fit_is_stationary_and_down_weights_a_bad_frame(
     fit = fit_corners(marker_pose(30.0), sightings, color_camera)
     assert fit.weights[sightings.frames == 1].max() < 0.05
     assert fit.weights[sightings.frames != 1].min() > 0.5
-    _, gradient = normal_equations(
+    at_end = pose_equations(
         fit.camera_from_marker,
         sightings,
         color_camera,
@@ -118,10 +119,12 @@ def test_fit_is_stationary_and_down_weights_a_bad_frame(
         corner_error=1.0,
         depth=None,
     )
-    at_start = normal_equations(
+    at_start = pose_equations(
         marker_pose(31.0), sightings, color_camera, fit.weights, corner_error=1.0, depth=None
-    )[1]
-    assert np.linalg.norm(gradient) < 1e-3 * np.linalg.norm(at_start)
+    )
+    assert np.linalg.norm(at_end.negative_gradient) < 1e-3 * np.linalg.norm(
+        at_start.negative_gradient
+    )
 
 
 def test_averaged_sightings_are_weighted_means(sightings):

@@ -9,7 +9,8 @@ from functools import cache
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.tracking.tracker import Tracked, Tracker, TrackerSettings
+from diffcal_ros.calibration.tracking.tracked import Tracked, TrackerSettings
+from diffcal_ros.calibration.tracking.tracker import Tracker
 from diffcal_ros.depth_frame import DepthFrame
 import numpy as np
 

@@ -115,7 +115,7 @@ def _traced(
     rest = world_positions(mesh, beam_scene().observations[0])
     body = StaticBody(TetMesh(rest, mesh.tets), Element.QUADRATIC, held_end(mesh))
     ones = np.ones(mesh.tet_count)
-    state = body.settle(Material(modulus * ones, NU * ones, DENSITY * ones), gravity)
+    state = body.solve_equilibrium(Material(modulus * ones, NU * ones, DENSITY * ones), gravity)
     points = apply(depth_from_world, state.positions)
     tracer = DepthTracer(body.discretisation.surface_triangles, len(points), camera)
     return tracer.trace(points).full_depth()

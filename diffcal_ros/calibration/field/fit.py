@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import time
 from typing import Any
 
-from diffcal_ros.calibration.calibrate import Calibration, fitted_parameters, Progress
+from diffcal_ros.calibration.calibrate import Calibration, Progress
 from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.search import FieldSearch, Posterior
 from diffcal_ros.calibration.field.weight_choice import (
@@ -16,17 +16,17 @@ from diffcal_ros.calibration.field.weight_choice import (
     WeightChoice,
     WeightTrial,
 )
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.outcome_rules import judge, warn
-from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
 )
 from diffcal_ros.effects.library import EFFECTS
 from diffcal_ros.errors import InputError
+from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +131,7 @@ def fit_field(
     else:
         weights = fit_under(search, share)
         record(weights.trials[0])
-    posterior = _settled(search, weights.trials[weights.chosen].share)
+    posterior = _converged(search, weights.trials[weights.chosen].share)
     result = replace(
         _result(calibration, uniform, posterior, is_stopped=weights.is_stopped),
         history=tuple(history),
@@ -157,10 +157,10 @@ def _relative_modulus(calibration: Calibration) -> FloatArray:
     return relative
 
 
-def _settled(search: FieldSearch, share: float) -> Posterior:
+def _converged(search: FieldSearch, share: float) -> Posterior:
     """Come to rest under the chosen weight, and tell how sure the field is there."""
     search.refine()
-    search.settle(share)
+    search.fix_unit(share)
     search.descend(share, _LAST_ROUNDS)
     return search.posterior(share)
 
@@ -196,10 +196,7 @@ def _check_effects(identifiers: Iterable[str], whole: str) -> None:
 
 
 def _check(calibration: Calibration, uniform: CalibrationResult) -> None:
-    if calibration.settings.loss != 'robust':
-        raise InputError(
-            f'a field needs the robust loss, not {calibration.settings.loss!r}: leave --loss out'
-        )
+    calibration.likelihood('a field')
     _check_effects([p.effect for p in calibration.parameters if p.effect], 'fit')
     if uniform.outcome in (Outcome.DIVERGED, Outcome.INTERRUPTED):
         raise InputError(
@@ -229,8 +226,7 @@ def _result(
     is_stopped: bool,
 ) -> CalibrationResult:
     """Describe the ordinary parameters and the gap at the search's end."""
-    objective, parameters = calibration.objective, calibration.parameters
-    assert isinstance(objective, RobustObjective)
+    objective, parameters = calibration.likelihood('a field'), calibration.parameters
     coordinates = calibration.coordinates
     linear = objective.linearise(coordinates)
     shift = np.zeros(len(parameters))

@@ -11,9 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.forward_model import View
-from diffcal_ros.calibration.residuals.objective import robust_weights, RobustObjective
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.robust_loss import robust_channel
 from diffcal_ros.calibration.residuals.robust_residual import Comparison
 from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.least_squares.residual_channel import equations, ResidualChannel
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
@@ -31,18 +33,30 @@ class _Seen:
         pixels: places of the depth residuals, shape (M,).
         pieces: places of the edge residuals, shape (E,).
         edge_scale: metres at the body per pixel, shape (E,).
-        pull: minus the derivative of the cost by each rendered value [1/m], shape (M + E,).
-        curvature: second derivative for steps [1/m^2], shape (M + E,).
-        jacobian: of the rendered values by the ordinary parameters, shape (M + E, k).
+        channels: both, with the derivative by the ordinary parameters.
     """
 
     view: View
     pixels: IntArray
     pieces: IntArray
     edge_scale: FloatArray
-    pull: FloatArray
-    curvature: FloatArray
-    jacobian: FloatArray
+    channels: tuple[ResidualChannel, ...]
+
+    @property
+    def pull(self) -> FloatArray:
+        """Minus the derivative of the cost by each rendered value [1/m], shape (M + E,)."""
+        return np.concatenate([channel.pull for channel in self.channels])
+
+    def weighed(self, values: FloatArray) -> FloatArray:
+        """Return rendered values times the second derivative for steps [1/m^2], (M + E,)."""
+        weighed: FloatArray = values * np.concatenate(
+            [channel.weights.curvature for channel in self.channels]
+        )
+        return weighed
+
+    def by_parameter(self, place: int) -> FloatArray:
+        """Return how rendered values follow one of the ordinary parameters, shape (M + E,)."""
+        return np.concatenate([channel.jacobian[:, place] for channel in self.channels])
 
     def push(self, motion: FloatArray) -> FloatArray:
         """Return how rendered values follow a motion of the points, (N, 3) to (M + E,)."""
@@ -62,10 +76,10 @@ class FieldSystem:
     """The cost to second order around some coordinates and the field that the model has.
 
     Attributes:
-        descent: minus the gradient of the cost, ordinary priors included, by the ordinary
-            coordinates, shape (k,).
+        negative_gradient: of the cost, ordinary priors included, by the ordinary coordinates,
+            shape (k,).
         curvature: by them, priors included, shape (k, k).
-        field_descent: minus its gradient by the unknowns of the field, shape (n,).
+        field_negative_gradient: minus its gradient by the unknowns of the field, shape (n,).
         mixed: second derivative by both, shape (n, k).
     """
 
@@ -89,17 +103,13 @@ class FieldSystem:
         self._seen = self._look()
         self._model.factor_postures()
         self._modulus = self._model.material(coordinates).youngs_modulus
-        mean, precision = self._model.parameters.prior()
-        self.descent = sum(
-            (seen.jacobian.T @ seen.pull for seen in self._seen), -precision @ (coordinates - mean)
-        )
-        self.curvature = sum(
-            ((seen.jacobian.T * seen.curvature) @ seen.jacobian for seen in self._seen), precision
-        )
-        self.field_descent = self._to_unknowns([seen.pull for seen in self._seen])
+        data = equations((c for seen in self._seen for c in seen.channels), len(coordinates))
+        whole = data.under(self._model.parameters.prior(), coordinates)
+        self.negative_gradient, self.curvature = whole.negative_gradient, whole.curvature
+        self.field_negative_gradient = self._to_unknowns([seen.pull for seen in self._seen])
         self.mixed = np.stack(
             [
-                self._to_unknowns([s.curvature * s.jacobian[:, place] for s in self._seen])
+                self._to_unknowns([s.weighed(s.by_parameter(place)) for s in self._seen])
                 for place in range(len(coordinates))
             ],
             axis=1,
@@ -109,15 +119,17 @@ class FieldSystem:
         scaled = np.linalg.pinv(self.curvature * np.outer(scale, scale), 1e-12, hermitian=True)
         self._inverse = scaled * np.outer(scale, scale)
 
-    def reduced_descent(self) -> FloatArray:
-        """Return the field's descent when the ordinary parameters follow, shape (n,)."""
-        reduced: FloatArray = self.field_descent - self.mixed @ (self._inverse @ self.descent)
+    def reduced_negative_gradient(self) -> FloatArray:
+        """Return the field's when the ordinary parameters follow, shape (n,)."""
+        reduced: FloatArray = self.field_negative_gradient - self.mixed @ (
+            self._inverse @ self.negative_gradient
+        )
         return reduced
 
     def known(self, unknowns: FloatArray) -> FloatArray:
         """Apply what the data know of the field, ordinary parameters eliminated, shape (n,)."""
         pushed = self._push(self._spread @ unknowns)
-        weighed = [s.curvature * values for s, values in zip(self._seen, pushed, strict=True)]
+        weighed = [s.weighed(values) for s, values in zip(self._seen, pushed, strict=True)]
         reduced: FloatArray = self._to_unknowns(weighed) - self.mixed @ (
             self._inverse @ (self.mixed.T @ unknowns)
         )
@@ -125,7 +137,7 @@ class FieldSystem:
 
     def follow(self, step: FloatArray) -> FloatArray:
         """Return the ordinary parameters' step beside a step of the field, shape (k,)."""
-        answer: FloatArray = self._inverse @ (self.descent - self.mixed.T @ step)
+        answer: FloatArray = self._inverse @ (self.negative_gradient - self.mixed.T @ step)
         return answer
 
     def covariance(self, carried: FloatArray) -> FloatArray:
@@ -157,20 +169,14 @@ class FieldSystem:
         ]
 
     def _see(self, number: int, view: View, tangent: FloatArray, comparison: Comparison) -> _Seen:
-        blocks = self._objective.blocks(number, comparison, view, tangent, self._coordinates)
-        weights = [
-            robust_weights(residuals, scale, dimension)
-            for (residuals, _, scale), dimension in zip(blocks, (2, 1), strict=True)
-        ]
-        values = [residuals.values for residuals, _, _ in blocks]
+        objective = self._objective
+        both = objective.with_jacobians(number, comparison, view, tangent, self._coordinates)
         return _Seen(
             view=view,
-            pixels=blocks[0][0].places,
-            pieces=blocks[1][0].places,
+            pixels=comparison.depth.places,
+            pieces=comparison.edge.places,
             edge_scale=comparison.edge_scale,
-            pull=np.concatenate([w.gradient * v for w, v in zip(weights, values, strict=True)]),
-            curvature=np.concatenate([w.curvature for w in weights]),
-            jacobian=np.concatenate([jacobian for _, jacobian, _ in blocks]),
+            channels=tuple(robust_channel(*own, objective.scales) for own in both),
         )
 
     def _push(self, log_modulus: FloatArray) -> list[FloatArray]:

@@ -10,7 +10,8 @@ at first; how many were lost is told beside it.
 
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.residuals.objective import robust_cost, RobustObjective
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.robust_loss import robust_cost
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,18 +57,10 @@ def measure_merit(objective: RobustObjective, coordinates: FloatArray) -> Merit:
         OutOfViewError: when a camera does not see the body.
     """
     costs, weights, missing = [], [], []
-    reach, scales = objective.scales.reach, objective.scales
     for comparison in objective.comparisons(coordinates):
-        unbiased = objective.unbiased(comparison, coordinates)
-        for residuals, scale, limit, dimension in (
-            (unbiased.depth, scales.depth, reach.depth, 2),
-            (unbiased.edge, scales.edge, reach.edge_depth, 1),
-        ):
-            found = replace(residuals, missing=0.0)
-            costs.append(robust_cost(found, scale, limit, dimension))
+        for residuals in objective.unbiased(comparison, coordinates).both:
+            costs.append(robust_cost(replace(residuals, missing=0.0), objective.scales))
             weights.append(float(residuals.weights.sum()))
             missing.append(residuals.missing)
-    mean, precision = objective.model.parameters.prior()
-    off = coordinates - mean
-    prior = 0.5 * float(off @ precision @ off)
+    prior = objective.model.parameters.prior().cost(coordinates)
     return Merit(np.array(costs), np.array(weights), np.array(missing), prior)

@@ -14,11 +14,10 @@ from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.field.merit import measure_merit, Merit
 from diffcal_ros.calibration.field.smoothness import Smoothness
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind
-from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import spread
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -76,8 +75,7 @@ class FieldSearch:
             calibration: with the robust loss.
             kind: what the field is made of.
         """
-        assert isinstance(calibration.objective, RobustObjective)
-        self.calibration, self.objective = calibration, calibration.objective
+        self.calibration, self.objective = calibration, calibration.likelihood('a field')
         self._model = calibration.model
         mesh = calibration.scene.mesh
         self._spread = tets_from_unknowns(mesh, kind)
@@ -94,7 +92,7 @@ class FieldSearch:
         self._model.set_log_modulus(self._spread @ state.unknowns)
         self.calibration.coordinates = state.coordinates
 
-    def settle(self, share: float) -> None:
+    def fix_unit(self, share: float) -> None:
         """Keep the weights' unit from now on; the cost must have its final form."""
         self._unit = self._expand(share)[1].strongest
 
@@ -154,7 +152,7 @@ class FieldSearch:
         """Linearise here and build the space for weights down to a share."""
         state = self.state
         system = FieldSystem(self.objective, state.coordinates, self._spread)
-        right_side = system.reduced_descent() + system.known(state.unknowns)
+        right_side = system.reduced_negative_gradient() + system.known(state.unknowns)
         return system, krylov_space(system.known, self._smoothness, right_side, share)
 
     def _round(self, share: float) -> float:
@@ -188,7 +186,7 @@ class FieldSearch:
         """Return cost and penalty here, infinite where the model cannot follow or loses sight."""
         try:
             merit = self._merit()
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return float('inf')
         if merit.lost(start) > _MOST_LOST:
             return float('inf')

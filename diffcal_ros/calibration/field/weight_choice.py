@@ -103,7 +103,7 @@ def _fit_under(search: FieldSearch, share: float, *, is_first: bool) -> WeightTr
         rounds = search.descend(share, _FIRST_ROUNDS)
         # What the field explains was taken for noise before.
         search.refine()
-        search.settle(share)
+        search.fix_unit(share)
     rounds += search.descend(share, _ROUNDS)
     return WeightTrial(
         share=share,

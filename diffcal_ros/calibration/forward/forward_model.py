@@ -16,10 +16,8 @@ from diffcal_ros.calibration.observations.observation import Observation, pose_o
 from diffcal_ros.calibration.parameters.camera_offsets import CameraOffsets
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.depth.trace import Trace
-from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import apply
@@ -28,9 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-# What is raised where a model cannot be simulated, or its body not be seen.
-NOT_SIMULATED = (EquilibriumError, MotionError, OutOfViewError)
 
 
 class View:
@@ -130,6 +125,11 @@ class ForwardModel:
         other._take(scene, parameters)
         return other
 
+    @property
+    def is_moving(self) -> bool:
+        """Tell whether a body is seen in motion."""
+        return any(seen.instant is not None for seen in self.observations)
+
     def body(self, observation: Observation) -> StaticBody:
         """Return the simulated body of an observation."""
         return self.bodies[observation.setup_index].body
@@ -153,10 +153,10 @@ class ForwardModel:
         self._coordinates = None  # Where one posture fails, the others are elsewhere already.
         inputs = {index: self._posture_inputs(index, coordinates) for index in self.bodies}
 
-        def settle(index: int) -> None:
-            self.bodies[index].settle(inputs[index], predictions[index])
+        def simulate(index: int) -> None:
+            self.bodies[index].simulate(inputs[index], predictions[index])
 
-        side_by_side(settle, self.bodies, self.device)
+        side_by_side(simulate, self.bodies, self.device)
         self._views = []
         for number in range(len(self.observations)):
             points = self.cameras.points(number, self.world(number), coordinates)

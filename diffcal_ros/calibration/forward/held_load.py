@@ -75,7 +75,7 @@ class HeldLoadPosture:
         self._inputs: PostureInputs | None = None
         self._frames = np.zeros((0, 0, 3))
 
-    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
         """Find the equilibrium of every frame."""
         self._inputs = inputs
         self._frames = np.stack([self._at(frame).state.positions for frame in self._all()])
@@ -138,7 +138,7 @@ class HeldLoadPosture:
 
     def _now(self) -> PostureInputs:
         if self._inputs is None:
-            raise RuntimeError('no state yet: call settle first')
+            raise RuntimeError('no state yet: call simulate first')
         return self._inputs
 
     def _creep(self) -> Creep:
@@ -151,7 +151,7 @@ class HeldLoadPosture:
             (self.body, self._path) if held > 0.0 else (self._supported, self._support_path)
         )
         self._supported.axes = self.body.axes
-        body.settle(
+        body.solve_equilibrium(
             self._material(frame), inputs.gravity, held_path=path, conditions=inputs.conditions
         )
         return body

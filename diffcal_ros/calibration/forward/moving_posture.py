@@ -101,7 +101,7 @@ class MovingPosture:
         """The last motion."""
         return self._moving.motion
 
-    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
         """Simulate; the motion starts from rest and needs no prediction.
 
         Where a tolerance chooses the steps, those of the first motion stay: tangents and adjoint
@@ -151,7 +151,7 @@ class MovingPosture:
         (setup,) = scene.observations
         finer = MovingPosture(scene, setup, self._times.tolist(), self._solver, self._device)
         finer._rungs = self._rungs
-        finer.settle(refined_inputs(inputs, self._scene.mesh), None)
+        finer.simulate(refined_inputs(inputs, self._scene.mesh), None)
         # Vertices and middles of edges, in the order of the coarse nodes, come first.
         return finer.motion.positions[:, : scene.mesh.vertex_count]
 
@@ -165,7 +165,9 @@ class MovingPosture:
         stiffer = Change(youngs_modulus=inputs.material.youngs_modulus)
         (by_stiffness,) = self.tangents([stiffer])
         body, path = self._make_body(), self._held_motion()
-        body.settle(inputs.material, inputs.gravity, held_path=path, conditions=inputs.conditions)
+        body.solve_equilibrium(
+            inputs.material, inputs.gravity, held_path=path, conditions=inputs.conditions
+        )
         (static,) = body.tangents([stiffer])
         error = MeshError(body, solver=solver)
         moved = error.displacement(inputs.material, inputs.gravity, path)

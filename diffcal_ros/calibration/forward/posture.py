@@ -55,7 +55,7 @@ class Posture(Protocol):
 
     body: StaticBody
 
-    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
         """Find the states; a prediction [m], shape (S, N, 3), says how far they will be off."""
 
     def positions(self, state: int) -> FloatArray:
@@ -84,9 +84,9 @@ class RestingPosture:
     def __init__(self, scene: Scene, setup: ObservationSetup, solver: str, device: str) -> None:
         self.body, self._path = clamped_body(scene, setup, solver, device)
 
-    def settle(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
         """Find the equilibrium."""
-        self.body.settle(
+        self.body.solve_equilibrium(
             inputs.material,
             inputs.gravity,
             held_path=self._path,

@@ -8,7 +8,6 @@ from dataclasses import replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
-from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -53,8 +52,8 @@ def held_out_gap(
     for fitted, other in (halves, halves[::-1]):
         fitted.coordinates = start.copy()
         fitted.run()
-        assert isinstance(other.objective, RobustObjective)
-        for comparison in other.objective.comparisons(fitted.coordinates):
+        likelihood = other.likelihood('the gap on held-out fields')
+        for comparison in likelihood.comparisons(fitted.coordinates):
             residuals.append(comparison.difference)
             counted.append(comparison.counted)
     return measure_gap(residuals, counted, scene.masks.truncation)

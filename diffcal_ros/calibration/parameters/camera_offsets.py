@@ -54,15 +54,15 @@ class CameraOffsets:
     def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
         """Return world positions in the frame of one observation's camera [m], shape (N, 3)."""
         points = apply(self._observations[number].depth_from_world, world)
-        for six, pivot in self._both(number, coordinates):
-            points = moved(points, six, pivot)
+        for twist, pivot in self._both(number, coordinates):
+            points = moved(points, twist, pivot)
         return points
 
     def rotation(self, number: int, coordinates: FloatArray) -> FloatArray:
         """Return the rotation from the world to the camera, offsets included, shape (3, 3)."""
         rotation = self._observations[number].depth_from_world[:3, :3]
-        for six, _ in self._both(number, coordinates):
-            rotation = rotation_matrix(six[3:]) @ rotation
+        for twist, _ in self._both(number, coordinates):
+            rotation = rotation_matrix(twist[3:]) @ rotation
         return rotation
 
     def motion(

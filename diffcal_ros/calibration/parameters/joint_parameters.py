@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.errors import InputError
+from diffcal_ros.least_squares.normal_equations import Prior
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,14 +28,14 @@ class JointParameters(ParameterSet):
     members: tuple[ParameterSet, ...] = ()
     places: tuple[IntArray, ...] = ()
 
-    def prior(self) -> tuple[FloatArray, FloatArray]:
-        """Prior mean, shape (k,), and precision, shape (k, k), of all members together."""
+    def prior(self) -> Prior:
+        """Return what is known of the coordinates of all members together."""
         means, precision = np.zeros(len(self)), np.zeros((len(self), len(self)))
         for member, places in zip(self.members, self.places, strict=True):
             mean, own = member.prior()
             means[places] += mean
             precision[np.ix_(places, places)] += own
-        return means, precision
+        return Prior(means, precision)
 
 
 def joint_parameters(members: Mapping[str, ParameterSet], shared: Shared) -> JointParameters:

@@ -13,6 +13,7 @@ from typing import TypeVar
 from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.effects.library import EFFECTS, effects_by_fit_name
 from diffcal_ros.errors import SceneError
+from diffcal_ros.least_squares.normal_equations import Prior
 from diffcal_ros.scene.fit_names import CABLE_NAMES
 from diffcal_ros.scene.model import Cable, Quantity, Region, Scene
 import numpy as np
@@ -141,8 +142,8 @@ class ParameterSet:
         """Values in SI units by name."""
         return {p.name: p.value(c) for p, c in zip(self.parameters, coordinates, strict=True)}
 
-    def prior(self) -> tuple[FloatArray, FloatArray]:
-        """Prior mean, shape (k,), and precision, shape (k, k), zero without a prior."""
+    def prior(self) -> Prior:
+        """Return what the scene states of the coordinates, without any data."""
         means, precision = np.zeros(len(self)), np.zeros((len(self), len(self)))
         for index, p in enumerate(self.parameters):
             mean, std = p.quantity.prior_mean, p.quantity.prior_std
@@ -158,7 +159,7 @@ class ParameterSet:
                 if p.kind is Kind.CAMERA_POSE and p.target == observation
             ]
             precision[np.ix_(places, places)] = np.linalg.inv(covariance)
-        return means, precision
+        return Prior(means, precision)
 
     def find(self, kind: Kind) -> list[int]:
         """Places of the parameters of one kind."""

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.residuals.robust_residual import Reach, Residuals
+from diffcal_ros.calibration.residuals.robust_residual import Reach, ResidualKind, Residuals
 import numpy as np
 
 # Structure that no model explains is taken for this coarse [px] until the residuals tell.
@@ -45,7 +45,7 @@ class Scale:
         """
         return float(self.repeats * self.correlation**dimension)
 
-    def narrowed(self, groups: Sequence[Residuals]) -> 'Scale':
+    def annealed(self, groups: Sequence[Residuals]) -> 'Scale':
         """Return a scale that follows the residuals down to the final width.
 
         Args:
@@ -73,6 +73,10 @@ class Scales:
     depth: Scale = Scale()
     edge: Scale = Scale()
     reach: Reach = WIDE_REACH
+
+    def of(self, kind: ResidualKind) -> Scale:
+        """Return how residuals of one kind are weighed."""
+        return self.depth if kind is ResidualKind.DEPTH else self.edge
 
     @property
     def are_final(self) -> bool:

@@ -9,6 +9,7 @@ Background, clamp and whatever stands in front weigh nothing.
 """
 
 from dataclasses import dataclass, replace
+from enum import Enum
 
 from diffcal_ros.calibration.forward.effect_model import EXACT_SENSOR, SensorModel
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
@@ -49,6 +50,18 @@ _NEARBY = 5.0
 _LOST_AT_STEP = 1.5
 
 
+class ResidualKind(Enum):
+    """What residuals compare."""
+
+    DEPTH = 'depth'
+    EDGE = 'edge'
+
+    @property
+    def dimension(self) -> int:
+        """2 for pixels of depth, which fill an area, 1 for pieces of outline."""
+        return 2 if self is ResidualKind.DEPTH else 1
+
+
 @dataclass(frozen=True)
 class Reach:
     """How far a comparison looks.
@@ -63,12 +76,17 @@ class Reach:
     edge_depth: float
     edge_pixels: int
 
+    def of(self, kind: ResidualKind) -> float:
+        """Return what residuals of one kind stay below [m]."""
+        return self.depth if kind is ResidualKind.DEPTH else self.edge_depth
+
 
 @dataclass(frozen=True)
 class Residuals:
     """Residuals of one kind in one view.
 
     Attributes:
+        kind: what they compare.
         values: [m], shape (M,).
         weights: share of an independent pixel or of a pixel of outline, shape (M,).
         pixels: column and row of each in the image, shape (M, 2).
@@ -76,6 +94,7 @@ class Residuals:
         missing: summed weight of what was rendered and not found.
     """
 
+    kind: ResidualKind
     values: FloatArray
     weights: FloatArray
     pixels: IntArray
@@ -100,6 +119,15 @@ class Comparison:
     edge_scale: FloatArray
     difference: FloatArray
     counted: BoolArray
+
+    def of(self, kind: ResidualKind) -> Residuals:
+        """Return residuals of one kind."""
+        return self.depth if kind is ResidualKind.DEPTH else self.edge
+
+    @property
+    def both(self) -> tuple[Residuals, Residuals]:
+        """Residuals inside the outline and on it."""
+        return self.depth, self.edge
 
 
 class ViewComparer:
@@ -227,6 +255,7 @@ class ViewComparer:
         places = np.flatnonzero(kept.ravel()).astype(np.int32)
         rows, columns = np.divmod(places, trace.shape[1])
         return Residuals(
+            kind=ResidualKind.DEPTH,
             values=difference.ravel()[places],
             weights=np.ones(len(places)),
             pixels=np.stack([columns + trace.columns.start, rows + trace.rows.start], axis=1),
@@ -284,6 +313,7 @@ class ViewComparer:
         weights = clarity * outline.lengths
         scale = self.metres_per_pixel(outline)[found]
         residuals = Residuals(
+            kind=ResidualKind.EDGE,
             values=distances[found] * scale,
             weights=weights[found],
             pixels=np.floor(outline.points[found, :2] + 0.5).astype(np.int32),

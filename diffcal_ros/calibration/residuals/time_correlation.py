@@ -8,7 +8,7 @@ on the surface, not in the image, through which the body moves.
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 from diffcal_ros.depth.trace import Trace
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +20,14 @@ IntArray = NDArray[np.int32]
 _FAINT = 0.05
 
 
-def surface_parts(trace: Trace, residuals: Residuals, kind: str) -> tuple[IntArray, int]:
+def surface_parts(trace: Trace, residuals: Residuals) -> tuple[IntArray, int]:
     """Return on which part of the surface each residual lies, shape (M,), and how many there are.
 
     Args:
         trace: the view.
-        residuals: of it.
-        kind: `depth`: parts are triangles; `edge`: surface edges.
+        residuals: of it; parts are triangles for depths, and surface edges for edges.
     """
-    if kind == 'depth':
+    if residuals.kind is ResidualKind.DEPTH:
         return trace.faces.ravel()[residuals.places], trace.buffers.face_count
     outline = trace.outline
     places = np.searchsorted(outline.pieces, residuals.places)

@@ -5,12 +5,12 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
 from diffcal_ros.calibration.search.shapes import modulus_places, Shape
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import minimise
 import numpy as np
 from numpy.typing import NDArray
 
@@ -123,7 +123,7 @@ class Placing:
                 ).coordinates
             self.objective.level()
             misfit = self.objective.misfit(coordinates)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return None
         return Basin(coordinates, misfit, number)
 

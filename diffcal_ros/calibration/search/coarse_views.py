@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Observations made coarse: every so manieth pixel, and a camera to match."""
+"""Observations made coarse: one pixel in so many, and a camera to match."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ def stride_for(points: Sequence[FloatArray], observations: Sequence[Observation]
 
 
 def coarse_observation(observation: Observation, stride: int) -> Observation:
-    """Return an observation with every so manieth pixel, noise and pose as they were."""
+    """Return an observation with one pixel in so many, noise and pose as they were."""
     left_out = observation.left_out
     return replace(
         observation,

@@ -10,7 +10,7 @@ elements, and each is placed on a coarse image by a few cheap steps.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.search.basins import Basin, PLACING, Placing
@@ -21,6 +21,7 @@ from diffcal_ros.calibration.search.coarse_views import (
 )
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
 from diffcal_ros.calibration.search.shapes import make_shapes, modulus_places, sag
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.element import Element
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +43,7 @@ def worth_fitting(basins: Sequence[Basin]) -> list[Basin]:
 def can_search(model: ForwardModel) -> bool:
     """Tell whether the stage serves a fit: bodies at rest whose modulus or place is fitted."""
     kinds = {own.kind for own in model.parameters}
-    is_at_rest = all(seen.instant is None for seen in model.observations)
-    return is_at_rest and bool(kinds & {Kind.YOUNGS_MODULUS, Kind.RIGID_OFFSET})
+    return not model.is_moving and bool(kinds & {Kind.YOUNGS_MODULUS, Kind.RIGID_OFFSET})
 
 
 class GlobalSearch:
@@ -117,7 +117,7 @@ class GlobalSearch:
             return None
         try:
             model.views(start)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return None
         numbers = range(len(model.observations))
         bodies = [model.body(seen) for seen in model.observations]

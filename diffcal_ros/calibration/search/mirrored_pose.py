@@ -5,18 +5,19 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, NOT_SIMULATED
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 
 # One pose is believed where the other leaves so many times its misfit on the coarse image.
 _CLEAR = 1.5
 
 
-def settle_mirrored(
+def choose_mirrored(
     scene: Scene, observations: Sequence[Observation], settings: CalibrationSettings
 ) -> tuple[list[Observation], tuple[str, ...]]:
     """Take for each observation that has two camera poses the one under which the body is found.
@@ -56,6 +57,6 @@ def _misfit(scene: Scene, seen: Observation, settings: CalibrationSettings) -> f
         return float('inf')
     try:
         basins = GlobalSearch(model, parameters.start(), solver=settings.solver).basins()
-    except NOT_SIMULATED:
+    except NotSimulatedError:
         return float('inf')
     return min((basin.misfit for basin in basins), default=float('inf'))

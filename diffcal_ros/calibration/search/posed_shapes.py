@@ -91,15 +91,15 @@ class CoarseObjective(RobustObjective):
         self.scales = Scales(floor, floor, self._reach)
 
     @property
-    def is_sharp(self) -> bool:
+    def is_annealed(self) -> bool:
         """Tell whether the robust widths have shrunk to the end."""
         return max(self.scales.depth.noise, self.scales.edge.noise) <= FLOOR
 
-    def narrow(self, coordinates: FloatArray) -> None:
+    def anneal(self, coordinates: FloatArray) -> None:
         """Let the robust widths follow the residuals down to the floor."""
-        if self.is_sharp:
+        if self.is_annealed:
             return
-        super().narrow(coordinates)
+        super().anneal(coordinates)
         depth, edge = (self._floored(scale) for scale in (self.scales.depth, self.scales.edge))
         self.scales = Scales(depth, edge, self._reach)
 

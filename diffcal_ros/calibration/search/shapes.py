@@ -10,9 +10,9 @@ taken for all.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.search.posed_shapes import PosedShapes
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -121,7 +121,7 @@ def _simulated(model: PosedShapes, centre: FloatArray, places: list[int]) -> lis
             coordinates[places] = contrast + level
             try:
                 world = tuple(model.simulate(coordinates))
-            except NOT_SIMULATED:
+            except NotSimulatedError:
                 continue
             if last is not None and _apart(world, last) < _ALIKE:
                 continue

@@ -4,12 +4,15 @@
 
 from collections.abc import Callable, Sequence
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, minimise, Stop
 from diffcal_ros.calibration.outcome_rules import leaves_body_out
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.search.basins import Basin
+from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch
+from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Stop
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,9 +20,76 @@ FloatArray = NDArray[np.float64]
 
 # Of a body that is found, a larger share of what is rendered is seen.
 FOUND = 0.10
+# How often a search is tried while the body is not found [ns].
+_RETRY = 1_000_000_000
 # A brief search ends with a step no longer than this share of the longest (1.4 % of a modulus):
 # frames can do the rest, and polishing what is hard to tell apart takes as long again.
 _NEAR = 0.02
+
+
+class BodySearch:
+    """Finds a body that left the place where it was followed; not with every frame.
+
+    Attributes:
+        count: searches so far.
+    """
+
+    def __init__(self, objective: RobustObjective) -> None:
+        """Prepare.
+
+        Args:
+            objective: compares with the frame that was shown last.
+        """
+        self._objective = objective
+        self._bounds = objective.model.parameters.bounds()
+        self._longest = longest_steps(objective.model.parameters)
+        self._stage: GlobalSearch | None = None
+        self.count = 0
+        self.forget()
+
+    def forget(self) -> None:
+        """Search whenever it is asked for, briefly at first."""
+        self._next_ns = self._thorough_until_ns = 0
+
+    def is_due(self, frame: DepthFrame) -> bool:
+        """Tell whether the last search is long enough ago."""
+        return frame.stamp_ns >= self._next_ns
+
+    def find(self, frame: DepthFrame, start: FloatArray) -> FloatArray | None:
+        """Fit one frame.
+
+        Args:
+            frame: that the objective compares with.
+            start: coordinates, shape (k,).
+
+        Returns:
+            Coordinates, shape (k,), with the objective's scales as they ended there; None when the
+            body is found nowhere, and the scales stay.
+        """
+        self.count += 1
+        self._next_ns = frame.stamp_ns + _RETRY
+        objective, limits = self._objective, (self._bounds, self._longest)
+        scales, objective.scales = objective.scales, Scales()
+        is_brief = frame.stamp_ns >= self._thorough_until_ns
+        near = find_body(objective, start, *limits, is_brief=is_brief)
+        found = find_body_anywhere(objective, lambda: self._basins(frame, start), *limits, near)
+        if found is None:
+            objective.scales = scales
+        elif is_brief:
+            # Where the model cannot show the body, only the minimum itself keeps frames near.
+            self._thorough_until_ns = frame.stamp_ns + 2 * _RETRY
+            self._next_ns = 0
+        return found
+
+    def _basins(self, frame: DepthFrame, start: FloatArray) -> list[Basin]:
+        """Return where on the whole range the body of a frame may be, the best first."""
+        model = self._objective.model
+        if not can_search(model):
+            return []
+        if self._stage is None:
+            self._stage = GlobalSearch(model, start)
+        self._stage.look_at([frame.depth])
+        return self._stage.basins()
 
 
 def find_body(
@@ -46,7 +116,7 @@ def find_body(
     try:
         minimum = minimise(objective, start, bounds, longest, on_iteration=goes_on)
         gap = objective.gap(minimum.coordinates)
-    except NOT_SIMULATED:
+    except NotSimulatedError:
         return None
     if minimum.stop is Stop.STUCK or gap.coverage < FOUND:
         return None
@@ -95,6 +165,6 @@ class _Approach:
     def __call__(self, iteration: Iteration) -> bool:
         """Return False when the last step was short, under the final widths."""
         last, self._last = self._last, iteration.coordinates
-        if last is None or not self._objective.is_sharp:
+        if last is None or not self._objective.is_annealed:
             return True
         return bool((np.abs(iteration.coordinates - last) > _NEAR * self._longest).any())

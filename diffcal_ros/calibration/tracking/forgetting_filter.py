@@ -11,9 +11,10 @@ may change, only how fast.
 The weights add up to one, so that in the end it says what a fit to the fused frames says.
 """
 
+from dataclasses import replace
 import math
 
-from diffcal_ros.calibration.tracking.linearised_view import FrameEquations
+from diffcal_ros.least_squares.normal_equations import NormalEquations
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,8 +27,7 @@ class ForgettingFilter:
     """Weighted mean of the frames' equations around one point.
 
     Attributes:
-        descent: minus the gradient there, without priors, shape (k,).
-        curvature: shape (k, k).
+        equations: there, without priors.
         count: frames since it was empty.
     """
 
@@ -40,7 +40,7 @@ class ForgettingFilter:
         """
         self.memory = memory
         self._last_ns = 0
-        self.descent, self.curvature = np.zeros(size), np.zeros((size, size))
+        self.equations = NormalEquations.nothing(size)
         self.count = 0
         self._squares = 1.0
 
@@ -53,7 +53,7 @@ class ForgettingFilter:
         """Forget every frame."""
         self.count = 0
 
-    def add(self, frame: FrameEquations, stamp_ns: int, least_share: float = 0.0) -> None:
+    def add(self, frame: NormalEquations, stamp_ns: int, least_share: float = 0.0) -> None:
         """Take one more frame; after a gap it weighs the more, as what is old has faded.
 
         Args:
@@ -67,8 +67,7 @@ class ForgettingFilter:
         if self.count > 1:
             share = max(1.0 - math.exp(-age / self.memory), 1.0 / self.count, least_share)
         self._last_ns = stamp_ns
-        self.descent = (1.0 - share) * self.descent + share * frame.descent
-        self.curvature = (1.0 - share) * self.curvature + share * frame.curvature
+        self.equations = self.equations.times(1.0 - share) + frame.times(share)
         self._squares = (1.0 - share) ** 2 * self._squares + share**2
 
     def move(self, step: FloatArray) -> None:
@@ -77,4 +76,7 @@ class ForgettingFilter:
         Args:
             step: shape (k,).
         """
-        self.descent = self.descent - self.curvature @ step
+        before = self.equations
+        self.equations = replace(
+            before, negative_gradient=before.negative_gradient - before.curvature @ step
+        )

@@ -24,7 +24,7 @@ class Innovation:
     """Measures the pull of frames on the parameters against the mean pull of those before.
 
     Attributes:
-        new_share: share of the scatter within a frame that is new in every frame; the rest is
+        new_share: share of a gradient's covariance that is new in every frame; the rest is
             structure, which stays from frame to frame.
     """
 
@@ -33,10 +33,10 @@ class Innovation:
         self._learned = 0
         self._whitening = np.zeros((0, 0))
 
-    def hold(self, scatter: FloatArray) -> None:
-        """Measure by the scatter of one frame's pull, shape (k, k)."""
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(scatter), 1e-300))
-        values, vectors = np.linalg.eigh(scatter * np.outer(scale, scale))
+    def hold(self, gradient_covariance: FloatArray) -> None:
+        """Measure by the covariance of one frame's gradient, shape (k, k)."""
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(gradient_covariance), 1e-300))
+        values, vectors = np.linalg.eigh(gradient_covariance * np.outer(scale, scale))
         known = values > _RANK * values[-1]
         self._whitening = scale[:, None] * vectors[:, known] / np.sqrt(values[known])
 

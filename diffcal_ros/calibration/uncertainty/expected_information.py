@@ -3,8 +3,9 @@
 """What a recording that nobody has made yet would add to what is known.
 
 Around the fitted values the model predicts the depth of a candidate, and how it follows the
-parameters. With H and S the information and the scatter of what was seen (see `uncertainty`), and
-h the information of the candidate, its own camera pose averaged out, the covariance would be
+parameters. With H and S the information and the gradient's covariance of what was seen (see
+`uncertainty`), and h the information of the candidate, its own camera pose averaged out, the
+covariance would be
 
     C' = (H + h)^-1 (S + r h) (H + h)^-1,
 
@@ -65,7 +66,7 @@ class Known:
         coordinates: the fitted ones, shape (k,).
         scales: noise and correlation of the residuals.
         information: of the data, shape (k, k), without priors.
-        scatter: of the gradient, shape (k, k), without priors.
+        gradient_covariance: of the gradient, shape (k, k), without priors.
     """
 
     scene: Scene
@@ -73,12 +74,12 @@ class Known:
     coordinates: FloatArray
     scales: Scales
     information: FloatArray
-    scatter: FloatArray
+    gradient_covariance: FloatArray
 
     @property
     def covariance(self) -> FloatArray:
         """Of the coordinates, shape (k, k)."""
-        return covariance_of(self.information, self.scatter, self.parameters)
+        return covariance_of(self.information, self.gradient_covariance, self.parameters)
 
     @property
     def excess(self) -> float:
@@ -87,7 +88,7 @@ class Known:
         seen = values > _SMALLEST * values.max(initial=0.0)
         if not seen.any():
             return 1.0
-        own = np.einsum('ij,ik,kj->j', vectors, self.scatter, vectors)[seen]
+        own = np.einsum('ij,ik,kj->j', vectors, self.gradient_covariance, vectors)[seen]
         return float(np.median(own / values[seen]))
 
     def with_candidate(self, candidate: Candidate, *, device: str = 'cpu') -> 'Known':
@@ -101,7 +102,7 @@ class Known:
         return replace(
             self,
             information=self.information + more,
-            scatter=self.scatter + self.excess * more,
+            gradient_covariance=self.gradient_covariance + self.excess * more,
         )
 
 
@@ -109,18 +110,17 @@ def known_after(fit: Calibration) -> Known:
     """Take what a finished fit with the robust loss knows.
 
     Raises:
-        ValueError: for another loss, which has no scales.
+        InputError: for another loss.
     """
-    if not isinstance(fit.objective, RobustObjective):
-        raise ValueError('the fit has a whole-image loss: what it knows is not told by scales')
-    linear = fit.objective.linearise(fit.coordinates)
+    objective = fit.likelihood('what a fit knows')
+    linear = objective.linearise(fit.coordinates)
     return Known(
         fit.scene,
         fit.parameters,
         fit.coordinates,
-        fit.objective.scales,
+        objective.scales,
         linear.information,
-        linear.scatter,
+        linear.gradient_covariance,
     )
 
 

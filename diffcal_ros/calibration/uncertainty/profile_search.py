@@ -10,15 +10,15 @@ correlated residuals leave to the one that the curvature says (Rotnitzky and Jew
 """
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise, Stop
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.uncertainty.profile import Profile
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, Z_95
-from diffcal_ros.errors import InputError
+from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.least_squares.fixed_form import FixedForm
+from diffcal_ros.least_squares.levenberg_marquardt import minimise, Stop
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,10 +32,8 @@ _GROWTH = 1.25
 _MAX_ITERATIONS = 12
 
 
-class _HeldForm:
+class _HeldForm(FixedForm):
     """The objective in the form that the fit ended with."""
-
-    is_sharp = True
 
     def __init__(self, objective: RobustObjective) -> None:
         self._objective = objective
@@ -46,13 +44,6 @@ class _HeldForm:
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         return self._objective.linearise(coordinates)
 
-    def narrow(self, coordinates: FloatArray) -> None:
-        """Keep the form."""
-
-    def refine(self, coordinates: FloatArray) -> bool:
-        """Keep the form."""
-        return False
-
 
 def check_profiles(fit: Calibration, names: tuple[str, ...]) -> None:
     """Refuse profiles that a fit cannot have.
@@ -60,8 +51,8 @@ def check_profiles(fit: Calibration, names: tuple[str, ...]) -> None:
     Raises:
         InputError: for a name that is not fitted, or a whole-image loss.
     """
-    if names and not isinstance(fit.objective, RobustObjective):
-        raise InputError('a whole-image loss has no likelihood to profile: use the robust loss')
+    if names:
+        fit.likelihood('a profile')
     for name in names:
         if name not in fit.parameters.names:
             raise InputError(
@@ -106,11 +97,11 @@ class _Search:
     """Walks from the best value to both sides."""
 
     def __init__(self, fit: Calibration, name: str) -> None:
-        assert isinstance(fit.objective, RobustObjective)
-        self._fit, self._objective = fit, _HeldForm(fit.objective)
+        objective = fit.likelihood('a profile')
+        self._fit, self._objective = fit, _HeldForm(objective)
         self.place = fit.parameters.names.index(name)
         self.best = fit.coordinates.copy()
-        self._linear = fit.objective.linearise(self.best)
+        self._linear = objective.linearise(self.best)
         none = np.zeros(len(self.best))
         uncertainty = estimate_uncertainty(self._linear, fit.parameters, none)
         variance = float(uncertainty.statistical[self.place, self.place])
@@ -136,7 +127,7 @@ class _Search:
                 break
             try:
                 coordinates, slope = self._constrained(coordinates, place)
-            except NOT_SIMULATED:
+            except NotSimulatedError:
                 break
             length = place - places[-1]
             rises.append(rises[-1] + 0.5 * length * (slopes[-1] + slope) / self._threshold)
@@ -173,14 +164,16 @@ class _Search:
         """
         others = np.delete(np.arange(len(self.best)), self.place)
         if len(others) == 0:
-            return -float(linear.descent[self.place])
+            return -float(linear.negative_gradient[self.place])
         curvature = linear.curvature[np.ix_(others, others)]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), 1e-300))
         step, *_ = np.linalg.lstsq(
-            curvature * np.outer(scale, scale), scale * linear.descent[others], rcond=1e-12
+            curvature * np.outer(scale, scale),
+            scale * linear.negative_gradient[others],
+            rcond=1e-12,
         )
         follow = float(linear.curvature[self.place, others] @ (scale * step))
-        return -(float(linear.descent[self.place]) - follow)
+        return -(float(linear.negative_gradient[self.place]) - follow)
 
 
 def _crossing(

@@ -6,8 +6,8 @@ The covariance is that of an estimator with robust weights and correlated residu
 
     C = H^-1 S H^-1 + d d^T,
 
-with the information H and the scatter S of the gradient, priors included, and the shift d that a
-finer mesh would make: an error that is the same in every recording, so it is added whole.
+with the information H and the covariance S of the gradient, priors included, and the shift d that
+a finer mesh would make: an error that is the same in every recording, so it is added whole.
 
 The sign of d is known. An interval for the body itself is centred where a mesh without error would
 end, x + r s, with the shift s of one halving and r between its values for smooth solutions and for
@@ -17,7 +17,7 @@ the clamp's edge; what is left of r is the mesh's part of that interval.
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -116,7 +116,7 @@ def estimate_uncertainty(
     """Estimate errors at a minimum.
 
     Args:
-        linear: information and scatter there.
+        linear: information and covariance of the gradient there.
         parameters: with their priors.
         mesh_shift: what halving the mesh size would change, shape (k,).
         one_sided: names of parameters that the data limit on one side only.
@@ -124,7 +124,7 @@ def estimate_uncertainty(
     _, precision = parameters.prior()
     scales = natural_scales(parameters)
     both = np.outer(scales, scales)
-    statistical, blind = _covariance(linear.information, linear.scatter, parameters)
+    statistical, blind = _covariance(linear.information, linear.gradient_covariance, parameters)
     shift = MESH_SHIFT_FACTOR * mesh_shift
     # The shift is that of a linear step: of a large one the square is left.
     left = mesh_shift * np.hypot(_RATIO_STD, 0.5 * np.abs(mesh_shift / scales).max(initial=0.0))
@@ -141,27 +141,27 @@ def estimate_uncertainty(
 
 
 def covariance_of(
-    information: FloatArray, scatter: FloatArray, parameters: ParameterSet
+    information: FloatArray, gradient_covariance: FloatArray, parameters: ParameterSet
 ) -> FloatArray:
     """Return the covariance of the coordinates by data and priors, shape (k, k).
 
     Args:
         information: of the data, shape (k, k).
-        scatter: of the data's part of the gradient, shape (k, k).
+        gradient_covariance: of the data's part of the gradient, shape (k, k).
         parameters: with their priors.
     """
-    return _covariance(information, scatter, parameters)[0]
+    return _covariance(information, gradient_covariance, parameters)[0]
 
 
 def _covariance(
-    information: FloatArray, scatter: FloatArray, parameters: ParameterSet
+    information: FloatArray, gradient_covariance: FloatArray, parameters: ParameterSet
 ) -> tuple[FloatArray, tuple[str, ...]]:
     _, precision = parameters.prior()
     scales = natural_scales(parameters)
     both = np.outer(scales, scales)
     inverse, unknown, blind = _inverse((information + precision) * both, parameters)
-    # What the data do not see is as uncertain as its natural scale, whatever their scatter.
-    own = inverse @ ((scatter + precision) * both) @ inverse + _UNKNOWN**2 * unknown
+    # What the data do not see is as uncertain as its natural scale, whatever their gradient.
+    own = inverse @ ((gradient_covariance + precision) * both) @ inverse + _UNKNOWN**2 * unknown
     return own * both, blind
 
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.effects.library import border_effects
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
     for coordinates in candidates:
         try:
             found = _best_border(*_seen_beyond(evidence, coordinates, beyond))
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             continue
         if found is not None and found[1] > best:
             at, best = found

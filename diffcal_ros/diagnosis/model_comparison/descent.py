@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fit of patches on its way: Gauss-Newton with Levenberg and Marquardt's damping."""
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size, whiten, Whitened
 from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.normal_equations import Prior
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,7 +57,7 @@ class Descent:
         self._limits = longest_steps(parameters)
         mean, self.precision = full_prior(parameters)
         # What is known of a parameter is known of the body, not of its mesh and step.
-        self._mean = mean - evidence.numerics.shifts_of(parameters)
+        self._prior = Prior(mean - evidence.numerics.shifts_of(parameters), self.precision)
         self.here = np.clip(start, *self._bounds)
         self.blocks = evidence.blocks(self.here)
         self.evaluations, self.rejections, self.is_done = 1, 0, False
@@ -116,7 +118,7 @@ class Descent:
         self.evaluations += 1
         try:
             blocks = self._evidence.blocks(trial)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             self._reject()
             return
         seen = whiten(blocks, self._part, self._slack)
@@ -152,22 +154,13 @@ class Descent:
             self._idle += 1
 
     def _cost(self, seen: Whitened, coordinates: FloatArray) -> float:
-        offset = coordinates - self._mean
-        return 0.5 * (seen.chi_square + float(offset @ self.precision @ offset))
+        return 0.5 * seen.chi_square + self._prior.cost(coordinates)
 
     def _step(self, damping: float) -> tuple[FloatArray, float]:
         """Return the damped step among what no bound stops, and the gain that it promises."""
-        seen, here = self.seen, self.here
-        descent = seen.jacobian.T @ seen.values - self.precision @ (here - self._mean)
-        curvature = seen.jacobian.T @ seen.jacobian + self.precision
-        stopped = (here <= self._bounds[0]) & (descent < 0.0)
-        stopped |= (here >= self._bounds[1]) & (descent > 0.0)
-        free = np.flatnonzero(~stopped)
-        step = np.zeros_like(here)
-        own = curvature[np.ix_(free, free)]
-        damped = own + np.diag(damping * np.diag(own))
-        step[free] = np.linalg.solve(damped, descent[free])
-        gain = float(descent @ step - 0.5 * step @ curvature @ step)
+        whole = self.seen.equations().under(self._prior, self.here)
+        step = gauss_newton_step(whole, self.here, *self._bounds, damping)
+        gain = whole.gain(step)
         return step / max(1.0, float((np.abs(step) / self._limits).max())), gain
 
 

@@ -5,12 +5,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.starts import more_starts
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -194,7 +194,7 @@ def refitted_there(hypothesis: Hypothesis) -> Hypothesis:
     try:
         evidence = hypothesis.evidence.renewed(here)
         return replace(hypothesis, evidence=evidence, fit=refit(evidence, here))
-    except NOT_SIMULATED:
+    except NotSimulatedError:
         return hypothesis
 
 
@@ -222,7 +222,7 @@ def _refit_from(
             return refit(
                 evidence, begin, max_iterations=max_iterations, least_evidence=least_evidence
             )
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             continue
     return None
 

@@ -6,11 +6,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects, with_effects
 from diffcal_ros.diagnosis.model_comparison.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -91,7 +91,7 @@ class Continuation:
     def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
         _, evidence = with_effects(nominal, base, self.added)
-        with suppress(*NOT_SIMULATED):
+        with suppress(NotSimulatedError):
             return refit(
                 evidence,
                 self.coordinates,

@@ -5,7 +5,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.model_comparison.descent import HOPE
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
@@ -21,6 +20,7 @@ from diffcal_ros.diagnosis.screening.shortlist import (
     starts_of,
     with_tangents,
 )
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 
 # Evaluations of the model in a first request, and where one of the effects needs a long one; and
@@ -205,7 +205,7 @@ def _pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> li
         others = [c for c in listed if c.identifier != first.identifier]
         try:
             again = screen(one.evidence, one.fit.coordinates, others)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             continue  # It was reached by small steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))

@@ -9,7 +9,6 @@ from typing import Any
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
 from diffcal_ros.calibration.observations.observation import Observation, pose_owners
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
@@ -30,6 +29,7 @@ from diffcal_ros.diagnosis.patches.patch_group import (
 from diffcal_ros.diagnosis.patches.patches import cell_size, depth_patches, edge_patches, Patches
 from diffcal_ros.diagnosis.patches.rigid_reference import make_references, RigidReference
 from diffcal_ros.diagnosis.patches.roughness import measured_noises
+from diffcal_ros.least_squares.levenberg_marquardt import minimise
 import numpy as np
 from numpy.typing import NDArray
 
@@ -266,7 +266,7 @@ class Evidence:
         coordinates: FloatArray,
     ) -> tuple[Patches, Patches]:
         """Average one view's comparison; return patches of depth and of outline."""
-        (depth, by_depth, _), (edge, by_edge, _) = objective.blocks(
+        (depth, by_depth), (edge, by_edge) = objective.with_jacobians(
             number, compared, view, wide, coordinates
         )
         noise = self._noises[number]

@@ -9,6 +9,8 @@ from enum import Enum
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patch_group import Block, of_the_body
 from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.least_squares.normal_equations import NormalEquations
+from diffcal_ros.least_squares.residual_channel import ResidualChannel, Weights
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -52,6 +54,13 @@ class Whitened:
     def chi_square(self) -> float:
         """Sum of squares."""
         return float(self.values @ self.values)
+
+    def equations(self) -> NormalEquations:
+        """Return what the patches say to second order, without priors."""
+        weights = Weights.of_squares(np.ones(len(self)))
+        return ResidualChannel(
+            self.values, self.jacobian, weights, 0.5 * self.chi_square
+        ).equations()
 
     def __len__(self) -> int:
         return len(self.values)

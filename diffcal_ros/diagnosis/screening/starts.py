@@ -4,11 +4,11 @@
 
 from collections.abc import Mapping, Sequence
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.effects.site import SeenPixels
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.rigid_motion import upwards
 from diffcal_ros.rigid_transform import apply, inverse
 import numpy as np
@@ -50,7 +50,7 @@ class _NominalFit:
         nominal, coordinates = self._nominal, np.array(list(values.values()))
         try:
             compared = nominal.comparisons(coordinates)
-        except NOT_SIMULATED:
+        except NotSimulatedError:
             return []
         found = []
         views = nominal.model.views(coordinates)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""When a motion's gap is large, and how fast what is left goes to and fro."""
+"""When a motion's gap is large, and how fast what is left oscillates."""
 
 from dataclasses import dataclass
 

@@ -46,29 +46,29 @@ class StepRule:
 
     Attributes:
         step: h [s].
-        retained: amplitude left of an infinitely fast vibration after a step: 1 keeps all
+        rho_inf: amplitude left of an infinitely fast vibration after a step: 1 keeps all
             vibrations, 0 removes the fastest at once.
         growth: the step over the one before it.
     """
 
     step: float
-    retained: float
+    rho_inf: float
     growth: float = 1.0
 
     @cached_property
-    def mass_share(self) -> float:
+    def alpha_m(self) -> float:
         """Return am."""
-        return (2.0 * self.retained - 1.0) / (self.retained + 1.0)
+        return (2.0 * self.rho_inf - 1.0) / (self.rho_inf + 1.0)
 
     @cached_property
-    def force_share(self) -> float:
+    def alpha_f(self) -> float:
         """Return af."""
-        return self.retained / (self.retained + 1.0)
+        return self.rho_inf / (self.rho_inf + 1.0)
 
     @cached_property
     def g(self) -> float:
         """Return g, which makes the rule second-order."""
-        return 0.5 + self.force_share - self.mass_share
+        return 0.5 + self.alpha_f - self.alpha_m
 
     @cached_property
     def b(self) -> float:
@@ -88,7 +88,7 @@ class StepRule:
     @cached_property
     def mixing(self) -> float:
         """Return dA'/da'."""
-        return (1.0 - self.mass_share) / (1.0 - self.force_share)
+        return (1.0 - self.alpha_m) / (1.0 - self.alpha_f)
 
     @cached_property
     def inertia(self) -> float:
@@ -98,7 +98,7 @@ class StepRule:
     @cached_property
     def error_share(self) -> float:
         """Return the error of x' over h^2 (a' - a), which both grow as the third power of h."""
-        return 0.5 * (self.mass_share - self.force_share) + self.b - 1.0 / 6.0
+        return 0.5 * (self.alpha_m - self.alpha_f) + self.b - 1.0 / 6.0
 
     def filtered_at(self, begin: StepState) -> FloatArray:
         """Return a of a step's begin as a step of this size takes it [m/s^2]."""
@@ -112,8 +112,8 @@ class StepRule:
         filtered = -(self.pull * (begin.positions + h * begin.velocities) + (0.5 - b) / b * begun)
         velocities = begin.velocities + h * (1.0 - self.g) * begun + h * self.g * filtered
         accelerations = self.mixing * filtered + (
-            self.mass_share * begun - self.force_share * begin.accelerations
-        ) / (1.0 - self.force_share)
+            self.alpha_m * begun - self.alpha_f * begin.accelerations
+        ) / (1.0 - self.alpha_f)
         return StepState(np.zeros_like(filtered), velocities, filtered, accelerations)
 
     def end(self, known: StepState, positions: FloatArray) -> StepState:
@@ -133,9 +133,9 @@ class StepRule:
             + self.mixing * by_known.accelerations
             + h * self.g * by_known.velocities
         )
-        mixed = by_known.accelerations / (1.0 - self.force_share)
+        mixed = by_known.accelerations / (1.0 - self.alpha_f)
         begun = (
-            self.mass_share * mixed
+            self.alpha_m * mixed
             + h * (1.0 - self.g) * by_known.velocities
             - (0.5 - b) / b * filtered
         )
@@ -143,5 +143,5 @@ class StepRule:
             positions=-self.pull * filtered,
             velocities=by_known.velocities - h * self.pull * filtered,
             filtered=self.growth * begun,
-            accelerations=(1.0 - self.growth) * begun - self.force_share * mixed,
+            accelerations=(1.0 - self.growth) * begun - self.alpha_f * mixed,
         )

@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 # Keeps the swing of a beam and still settles what a step cannot follow: see
 # docs/decisions/implicit-integrator.md.
-RETAINED = 0.8
+RHO_INF = 0.8
 # The first step that is tried under control [s].
 _FIRST_STEP = 1.0 / 240.0
 
@@ -43,7 +43,7 @@ class ImplicitIntegrator:
         time_step: float,
         *,
         tolerance: float | None = None,
-        retained: float = RETAINED,
+        rho_inf: float = RHO_INF,
     ) -> None:
         """Prepare marches.
 
@@ -51,10 +51,10 @@ class ImplicitIntegrator:
             dynamics: the equation of motion.
             time_step: longest step [s].
             tolerance: what one step may be off by [m]; None: steps are fixed.
-            retained: amplitude left of the fastest vibrations after a step, 0 to 1.
+            rho_inf: amplitude left of the fastest vibrations after a step, 0 to 1.
         """
         self._dynamics = dynamics
-        self._longest, self._retained = time_step, retained
+        self._longest, self._rho_inf = time_step, rho_inf
         self._tolerance = tolerance
         self._system = StepSystem(dynamics)
         self._trajectory = Trajectory()
@@ -100,7 +100,7 @@ class ImplicitIntegrator:
             dynamics,
             self._system,
             self._longest,
-            self._retained,
+            self._rho_inf,
             held_at,
             is_measured=self._tolerance is not None,
         )
@@ -138,4 +138,4 @@ class ImplicitIntegrator:
         return FrameReader(np.array(self._trajectory.times), self._stamps)
 
     def _derivatives(self) -> ImplicitDerivatives:
-        return ImplicitDerivatives(self._dynamics, self._system, self._retained, self._trajectory)
+        return ImplicitDerivatives(self._dynamics, self._system, self._rho_inf, self._trajectory)

@@ -28,11 +28,11 @@ class ImplicitDerivatives:
     """Derivatives of one march."""
 
     def __init__(
-        self, dynamics: Dynamics, system: StepSystem, retained: float, trajectory: Trajectory
+        self, dynamics: Dynamics, system: StepSystem, rho_inf: float, trajectory: Trajectory
     ) -> None:
         self._dynamics = dynamics
         self._system = system
-        self._retained = retained
+        self._rho_inf = rho_inf
         self._trajectory = trajectory
 
     def _state(self, place: int) -> StepState:
@@ -43,7 +43,7 @@ class ImplicitDerivatives:
         return StepState(positions, velocities, accelerations, accelerations)
 
     def _rule(self, place: int) -> StepRule:
-        return self._trajectory.rule(place, self._retained)
+        return self._trajectory.rule(place, self._rho_inf)
 
     def tangents(
         self,

@@ -41,7 +41,7 @@ class Marcher:
         dynamics: the equation of motion.
         system: of its steps.
         longest: step [s].
-        retained: amplitude left of the fastest vibrations after a step.
+        rho_inf: amplitude left of the fastest vibrations after a step.
         held_at: held nodes at a time since the start [s].
         is_measured: whether the error of every step is estimated.
     """
@@ -49,7 +49,7 @@ class Marcher:
     dynamics: Dynamics
     system: StepSystem
     longest: float
-    retained: float
+    rho_inf: float
     held_at: HeldAt
     is_measured: bool = False
 
@@ -72,7 +72,7 @@ class Marcher:
         while time < duration * (1.0 - 1e-12):
             rung = sizes.rung
             step = self.longest / 2**rung
-            rule = trajectory.next_rule(step, self.retained)
+            rule = trajectory.next_rule(step, self.rho_inf)
             try:
                 end, error = self._try(trajectory, rule, time, state, tolerance)
             except _StepFailedError as failure:

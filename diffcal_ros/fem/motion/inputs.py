@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from diffcal_ros.damping import Damping
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.material import Material
@@ -18,7 +19,7 @@ IntArray = NDArray[np.int32]
 HeldMotion = Callable[[float], FloatArray]
 
 
-class MotionError(RuntimeError):
+class MotionError(NotSimulatedError):
     """No motion was found; the message says what to change."""
 
 

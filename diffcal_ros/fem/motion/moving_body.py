@@ -166,7 +166,7 @@ class MovingBody:
         self._release_time = release_time
         inputs = MotionInputs(material, damping, np.asarray(gravity, dtype=np.float64), conditions)
         self._held = HeldNodes(self.static_body, held_motion, conditions.clamp_motion)
-        start = self._start.settle(inputs, self._held.vertices_at(release_time))
+        start = self._start.solve_equilibrium(inputs, self._held.vertices_at(release_time))
         self._dynamics.take(inputs)
         since = stamps - time_offset - release_time
         reader = self.integrator.march(start, since, self._held_at, rungs)

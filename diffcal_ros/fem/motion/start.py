@@ -51,7 +51,7 @@ class Start:
         self._has_moved = False
         self._inputs: MotionInputs | None = None
 
-    def settle(self, inputs: MotionInputs, clamp_positions: FloatArray) -> FloatArray:
+    def solve_equilibrium(self, inputs: MotionInputs, clamp_positions: FloatArray) -> FloatArray:
         """Return node positions at rest in the body's own frame [m], shape (N, 3).
 
         Args:
@@ -64,7 +64,7 @@ class Start:
         self._inputs = inputs
         # The clamp's own motion is in its positions: the support does not follow it.
         conditions = replace(inputs.conditions, clamp_motion=np.zeros(6), clamp_compliance=0.0)
-        state = self.static.settle_own(
+        state = self.static.solve_own_equilibrium(
             inputs.material,
             inputs.gravity,
             held_path=self._held_path(clamp_positions),

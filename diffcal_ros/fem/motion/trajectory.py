@@ -33,15 +33,13 @@ class Trajectory:
     halvings: int = 0
     errors: list[float] = field(default_factory=list)
 
-    def rule(self, place: int, retained: float) -> StepRule:
+    def rule(self, place: int, rho_inf: float) -> StepRule:
         """Return the rule of the step that ends in a state."""
-        return StepRule(
-            self.steps[place - 1], retained, self._growth(place, self.steps[place - 1])
-        )
+        return StepRule(self.steps[place - 1], rho_inf, self._growth(place, self.steps[place - 1]))
 
-    def next_rule(self, step: float, retained: float) -> StepRule:
+    def next_rule(self, step: float, rho_inf: float) -> StepRule:
         """Return the rule of a step from the last state."""
-        return StepRule(step, retained, self._growth(len(self.times), step))
+        return StepRule(step, rho_inf, self._growth(len(self.times), step))
 
     def _growth(self, place: int, step: float) -> float:
         # A march starts with a = A: there is nothing to grow.

@@ -12,7 +12,8 @@ from diffcal_ros.calibration.field.layout import FieldKind, tets_from_unknowns
 from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.objective import robust_weights, RobustObjective
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.robust_loss import robust_channel
 from diffcal_ros.fem.force_changes import Change
 import numpy as np
 import pytest
@@ -37,8 +38,8 @@ class _Setup:
         self.coordinates[1:7] = [0.001, -0.001, 0.002, 0.01, -0.02, 0.01]
         self.field = 0.3 * random.normal(size=scene.mesh.tet_count)
         self.model.set_log_modulus(self.field)
-        while not self.objective.is_sharp:
-            self.objective.narrow(self.coordinates)
+        while not self.objective.is_annealed:
+            self.objective.anneal(self.coordinates)
         self.spread = tets_from_unknowns(scene.mesh, FieldKind())
 
     def system(self) -> FieldSystem:
@@ -98,7 +99,7 @@ def _cauchy(residuals, values, scale, dimension) -> float:
 
 @pytest.mark.parametrize('step', STEPS)
 def test_gradient_by_every_tetrahedron(setup: _Setup, step: float, random) -> None:
-    gradient = -setup.system().field_descent
+    gradient = -setup.system().field_negative_gradient
     frozen = _Frozen(setup)
     for direction in setup.directions(random):
         above, below = (frozen.cost(setup.field + sign * step * direction) for sign in (1, -1))
@@ -111,7 +112,9 @@ def test_gradient_by_every_tetrahedron(setup: _Setup, step: float, random) -> No
 def test_the_gradient_holds_the_scalar_one(setup: _Setup) -> None:
     system = setup.system()
     place = setup.model.parameters.names.index('youngs_modulus')
-    assert system.field_descent.sum() == pytest.approx(system.descent[place], rel=1e-8)
+    assert system.field_negative_gradient.sum() == pytest.approx(
+        system.negative_gradient[place], rel=1e-8
+    )
     np.testing.assert_allclose(
         system.mixed.sum(axis=0), system.curvature[place], rtol=1e-7, atol=1e-6
     )
@@ -132,9 +135,10 @@ def test_known_is_least_squares_without_the_ordinary_parameters(setup: _Setup, r
     )
     wide = np.concatenate([ordinary, fields])
     rows = [
-        jacobian * np.sqrt(robust_weights(residuals, scale, dimension).curvature)[:, None]
-        for (residuals, jacobian, scale), dimension in zip(
-            objective.blocks(0, comparison, view, wide, setup.coordinates), (2, 1), strict=True
+        channel.jacobian * np.sqrt(channel.weights.curvature)[:, None]
+        for channel in (
+            robust_channel(*own, objective.scales)
+            for own in objective.with_jacobians(0, comparison, view, wide, setup.coordinates)
         )
     ]
     _, precision = model.parameters.prior()
@@ -156,5 +160,5 @@ def test_a_control_grid_sees_the_same_gradient(setup: _Setup) -> None:
     grid = tets_from_unknowns(mesh, FieldKind(spacing=0.02))
     coarse = FieldSystem(setup.objective, setup.coordinates, grid)
     np.testing.assert_allclose(
-        coarse.field_descent, grid.T @ setup.system().field_descent, rtol=1e-9
+        coarse.field_negative_gradient, grid.T @ setup.system().field_negative_gradient, rtol=1e-9
     )

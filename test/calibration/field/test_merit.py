@@ -5,8 +5,9 @@
 from diffcal_ros.calibration.field.merit import measure_merit
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
-from diffcal_ros.calibration.residuals.objective import robust_cost, RobustObjective
-from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.robust_loss import robust_cost
+from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 import numpy as np
 import pytest
 from support.scenes import beam_scene, observation, true_depth
@@ -18,8 +19,8 @@ def _objective(depth: np.ndarray) -> tuple[RobustObjective, np.ndarray]:
     objective = RobustObjective(ForwardModel(scene, [observation(depth)], parameters))
     start = parameters.start()
     start[1] = 0.004
-    while not objective.is_sharp:
-        objective.narrow(start)
+    while not objective.is_annealed:
+        objective.anneal(start)
     return objective, start
 
 
@@ -31,9 +32,9 @@ def test_it_is_the_cost_of_what_was_found() -> None:
     assert merit.missing.sum() == lost
     assert merit.lost(merit) == 0.0
     # The cost counts outline that is not found as if it were as far off as was looked.
-    scale, limit = objective.scales.edge, objective.scales.reach.edge_depth
-    nothing = Residuals(np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), lost)
-    as_far = robust_cost(nothing, scale, limit, 1)
+    empty, nowhere = np.zeros(0), np.zeros((0, 2))
+    nothing = Residuals(ResidualKind.EDGE, empty, empty, nowhere, nowhere, lost)
+    as_far = robust_cost(nothing, objective.scales)
     assert as_far > 0.0
     assert merit.cost(merit) + as_far == pytest.approx(objective.cost(start), rel=1e-12)
 

@@ -5,7 +5,6 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.contest import Contest
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise
 from diffcal_ros.calibration.outcome import (
     EXIT_AMBIGUOUS,
     EXIT_MODEL_DISAGREES,
@@ -15,9 +14,10 @@ from diffcal_ros.calibration.outcome import (
 from diffcal_ros.calibration.outcome_rules import judge
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
+from diffcal_ros.least_squares.levenberg_marquardt import minimise
+from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ class TwoWells:
         scales: as an objective of depth images has them; nothing here depends on them.
     """
 
-    is_sharp = True
+    is_annealed = True
 
     def __init__(self, lift: float, right: Gap = GOOD) -> None:
         self._right = right
@@ -60,7 +60,7 @@ class TwoWells:
             self.cost(coordinates), STIFFNESS * (centre - coordinates), stiff, stiff, stiff
         )
 
-    def narrow(self, coordinates) -> None:
+    def anneal(self, coordinates) -> None:
         """Keep the one form that it has."""
 
     def refine(self, coordinates) -> bool:

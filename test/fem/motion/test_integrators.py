@@ -139,8 +139,8 @@ def test_an_undamped_swing_keeps_its_energy(element) -> None:
     static = hanging_beam(element, mesh)
     material = uniform_material(mesh, 60e3, 0.45)
     # It starts where a fifth of its weight would hold it, so that slow modes alone swing.
-    start = static.settle(material, 0.2 * GRAVITY).positions
-    rest = static.settle(material, GRAVITY).positions
+    start = static.solve_equilibrium(material, 0.2 * GRAVITY).positions
+    rest = static.solve_equilibrium(material, GRAVITY).positions
     dynamics = Dynamics(static)
     dynamics.take(MotionInputs(material, Damping(np.zeros(mesh.tet_count)), GRAVITY))
     integrator = ImplicitIntegrator(dynamics, TIME_STEP)

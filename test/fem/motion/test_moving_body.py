@@ -58,7 +58,9 @@ def test_a_motion_long_after_its_release_is_the_equilibrium() -> None:
     body = MovingBody(static, Release(support, 0.0))
     damping = Damping(np.full(mesh.tet_count, 400.0), 20.0)
     last = body.simulate(material, damping, GRAVITY, np.array([3.0])).positions[0]
-    np.testing.assert_allclose(last, static.settle(material, GRAVITY).positions, atol=1e-6)
+    np.testing.assert_allclose(
+        last, static.solve_equilibrium(material, GRAVITY).positions, atol=1e-6
+    )
 
 
 def _turning(case: Case) -> Case:

@@ -6,21 +6,12 @@ Far from the minimum a motion says little of damping and much of stiffness and o
 shortening the whole step for the sake of damping would keep those from getting there.
 """
 
-from dataclasses import dataclass
-
-from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step, NormalEquations
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.normal_equations import NormalEquations
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class _Reduced:
-    """The normal equations of some coordinates while the others are where they are held."""
-
-    descent: FloatArray
-    curvature: FloatArray
 
 
 def boxed_step(
@@ -53,8 +44,10 @@ def boxed_step(
         held[worst] = True
         fixed[worst] = np.sign(step[worst]) * longest_step[worst]
         free = ~held
-        reduced = _Reduced(
-            (linear.descent - linear.curvature @ fixed)[free], linear.curvature[np.ix_(free, free)]
+        # Of the free coordinates, while the others are where they are held.
+        negative_gradient = (linear.negative_gradient - linear.curvature @ fixed)[free]
+        reduced = NormalEquations(
+            linear.cost, negative_gradient, linear.curvature[np.ix_(free, free)]
         )
         step = fixed.copy()
         step[free] = gauss_newton_step(

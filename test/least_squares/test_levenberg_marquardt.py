@@ -4,9 +4,10 @@
 
 from collections.abc import Callable
 
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import minimise, Minimum, Stop
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.least_squares.fixed_form import FixedForm
+from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 import pytest
 
@@ -15,12 +16,12 @@ _SHARP = 1e4
 START = np.array([-1.2, 1.0])
 _FREE = (np.full(2, -10.0), np.full(2, 10.0))
 _LONGEST = np.full(2, 0.5)
+# A search ends with steps of a thousandth of the longest, in two coordinates.
+_NEAR = 2 * 1e-3 * 0.5
 
 
-class Valley:
+class Valley(FixedForm):
     """Rosenbrock's curved valley as a sum of squares: its floor leads to (1, 1)."""
-
-    is_sharp = True
 
     def __init__(self, is_possible: Callable[[np.ndarray], bool] = lambda _: True) -> None:
         self.is_possible = is_possible
@@ -36,14 +37,8 @@ class Valley:
     def linearise(self, at: np.ndarray) -> Linearisation:
         jacobian = _SHARP * np.array([[-20.0 * at[0], 10.0], [-1.0, 0.0]])
         curvature = jacobian.T @ jacobian
-        descent = -jacobian.T @ self.residuals(at)
-        return Linearisation(self.cost(at), descent, curvature, curvature, curvature)
-
-    def narrow(self, at: np.ndarray) -> None:
-        """It has one form."""
-
-    def refine(self, at: np.ndarray) -> bool:
-        return False
+        negative_gradient = -jacobian.T @ self.residuals(at)
+        return Linearisation(self.cost(at), negative_gradient, curvature, curvature, curvature)
 
 
 def _minimum(objective: Valley, bounds=_FREE, **settings) -> Minimum:
@@ -103,3 +98,42 @@ def test_it_says_when_it_ran_out_and_when_it_was_stopped() -> None:
     assert (short.stop, short.iterations) == (Stop.EXHAUSTED, 2)
     stopped = _minimum(Valley(), on_iteration=lambda one: one.number < 1)
     assert (stopped.stop, stopped.iterations) == (Stop.INTERRUPTED, 1)
+
+
+class Trough(Valley):
+    """Only the sum of the coordinates is seen: a whole line is best."""
+
+    def residuals(self, at: np.ndarray) -> np.ndarray:
+        return _SHARP * np.array([np.exp(0.3 * (at[0] + at[1])) - 2.0])
+
+    def linearise(self, at: np.ndarray) -> Linearisation:
+        slope = 0.3 * _SHARP * np.exp(0.3 * (at[0] + at[1]))
+        jacobian = np.full((1, 2), slope)
+        curvature = jacobian.T @ jacobian
+        negative_gradient = -jacobian.T @ self.residuals(at)
+        return Linearisation(self.cost(at), negative_gradient, curvature, curvature, curvature)
+
+
+def test_of_a_line_of_minima_the_nearest_is_found() -> None:
+    found = _minimum(Trough())
+    assert found.stop is Stop.CONVERGED
+    assert found.coordinates.sum() == pytest.approx(np.log(2.0) / 0.3, abs=_NEAR)
+    # Nothing draws along the line.
+    assert np.diff(found.coordinates) == pytest.approx(np.diff(START))
+
+
+def test_along_a_line_of_minima_a_bound_leaves_the_rest_to_the_other() -> None:
+    upper = np.array([START[0] + 0.1, 10.0])
+    found = _minimum(Trough(), (_FREE[0], upper))
+    assert found.coordinates[0] <= upper[0]
+    assert found.coordinates.sum() == pytest.approx(np.log(2.0) / 0.3, abs=_NEAR)
+
+
+def test_a_cost_that_is_not_a_number_is_refused_like_one_that_cannot_be_had() -> None:
+    class Torn(Valley):
+        def cost(self, at: np.ndarray) -> float:
+            return super().cost(at) if at[0] < 0.5 else float('nan')
+
+    found = _minimum(Torn())
+    assert -0.5 < found.coordinates[0] < 0.5
+    assert np.isfinite(found.linearisation.cost)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A step in a box: limits are kept, and what is free is where the cost is least."""
 
-from diffcal_ros.calibration.optimizers.boxed_step import boxed_step
-from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.least_squares.boxed_step import boxed_step
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 import pytest
 
@@ -16,9 +16,9 @@ def equations(random: np.random.Generator, count: int = 5) -> Linearisation:
     """Make an uneven cost in which coordinates depend on one another."""
     jacobian = random.normal(size=(12, count)) * 10.0 ** random.uniform(-1, 1, count)
     curvature = jacobian.T @ jacobian
-    descent = jacobian.T @ random.normal(size=12)
+    negative_gradient = jacobian.T @ random.normal(size=12)
     nothing = np.zeros_like(curvature)
-    return Linearisation(0.0, descent, curvature, nothing, nothing)
+    return Linearisation(0.0, negative_gradient, curvature, nothing, nothing)
 
 
 def take(linear: Linearisation, longest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -44,8 +44,8 @@ def test_the_others_go_where_the_cost_is_least_for_them(share, random):
         _, boxed = take(linear, longest)
         assert (np.abs(boxed) <= longest * (1.0 + EXACT)).all()
         is_stopped = np.abs(boxed) >= longest * (1.0 - EXACT)
-        left = linear.descent - linear.curvature @ boxed
-        size = np.abs(linear.curvature) @ np.abs(boxed) + np.abs(linear.descent)
+        left = linear.negative_gradient - linear.curvature @ boxed
+        size = np.abs(linear.curvature) @ np.abs(boxed) + np.abs(linear.negative_gradient)
         assert (np.abs(left) <= EXACT * size)[~is_stopped].all()
 
 

@@ -2,24 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """One Gauss-Newton step of a cost that is known to second order."""
 
-from typing import Protocol
-
+from diffcal_ros.least_squares.normal_equations import NormalEquations
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-
-class NormalEquations(Protocol):
-    """A cost to second order, priors included."""
-
-    @property
-    def descent(self) -> FloatArray:
-        """Minus the gradient, shape (k,)."""
-
-    @property
-    def curvature(self) -> FloatArray:
-        """Gauss-Newton matrix, shape (k, k)."""
 
 
 def gauss_newton_step(
@@ -30,8 +17,8 @@ def gauss_newton_step(
     damping: float = 0.0,
 ) -> FloatArray:
     """Solve the damped normal equations for what is not stopped by a bound, shape (k,)."""
-    stopped = (coordinates <= lower) & (linear.descent < 0.0)
-    stopped |= (coordinates >= upper) & (linear.descent > 0.0)
+    stopped = (coordinates <= lower) & (linear.negative_gradient < 0.0)
+    stopped |= (coordinates >= upper) & (linear.negative_gradient > 0.0)
     free = np.flatnonzero(~stopped)
     step = np.zeros_like(coordinates)
     if len(free) == 0:
@@ -42,6 +29,6 @@ def gauss_newton_step(
     damped = curvature + np.diag(damping * diagonal + np.where(diagonal > 0.0, 0.0, 1.0))
     scale = 1.0 / np.sqrt(np.diag(damped))
     scaled = damped * scale[:, None] * scale[None, :]
-    solution, *_ = np.linalg.lstsq(scaled, scale * linear.descent[free], rcond=1e-12)
+    solution, *_ = np.linalg.lstsq(scaled, scale * linear.negative_gradient[free], rcond=1e-12)
     step[free] = scale * solution
     return step

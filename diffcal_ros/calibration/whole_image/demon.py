@@ -10,9 +10,9 @@ from collections.abc import Callable
 from typing import Any, TYPE_CHECKING
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.optimizers.levenberg_marquardt import Iteration, Minimum, Stop
-from diffcal_ros.calibration.residuals.image_objective import ImageObjective
+from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.errors import InputError
+from diffcal_ros.least_squares.levenberg_marquardt import Iteration, Minimum, Stop
 import numpy as np
 from numpy.typing import NDArray
 

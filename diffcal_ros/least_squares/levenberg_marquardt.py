@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from diffcal_ros.calibration.forward.forward_model import NOT_SIMULATED
-from diffcal_ros.calibration.optimizers.boxed_step import boxed_step
-from diffcal_ros.calibration.optimizers.gauss_newton import gauss_newton_step
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.boxed_step import boxed_step
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,14 +50,14 @@ class Objective(Protocol):
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost to second order."""
 
-    def narrow(self, coordinates: FloatArray) -> None:
+    def anneal(self, coordinates: FloatArray) -> None:
         """Sharpen the cost after an accepted step."""
 
     def refine(self, coordinates: FloatArray) -> bool:
         """Sharpen the cost at a minimum; True when it changed."""
 
     @property
-    def is_sharp(self) -> bool:
+    def is_annealed(self) -> bool:
         """Tell whether the cost has its final form."""
 
 
@@ -188,20 +188,20 @@ class _Search:
     def is_done(self, step: FloatArray) -> bool:
         """Tell whether a step is too small to take under the present form of the cost."""
         linear = self._linear
-        gain = float(linear.descent @ step - 0.5 * step @ linear.curvature @ step)
+        gain = float(linear.negative_gradient @ step - 0.5 * step @ linear.curvature @ step)
         if gain < (_ROUNDING_GAIN if self.rejections else _SMALL_GAIN):
             return True
-        if not self._objective.is_sharp and self.rejections > _MAX_BLUNT_REJECTIONS:
+        if not self._objective.is_annealed and self.rejections > _MAX_BLUNT_REJECTIONS:
             return True
         return bool((np.abs(step) < _NEGLIGIBLE * self._longest_step).all())
 
     def sharpen(self) -> bool:
         """Give the cost its next form; False when it has its last one."""
-        if self._objective.is_sharp:
+        if self._objective.is_annealed:
             if not self._objective.refine(self._coordinates):
                 return False
         else:
-            self._objective.narrow(self._coordinates)
+            self._objective.anneal(self._coordinates)
         self._start_anew()
         return True
 
@@ -209,19 +209,19 @@ class _Search:
         """Try a step; tell whether it was accepted."""
         trial = np.clip(self._coordinates + step, self._lower, self._upper)
         cost = _cost(self._objective, trial)
-        slack = _ROUGHNESS if self._objective.is_sharp else 0.0
+        slack = _ROUGHNESS if self._objective.is_annealed else 0.0
         if not cost < self._linear.cost * (1.0 + slack):
             self.rejections += 1
             self._damping = max(_FIRST_DAMPING, 8.0 * self._damping)
             return False
         trial = self._lengthened(trial, cost)
-        last = trial - self._coordinates, self._linear.descent
+        last = trial - self._coordinates, self._linear.negative_gradient
         damping = 0.1 * self._damping if self._damping > 1e-3 else 0.0
         self._coordinates = trial
         self.number += 1
         # A boxed step that was stopped has not arrived: the cost stays wide to see the way on.
         if not self._is_boxed or (np.abs(step) < _STOPPED * self._longest_step).all():
-            self._objective.narrow(trial)
+            self._objective.anneal(trial)
         self._start_anew()
         self._last, self._damping = last, damping
         return True
@@ -242,7 +242,10 @@ class _Search:
 
 
 def _secant_share(
-    linear: Linearisation, step: FloatArray, last_step: FloatArray, last_descent: FloatArray
+    linear: Linearisation,
+    step: FloatArray,
+    last_step: FloatArray,
+    last_negative_gradient: FloatArray,
 ) -> float:
     """Return how much of a step to take when it turns back on the last one.
 
@@ -250,7 +253,10 @@ def _secant_share(
     to and fro. Where the slope along the last step has changed its sign, the secant tells how far
     back its zero lies.
     """
-    before, now = float(last_descent @ last_step), float(linear.descent @ last_step)
+    before, now = (
+        float(last_negative_gradient @ last_step),
+        float(linear.negative_gradient @ last_step),
+    )
     if before <= 0.0 or now >= 0.0:
         return 1.0
     back = -float(step @ linear.curvature @ last_step)
@@ -264,6 +270,6 @@ def _cost(objective: Objective, coordinates: FloatArray) -> float:
     """Return the cost, infinite where the model cannot follow."""
     try:
         cost = objective.cost(coordinates)
-    except NOT_SIMULATED:
+    except NotSimulatedError:
         return float('inf')
     return cost if np.isfinite(cost) else float('inf')

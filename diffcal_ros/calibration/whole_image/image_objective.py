@@ -8,13 +8,16 @@ Both take 0 for a pixel without depth, rendered or observed. Most of their value
 body, so they say little about the fit; they are here to reproduce and to compare.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
 from diffcal_ros.calibration.observations.pixel_masks import make_view_mask
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
-from diffcal_ros.calibration.residuals.linearisation import Linearisation
 from diffcal_ros.depth.area_image import AreaImage
+from diffcal_ros.least_squares.fixed_form import FixedForm
+from diffcal_ros.least_squares.normal_equations import Linearisation
+from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel, Weights
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +38,7 @@ class _ImageView:
     outside: float
 
 
-class ImageObjective:
+class ImageObjective(FixedForm):
     """Whole-image losses and their derivatives."""
 
     def __init__(self, model: ForwardModel, loss: str, *, samples: int = 8) -> None:
@@ -63,18 +66,6 @@ class ImageObjective:
         ]
         self._noise = 0.0
 
-    @property
-    def is_sharp(self) -> bool:
-        """The cost has one form only."""
-        return True
-
-    def narrow(self, coordinates: FloatArray) -> None:
-        """Do nothing: the cost has one form only."""
-
-    def refine(self, coordinates: FloatArray) -> bool:
-        """Do nothing: the cost has one form only."""
-        return False
-
     def value(self, coordinates: FloatArray) -> float:
         """Return the loss as the paper reports it."""
         return self._value(self._views(coordinates))
@@ -95,39 +86,43 @@ class ImageObjective:
         views = self._views(coordinates)
         if self._noise == 0.0:
             self._noise = self._mean_square(views)
-        tangents = self.model.tangents(coordinates)
-        count = len(coordinates)
-        descent, curvature = np.zeros(count), np.zeros((count, count))
-        scatter = np.zeros((count, count))
-        for view, tangent in zip(views, tangents, strict=True):
-            jacobian = view.area.push_forward(tangent).reshape(-1, count)
-            difference = view.difference.ravel()
-            weight = self._weights(difference)
-            descent -= jacobian.T @ (weight * difference)
-            curvature += (jacobian * weight[:, None]).T @ jacobian
-            scatter += (jacobian * ((weight * difference) ** 2)[:, None]).T @ jacobian
-        information = curvature / self._noise
-        return Linearisation(
-            cost=self._half_chi_square(views),
-            descent=descent / self._noise,
-            curvature=information,
-            information=information,
-            scatter=scatter / self._noise**2,
-        )
+        data = linearise(self._channels(views, coordinates), len(coordinates))
+        return replace(data, cost=self._half_chi_square(views))
+
+    def _channels(
+        self, views: Sequence[_ImageView], coordinates: FloatArray
+    ) -> Iterator[ResidualChannel]:
+        """Yield every view's pixels within its window, each independent of all others."""
+        for view, tangent in zip(views, self.model.tangents(coordinates), strict=True):
+            jacobian = view.area.push_forward(tangent).reshape(-1, len(coordinates))
+            values = -view.difference.ravel()
+            weights = Weights.of_squares(self._weights(values) / self._noise)
+            yield ResidualChannel(values, jacobian, weights, cost=0.0)
 
     def gap(self, coordinates: FloatArray) -> Gap:
         """Measure the gap on the body."""
         residuals, counted = [], []
-        views = self.model.views(coordinates)
-        for view, mask, observation in zip(
-            views, self._masks, self.model.observations, strict=True
-        ):
+        for number, view in enumerate(self.model.views(coordinates)):
             trace = view.trace
-            observed = observation.depth[trace.rows, trace.columns].astype(np.float64)
-            residuals.append(observed - trace.depth)
-            seen = (trace.faces >= 0) & ~mask.triangles[np.maximum(trace.faces, 0)]
-            counted.append(seen & ~mask.image[trace.rows, trace.columns])
+            observed = self.model.observations[number].depth[trace.rows, trace.columns]
+            residuals.append(observed.astype(np.float64) - trace.depth)
+            counted.append(self.counted(number, view))
         return measure_gap(residuals, counted, self.truncation)
+
+    def standing(self, coordinates: FloatArray) -> tuple[Gap, float]:
+        """Return the gap, and the loss as the paper reports it."""
+        return self.gap(coordinates), self.value(coordinates)
+
+    def counted(self, number: int, view: View) -> NDArray[np.bool_]:
+        """Tell which pixels of a view's window are unmasked body."""
+        trace, mask = view.trace, self._masks[number]
+        seen = (trace.faces >= 0) & ~mask.triangles[np.maximum(trace.faces, 0)]
+        counted: NDArray[np.bool_] = seen & ~mask.image[trace.rows, trace.columns]
+        return counted
+
+    def read_depth(self, number: int, view: View, coordinates: FloatArray) -> FloatArray:
+        """Return the rendered depth in a view's window [m]: these losses know no effects."""
+        return view.trace.depth
 
     def _views(self, coordinates: FloatArray) -> list[_ImageView]:
         result = []
