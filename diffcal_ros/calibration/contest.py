@@ -35,7 +35,7 @@ _FINER, _SEEN, _EXPLAINED = 0.5, 0.5, 0.5
 # the interval of the best.
 _DIFFERENT = 0.03
 # A fit from another start is given up where it has not come near the best by so many steps.
-_PATIENCE, _HOPELESS, _MOST_STEPS = 4, 2.0, 20
+_PATIENCE, _HOPELESS, _MOST_STEPS = 4, 2.0, 30
 
 
 @dataclass(frozen=True)
@@ -125,13 +125,22 @@ class Contest:
         return tuple(found)
 
     def _sort(self) -> None:
-        """Order by the misfit under the scales of whichever is best by them."""
+        """Order by the misfit under the scales of whichever is best by them.
+
+        A fit that ran out of steps is preferred to one that ended only where it is clearly better:
+        of two that lead to one place, the one that arrived stands for it.
+        """
         for _ in self.entries:
             self._objective.scales = self.best.scales
             before = self.best
-            self.entries.sort(key=lambda own: self._objective.misfit(own.minimum.coordinates))
+            self.entries.sort(key=self._rank)
             if self.best is before:
                 return
+
+    def _rank(self, own: Entry) -> float:
+        ran_out = own.minimum.stop is Stop.EXHAUSTED
+        handicap = _CLEARLY_BETTER if ran_out else 0.0
+        return self._objective.misfit(own.minimum.coordinates) + handicap
 
     def _says_other(self, parameters: ParameterSet, there: FloatArray) -> bool:
         """Tell whether what is asked for lies outside the best fit's 95 % interval."""

@@ -11,15 +11,15 @@ from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.boxed_step import boxed_step
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
 from diffcal_ros.least_squares.normal_equations import Linearisation
+from diffcal_ros.least_squares.wandering import Wandering
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# A step that promises less than this (half chi-square) is a fiftieth of a standard error.
-_SMALL_GAIN = 0.5 * 0.02**2
-# Below this, a step that gains nothing is rounding of the pixel grid.
-_ROUNDING_GAIN = 0.5 * 0.1**2
+# A step that promises less than this (half chi-square) is a tenth of a standard error: left out,
+# it adds a hundredth to a variance.
+_SMALL_GAIN = 0.5 * 0.1**2
 # The cost is rough by this share, as pixels join and leave; the slope is not. So a step is not
 # refused for less.
 _ROUGHNESS = 0.03
@@ -130,6 +130,12 @@ def minimise(
             if not search.sharpen():
                 return search.minimum(Stop.CONVERGED)
             continue
+        if search.settle():
+            if not tell(search.iteration()):
+                return search.minimum(Stop.INTERRUPTED)
+            if not search.sharpen():
+                return search.minimum(Stop.CONVERGED)
+            continue
         if search.number >= max_iterations:
             return search.minimum(Stop.EXHAUSTED)
         if search.take(step):
@@ -160,6 +166,8 @@ class _Search:
         self._last: tuple[FloatArray, FloatArray] | None = None
         self._coordinates = start
         self._linear = objective.linearise(start)
+        self._wandering = Wandering()
+        self._impossible = 0
         self.number = 0
         self.rejections = 0
 
@@ -173,9 +181,7 @@ class _Search:
 
     def propose(self) -> FloatArray:
         """Return the next step."""
-        step = gauss_newton_step(
-            self._linear, self._coordinates, self._lower, self._upper, self._damping
-        )
+        step = self._gauss_newton(self._damping)
         if self._last is not None and self.rejections == 0:
             step *= _secant_share(self._linear, step, *self._last)
         if self._is_boxed:
@@ -185,15 +191,39 @@ class _Search:
             )
         return step / max(1.0, float((np.abs(step) / self._longest_step).max()))
 
+    def _gauss_newton(self, damping: float) -> FloatArray:
+        return gauss_newton_step(
+            self._linear, self._coordinates, self._lower, self._upper, damping
+        )
+
     def is_done(self, step: FloatArray) -> bool:
         """Tell whether a step is too small to take under the present form of the cost."""
-        linear = self._linear
-        gain = float(linear.negative_gradient @ step - 0.5 * step @ linear.curvature @ step)
-        if gain < (_ROUNDING_GAIN if self.rejections else _SMALL_GAIN):
-            return True
         if not self._objective.is_annealed and self.rejections > _MAX_BLUNT_REJECTIONS:
             return True
+        # Damping makes any step small: beside what cannot be simulated that says nothing.
+        if self.rejections and self._impossible == self.rejections:
+            return False
+        linear = self._linear
+        gain = float(linear.negative_gradient @ step - 0.5 * step @ linear.curvature @ step)
+        if gain < _SMALL_GAIN:
+            return True
         return bool((np.abs(step) < _NEGLIGIBLE * self._longest_step).all())
+
+    def settle(self) -> bool:
+        """Go amid the last points where the steps only wander about; tell whether they do."""
+        if self.rejections or not self._objective.is_annealed:
+            return False
+        self._wandering.add(self._coordinates, self._gauss_newton(0.0))
+        middle = self._wandering.middle(self._linear.curvature)
+        if middle is None:
+            return False
+        middle = np.clip(middle, self._lower, self._upper)
+        if not np.isfinite(_cost(self._objective, middle)):
+            return False
+        self._coordinates = middle
+        self.number += 1
+        self._start_anew()
+        return True
 
     def sharpen(self) -> bool:
         """Give the cost its next form; False when it has its last one."""
@@ -202,6 +232,7 @@ class _Search:
                 return False
         else:
             self._objective.anneal(self._coordinates)
+        self._wandering = Wandering()
         self._start_anew()
         return True
 
@@ -212,6 +243,7 @@ class _Search:
         slack = _ROUGHNESS if self._objective.is_annealed else 0.0
         if not cost < self._linear.cost * (1.0 + slack):
             self.rejections += 1
+            self._impossible += not np.isfinite(cost)
             self._damping = max(_FIRST_DAMPING, 8.0 * self._damping)
             return False
         trial = self._lengthened(trial, cost)
@@ -238,7 +270,7 @@ class _Search:
 
     def _start_anew(self) -> None:
         self._linear = self._objective.linearise(self._coordinates)
-        self.rejections, self._damping, self._last = 0, 0.0, None
+        self.rejections, self._impossible, self._damping, self._last = 0, 0, 0.0, None
 
 
 def _secant_share(

@@ -87,10 +87,60 @@ def test_what_cannot_be_simulated_is_gone_around_or_given_up() -> None:
     np.testing.assert_array_equal(nowhere.coordinates, START)
 
 
-@pytest.mark.xfail(strict=True, reason='a step that damping made small passes for a small one')
 def test_a_start_that_no_step_leaves_is_no_minimum() -> None:
     nowhere = _minimum(Valley(lambda at: bool((at == START).all())))
     assert nowhere.stop is Stop.STUCK
+
+
+def test_a_start_beside_a_wall_is_no_minimum_where_the_way_leads_into_it() -> None:
+    def is_possible(at: np.ndarray) -> bool:
+        return at[0] <= START[0]
+
+    walled = _minimum(Valley(is_possible))
+    assert walled.stop is Stop.STUCK
+
+
+class RoughBowl:
+    """A bowl of which each place shows another centre, by `roughness` standard errors at most."""
+
+    is_annealed = True
+    centre = np.array([0.3, -0.7])
+    curvature = np.linalg.inv(np.array([[0.04, 0.015], [0.015, 0.01]]))
+
+    def __init__(self, roughness: float) -> None:
+        self.roughness = roughness
+
+    def offset(self, at: np.ndarray) -> np.ndarray:
+        seen = np.sin(1e4 * np.array([at[0] + 2.0 * at[1], 3.0 * at[0] - at[1]]))
+        return at - self.centre + self.roughness * np.array([0.2, 0.1]) * seen
+
+    def cost(self, at: np.ndarray) -> float:
+        off = at - self.centre
+        return 200.0 + 0.5 * float(off @ self.curvature @ off)
+
+    def linearise(self, at: np.ndarray) -> Linearisation:
+        negative_gradient = -self.curvature @ self.offset(at)
+        return Linearisation(
+            self.cost(at), negative_gradient, self.curvature, self.curvature, self.curvature
+        )
+
+    def anneal(self, at: np.ndarray) -> None:
+        """It has one form."""
+
+    def refine(self, at: np.ndarray) -> bool:
+        return False
+
+
+@pytest.mark.parametrize('roughness', [0.0, 0.2, 0.3])
+def test_a_rough_slope_does_not_keep_it_from_converging(roughness) -> None:
+    found = _minimum(RoughBowl(roughness), max_iterations=30)
+    assert found.stop is Stop.CONVERGED
+    errors = np.abs(found.coordinates - RoughBowl.centre) / np.array([0.2, 0.1])
+    assert errors.max() < max(0.01, roughness)
+
+
+def test_a_slope_that_is_rougher_than_an_error_is_not_called_converged() -> None:
+    assert _minimum(RoughBowl(3.0), max_iterations=30).stop is not Stop.CONVERGED
 
 
 def test_it_says_when_it_ran_out_and_when_it_was_stopped() -> None:

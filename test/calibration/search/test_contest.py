@@ -16,7 +16,7 @@ from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, Param
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
-from diffcal_ros.least_squares.levenberg_marquardt import minimise
+from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.scene.model import Quantity
 import numpy as np
@@ -81,6 +81,24 @@ def _contest(lift: float, first: float, others: tuple[float, ...], right: Gap = 
         if not contest.is_known(np.array([other]), _are_same):
             contest.challenge(np.array([other]), BOUNDS, LONGEST)
     return contest
+
+
+def _ended(at: float, stop: Stop) -> Minimum:
+    where = np.array([at])
+    return Minimum(where, TwoWells(0.0).linearise(where), 20, stop)
+
+
+@pytest.mark.parametrize(('off', 'is_first'), [(0.05, True), (0.3, False)])
+def test_a_fit_that_ran_out_wins_only_where_it_is_clearly_better(off, is_first) -> None:
+    # Half chi-square is 0.5 and 18 above the minimum.
+    arrived = _ended(LEFT + off, Stop.CONVERGED)
+    contest = Contest(TwoWells(6.0), arrived)
+    contest.challenge(np.array([LEFT]), BOUNDS, LONGEST)
+    (ended,) = (own for own in contest.entries if own.minimum is not arrived)
+    ran_out = replace(ended, minimum=replace(ended.minimum, stop=Stop.EXHAUSTED))
+    contest.entries = [ran_out, contest.entries[-1]]
+    contest.challenge(np.array([RIGHT]), BOUNDS, LONGEST)
+    assert (contest.best.minimum is arrived) is is_first
 
 
 @pytest.mark.parametrize('first', [LEFT - 0.4, RIGHT + 0.3])
