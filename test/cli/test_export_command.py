@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""`diffcal export` from the outside."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_DONE
+import pytest
+from support.recorded_beam import write_beam_scene
+
+
+def test_a_fit_s_folder_becomes_files_and_a_list(run_cli, tmp_path):
+    fit = tmp_path / 'fit'
+    shutil.move(write_beam_scene(fit), fit / 'fitted_scene.yaml')
+    out = tmp_path / 'asset'
+    ran = run_cli('export', fit, '--to', 'vtk', '--out', out)
+    assert ran.code == EXIT_DONE
+    assert sorted(path.name for path in out.iterdir()) == [
+        'body.vtu',
+        'export.json',
+        'play_vtk.py',
+    ]
+    listed = json.loads((out / 'export.json').read_text())
+    volume = 0.12 * 0.024 * 0.02
+    assert listed['mass'] == pytest.approx(1080 * volume, rel=1e-9)
+    assert listed['regions']['body']['youngs_modulus'] == pytest.approx(90e3)
+    assert f'mass  {1e3 * 1080 * volume:.4g} g' in ran.out
+    played = subprocess.run(
+        [sys.executable, out / 'play_vtk.py'], capture_output=True, text=True, check=True
+    )
+    assert '0.06221 kg' in played.stdout
+
+
+def test_mistakes_are_told(run_cli, tmp_path):
+    nothing = run_cli('export', tmp_path, '--to', 'vtk', '--out', tmp_path / 'asset')
+    assert nothing.code == EXIT_BAD_INPUT
+    assert 'holds no fitted_scene.yaml: give the folder of a `diffcal calibrate`' in nothing.err
+    scene = write_beam_scene(tmp_path)
+    other = run_cli(
+        'export', scene, '--to', 'vtk', '--out', tmp_path / 'asset', '--observation', 'swing'
+    )
+    assert other.code == EXIT_BAD_INPUT
+    assert "observation is 'swing': the scene has observation" in other.err
+    assert not (tmp_path / 'asset').exists()
+
+
+def test_a_missing_package_is_named(run_cli, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'pxr', None)
+    ran = run_cli('export', write_beam_scene(tmp_path), '--to', 'usd', '--out', tmp_path / 'asset')
+    assert ran.code == EXIT_BAD_INPUT
+    assert "install it with `pip install 'diffcal_ros[usd]'`" in ran.err
