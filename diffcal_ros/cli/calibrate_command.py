@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
+from diffcal_ros.cli.effective_option import add_effective_option, fit_asked_effective
 from diffcal_ros.cli.field_options import (
     add_field_options,
     fit_asked_field,
@@ -50,6 +51,7 @@ def add_parser(subparsers: Any) -> None:
     add_input_options(parser.add_argument_group('what is read'))
     _add_fit_options(parser.add_argument_group('how it is fitted'))
     add_field_options(parser.add_argument_group('a modulus that varies over the body'))
+    add_effective_option(parser.add_argument_group('other simulators'))
     parser.set_defaults(run=run)
 
 
@@ -113,6 +115,7 @@ def _add_fit_options(group: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fit, write the results and print them; return the exit code."""
+    from diffcal_ros.calibration.result import save_result
     from diffcal_ros.cli.progress import Progress
     from diffcal_ros.scene.law_choice import with_law
     from diffcal_ros.scene.load import load_scene
@@ -127,6 +130,10 @@ def run(args: argparse.Namespace) -> int:
         if args.law == _ALL_LAWS:
             return _rank(args, scene, settings, progress)
         calibration, result, field = _fit(args, scene, settings, progress)
+        if args.simulators and result.outcome.is_fitted:
+            fitted = args.out / _FITTED_SCENE
+            result = fit_asked_effective(args, fitted, calibration, result, field, progress)
+            save_result(result, args.out / _RESULT)
         progress.say('writing scene and report')
     return _write_and_tell(args.out, calibration, result, field)
 
@@ -140,6 +147,11 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
     if args.profile and not is_alone:
         raise InputError(
             '--profile looks at one number of one fit: leave out --field and --law all, or it'
+        )
+    if args.simulators and (args.law == _ALL_LAWS or args.loss != 'robust'):
+        raise InputError(
+            '--for fits another simulator after one fit with the robust loss: leave out --law all '
+            'and --loss, or it'
         )
     settings = CalibrationSettings(
         fit=asked_fit(args, scene),
@@ -256,6 +268,7 @@ def _write_and_tell(
         InputError: when a file could not be written, once the others are.
     """
     from diffcal_ros.errors import InputError
+    from diffcal_ros.report.effective_table import effective_lines
     from diffcal_ros.report.field_section import field_text
     from diffcal_ros.report.result_table import result_text
     from diffcal_ros.report.scene_table import format_rows
@@ -272,7 +285,7 @@ def _write_and_tell(
         print(result_text(calibration.scene.name, result))
         if field is not None:
             print(field_text(field))
-        print(format_rows(rows))
+        print('\n'.join([*effective_lines(result), format_rows(rows)]))
     if faults:
         raise InputError('; '.join(faults))
     return result.outcome.exit_code

@@ -42,6 +42,13 @@ def add_parser(subparsers: Any) -> None:
         metavar='NAME',
         help='of the scene, whose clamp and gravity the asset has (default: the first)',
     )
+    parser.add_argument(
+        '--modulus',
+        choices=('effective', 'material'),
+        default='effective',
+        help='effective: what `diffcal calibrate --for` found for the target, where FIT has it '
+        "(default); material: the material's own in any case",
+    )
     parser.set_defaults(run=run)
 
 
@@ -50,13 +57,20 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.export.write import export_fit
     from diffcal_ros.report.scene_table import format_rows
 
-    export = export_fit(args.fit, args.to, args.out, observation=args.observation)
+    export = export_fit(
+        args.fit,
+        args.to,
+        args.out,
+        observation=args.observation,
+        takes_effective=args.modulus == 'effective',
+    )
     body = export.body
     for note in body.notes:
         say(f'diffcal export: note: {note}')
     rows = [
         ('body', f'{body.mesh.tet_count} tetrahedra, {len(body.held)} vertices held'),
         ('mass', f'{1e3 * body.mass:.4g} g, {1e6 * body.volume:.4g} cm^3'),
+        ('moduli', export.moduli),
         *(('file', str(path)) for path in export.files),
     ]
     print(format_rows(rows))

@@ -39,6 +39,7 @@ class ExportedBody:
         damping: by the rate of strain, see `damping.Damping` [Pa s], shape (T,).
         region: number of each tetrahedron's region, shape (T,).
         region_names: as in the scene.
+        region_moduli: of each region [Pa], which a field varies.
         notes: what of the scene the asset does not have, in sentences.
     """
 
@@ -55,6 +56,7 @@ class ExportedBody:
     damping: FloatArray
     region: IntArray
     region_names: tuple[str, ...]
+    region_moduli: tuple[float, ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -93,8 +95,12 @@ class ExportedBody:
         e comes with -nu e across: beta / 2 (1 + 2 nu^2) e^2 is ours, factor / 2 E e^2 Rayleigh's.
         In shear the factor would be beta (1 + nu) / E, the same where nu is 0.5.
         """
-        factor = (1.0 + 2.0 * self.poissons_ratio**2) / self.youngs_modulus
-        return np.asarray(self.damping * factor)
+        return self.damping / self.damping_of_stiffness
+
+    @property
+    def damping_of_stiffness(self) -> FloatArray:
+        """Damping by the rate of strain that is one second of Rayleigh's [Pa], shape (T,)."""
+        return np.asarray(self.youngs_modulus / (1.0 + 2.0 * self.poissons_ratio**2))
 
 
 def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
@@ -113,8 +119,6 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
         for name, column in columns.items():
             quantity = getattr(own, name)
             column[own.tets] = 0.0 if quantity is None else quantity.start
-    if scene.relative_modulus is not None:
-        columns['youngs_modulus'] *= scene.relative_modulus
     material = Material(
         youngs_modulus=columns['youngs_modulus'],
         poissons_ratio=columns['poissons_ratio'],
@@ -123,6 +127,9 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
         shares=find_law(scene.law).SHARES,
     )
     columns['youngs_modulus'], columns['poissons_ratio'] = constants_at_rest(material)
+    moduli = tuple(float(columns['youngs_modulus'][own.tets[0]]) for own in scene.regions)
+    if scene.relative_modulus is not None:
+        columns['youngs_modulus'] *= scene.relative_modulus
     rest = world_positions(scene.mesh, setup)
     held = _held_for_good(setup)
     targets = held_targets(setup, rest)
@@ -137,6 +144,7 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
         gravity=setup.gravity,
         region=region,
         region_names=tuple(own.name for own in scene.regions),
+        region_moduli=moduli,
         notes=_left_out(scene, setup),
         **columns,
     )

@@ -10,6 +10,7 @@ from typing import Any
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.errors import InputError
 from diffcal_ros.export import players
+from diffcal_ros.export.effective_numbers import read_effective, with_effective
 from diffcal_ros.export.exported_body import exported_body, ExportedBody
 from diffcal_ros.export.targets import find_target
 from diffcal_ros.scene.load import load_scene
@@ -17,6 +18,7 @@ from diffcal_ros.scene.model import ObservationSetup, Scene
 
 _SCENES = ('fitted_scene.yaml', 'scene.yaml')
 _LIST = 'export.json'
+_RESULT = 'result.json'
 
 
 @dataclass(frozen=True)
@@ -25,14 +27,23 @@ class Export:
 
     Attributes:
         body: that the files hold.
+        moduli: whose they are: the material's, or effective ones.
         files: the asset's main file first, then its player and the list.
     """
 
     body: ExportedBody
+    moduli: str
     files: tuple[Path, ...]
 
 
-def export_fit(fit: Path, target: str, out: Path, *, observation: str | None = None) -> Export:
+def export_fit(
+    fit: Path,
+    target: str,
+    out: Path,
+    *,
+    observation: str | None = None,
+    takes_effective: bool = True,
+) -> Export:
     """Write a fitted body as an asset.
 
     Args:
@@ -40,6 +51,8 @@ def export_fit(fit: Path, target: str, out: Path, *, observation: str | None = N
         target: name of one, see `export.targets`.
         out: folder to write to.
         observation: whose clamp and gravity the asset has; None: the first one's.
+        takes_effective: take what `diffcal calibrate --for` found for the target's simulator,
+            where the fit's folder has it.
 
     Raises:
         InputError: when the fit cannot be read, a package is missing, or `out` not be written.
@@ -47,12 +60,23 @@ def export_fit(fit: Path, target: str, out: Path, *, observation: str | None = N
     scene_file = find_scene(fit)
     scene = load_scene(scene_file)
     body = exported_body(scene, find_setup(scene, observation))
-    files = find_target(target).write(body, out)
+    writer = find_target(target)
+    moduli = 'material'
+    if takes_effective and writer.SIMULATOR and fit.is_dir():
+        numbers = read_effective(fit / _RESULT, writer.SIMULATOR)
+        if numbers is not None:
+            body, moduli = with_effective(body, numbers), f'effective for {writer.SIMULATOR}'
+    files = writer.write(body, out)
     player = Path(players.__file__).with_name(f'play_{target}.py')
     write_text_atomically(out / player.name, player.read_text(encoding='utf-8'))
-    document = {'source': str(scene_file), 'target': target, **describe(body)}
+    document = {
+        'source': str(scene_file),
+        'target': target,
+        'moduli': moduli,
+        **describe(body),
+    }
     write_text_atomically(out / _LIST, json.dumps(document, indent=2) + '\n')
-    return Export(body, (*files, out / player.name, out / _LIST))
+    return Export(body, moduli, (*files, out / player.name, out / _LIST))
 
 
 def find_scene(fit: Path) -> Path:

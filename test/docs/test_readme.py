@@ -65,6 +65,7 @@ def test_commands_are_found():
         'calibrate',
         'check',
         'calibrate',
+        'calibrate',
         'export',
     ]
 
