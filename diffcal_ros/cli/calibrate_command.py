@@ -17,6 +17,7 @@ from diffcal_ros.cli.field_options import (
     fit_asked_field,
     is_field_asked,
 )
+from diffcal_ros.cli.heartbeat import Heartbeat
 from diffcal_ros.cli.recording_options import (
     add_input_options,
     add_recordings,
@@ -120,7 +121,8 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.scene.law_choice import with_law
     from diffcal_ros.scene.load import load_scene
 
-    scene = load_scene(args.scene)
+    with Heartbeat('reading the scene and its mesh'):
+        scene = load_scene(args.scene)
     if args.law is not None and args.law != _ALL_LAWS:
         scene = with_law(scene, args.law)
     settings = _settings(args, scene)
