@@ -45,7 +45,7 @@ def play(path: Path, seconds: float, iterations: int) -> np.ndarray:
     model = build(path).finalize()
     solver = newton.solvers.SolverVBD(model, iterations=iterations)
     state, after = model.state(), model.state()
-    control, rest = model.control(), state.particle_q.numpy()
+    control, rest = model.control(), state.particle_q.numpy().copy()
     print(f'{len(rest)} vertices, {np.load(path)["vertex_masses"].sum():.4g} kg')
     for number in range(round(seconds / _STEP)):
         solver.step(state, after, control, None, _STEP)

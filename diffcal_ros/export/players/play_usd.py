@@ -41,7 +41,7 @@ def sink(path: Path, held: np.ndarray, seconds: float) -> np.ndarray:
     model = builder.finalize()
     solver = newton.solvers.SolverVBD(model, iterations=20)
     state, after = model.state(), model.state()
-    control, rest = model.control(), state.particle_q.numpy()
+    control, rest = model.control(), state.particle_q.numpy().copy()
     step = 1.0 / 300.0
     for number in range(round(seconds / step)):
         solver.step(state, after, control, None, step)
