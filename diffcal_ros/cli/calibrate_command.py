@@ -3,7 +3,7 @@
 """`diffcal calibrate`: fit a scene's parameters to recordings and report what was found."""
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -118,6 +118,7 @@ def run(args: argparse.Namespace) -> int:
     """Fit, write the results and print them; return the exit code."""
     from diffcal_ros.calibration.result import save_result
     from diffcal_ros.cli.progress import Progress
+    from diffcal_ros.errors import InputError
     from diffcal_ros.scene.law_choice import with_law
     from diffcal_ros.scene.load import load_scene
 
@@ -132,12 +133,16 @@ def run(args: argparse.Namespace) -> int:
         if args.law == _ALL_LAWS:
             return _rank(args, scene, settings, progress)
         calibration, result, field = _fit(args, scene, settings, progress)
+        faults: list[str] = []
         if args.simulators and result.outcome.is_fitted:
             fitted = args.out / _FITTED_SCENE
-            result = fit_asked_effective(args, fitted, calibration, result, field, progress)
-            save_result(result, args.out / _RESULT)
+            try:
+                result = fit_asked_effective(args, fitted, calibration, result, field, progress)
+                save_result(result, args.out / _RESULT)
+            except InputError as error:  # The calibration itself is worth its report.
+                faults.append(f'--for: {error}')
         progress.say('writing scene and report')
-    return _write_and_tell(args.out, calibration, result, field)
+    return _write_and_tell(args.out, calibration, result, field, faults)
 
 
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
@@ -262,12 +267,17 @@ def _remove_old_results(out: Path, scene: 'Scene') -> None:
 
 
 def _write_and_tell(
-    out: Path, calibration: 'Calibration', result: 'CalibrationResult', field: 'FieldFit | None'
+    out: Path,
+    calibration: 'Calibration',
+    result: 'CalibrationResult',
+    field: 'FieldFit | None',
+    told: Sequence[str],
 ) -> int:
     """Write everything and print the result; what cannot be written costs nothing else.
 
     Raises:
-        InputError: when a file could not be written, once the others are.
+        InputError: with what was told before, or when a file could not be written, once the
+            others are.
     """
     from diffcal_ros.errors import InputError
     from diffcal_ros.report.effective_table import effective_lines
@@ -275,7 +285,7 @@ def _write_and_tell(
     from diffcal_ros.report.result_table import result_text
     from diffcal_ros.report.scene_table import format_rows
 
-    rows, faults = [('result', str(out / _RESULT))], []
+    rows, faults = [('result', str(out / _RESULT))], list(told)
     try:
         for name, path, write in _files(out, calibration, result, field):
             try:

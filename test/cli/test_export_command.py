@@ -82,6 +82,19 @@ def test_calibrate_for_a_simulator_and_export_to_it(run_cli, recorded_beam, tmp_
     assert listed['regions']['body']['youngs_modulus'] == pytest.approx(value)
 
 
+def test_a_simulator_that_cannot_be_fitted_costs_no_report(run_cli, recorded_beam, tmp_path):
+    bag, fit = recorded_beam.bags['observation'], tmp_path / 'fit'
+    options = ('--no-search', '--no-mesh-error', '--fit', 'rigid_offset', '--for', 'sofa')
+    ran = run_cli('calibrate', bag, '--scene', recorded_beam.scene, '--out', fit, *options)
+    assert ran.code == EXIT_BAD_INPUT
+    assert "--for: no Young's modulus was fitted" in ran.err
+    assert sorted(path.name for path in fit.iterdir()) == [
+        'fitted_scene.yaml',
+        'report.html',
+        'result.json',
+    ]
+
+
 def test_for_goes_with_one_robust_fit(run_cli, recorded_beam, tmp_path):
     options = ('--scene', recorded_beam.scene, '--out', tmp_path / 'fit', '--for', 'sofa')
     ran = run_cli('calibrate', *options, '--law', 'all')
