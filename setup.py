@@ -39,8 +39,11 @@ setup(
         'cholmod': ['cvxopt>=1.3'],  # GPL: only on the user's own decision.
         'fast': ['pypardiso>=0.4.6'],
         'mesh': ['pytetwild>=0.2', 'pyvista>=0.43'],
+        'mujoco': ['mujoco>=4.0'],
+        'newton': ['newton>=1.8'],
         'test': ['pytest>=7'],
         'torch': ['torch>=2.1'],
+        'usd': ['usd-core>=25.5'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),

@@ -3,7 +3,7 @@
 """`diffcal calibrate`: fit a scene's parameters to recordings and report what was found."""
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -11,11 +11,13 @@ import os
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
+from diffcal_ros.cli.effective_option import add_effective_option, fit_asked_effective
 from diffcal_ros.cli.field_options import (
     add_field_options,
     fit_asked_field,
     is_field_asked,
 )
+from diffcal_ros.cli.heartbeat import Heartbeat
 from diffcal_ros.cli.recording_options import (
     add_input_options,
     add_recordings,
@@ -50,6 +52,7 @@ def add_parser(subparsers: Any) -> None:
     add_input_options(parser.add_argument_group('what is read'))
     _add_fit_options(parser.add_argument_group('how it is fitted'))
     add_field_options(parser.add_argument_group('a modulus that varies over the body'))
+    add_effective_option(parser.add_argument_group('other simulators'))
     parser.set_defaults(run=run)
 
 
@@ -113,11 +116,14 @@ def _add_fit_options(group: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fit, write the results and print them; return the exit code."""
+    from diffcal_ros.calibration.result import save_result
     from diffcal_ros.cli.progress import Progress
+    from diffcal_ros.errors import InputError
     from diffcal_ros.scene.law_choice import with_law
     from diffcal_ros.scene.load import load_scene
 
-    scene = load_scene(args.scene)
+    with Heartbeat('reading the scene and its mesh'):
+        scene = load_scene(args.scene)
     if args.law is not None and args.law != _ALL_LAWS:
         scene = with_law(scene, args.law)
     settings = _settings(args, scene)
@@ -127,8 +133,16 @@ def run(args: argparse.Namespace) -> int:
         if args.law == _ALL_LAWS:
             return _rank(args, scene, settings, progress)
         calibration, result, field = _fit(args, scene, settings, progress)
+        faults: list[str] = []
+        if args.simulators and result.outcome.is_fitted:
+            fitted = args.out / _FITTED_SCENE
+            try:
+                result = fit_asked_effective(args, fitted, calibration, result, field, progress)
+                save_result(result, args.out / _RESULT)
+            except InputError as error:  # The calibration itself is worth its report.
+                faults.append(f'--for: {error}')
         progress.say('writing scene and report')
-    return _write_and_tell(args.out, calibration, result, field)
+    return _write_and_tell(args.out, calibration, result, field, faults)
 
 
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
@@ -140,6 +154,11 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
     if args.profile and not is_alone:
         raise InputError(
             '--profile looks at one number of one fit: leave out --field and --law all, or it'
+        )
+    if args.simulators and (args.law == _ALL_LAWS or args.loss != 'robust'):
+        raise InputError(
+            '--for fits another simulator after one fit with the robust loss: leave out --law all '
+            'and --loss, or it'
         )
     settings = CalibrationSettings(
         fit=asked_fit(args, scene),
@@ -248,19 +267,25 @@ def _remove_old_results(out: Path, scene: 'Scene') -> None:
 
 
 def _write_and_tell(
-    out: Path, calibration: 'Calibration', result: 'CalibrationResult', field: 'FieldFit | None'
+    out: Path,
+    calibration: 'Calibration',
+    result: 'CalibrationResult',
+    field: 'FieldFit | None',
+    told: Sequence[str],
 ) -> int:
     """Write everything and print the result; what cannot be written costs nothing else.
 
     Raises:
-        InputError: when a file could not be written, once the others are.
+        InputError: with what was told before, or when a file could not be written, once the
+            others are.
     """
     from diffcal_ros.errors import InputError
+    from diffcal_ros.report.effective_table import effective_lines
     from diffcal_ros.report.field_section import field_text
     from diffcal_ros.report.result_table import result_text
     from diffcal_ros.report.scene_table import format_rows
 
-    rows, faults = [('result', str(out / _RESULT))], []
+    rows, faults = [('result', str(out / _RESULT))], list(told)
     try:
         for name, path, write in _files(out, calibration, result, field):
             try:
@@ -272,7 +297,7 @@ def _write_and_tell(
         print(result_text(calibration.scene.name, result))
         if field is not None:
             print(field_text(field))
-        print(format_rows(rows))
+        print('\n'.join([*effective_lines(result), format_rows(rows)]))
     if faults:
         raise InputError('; '.join(faults))
     return result.outcome.exit_code

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from diffcal_ros.cli.heartbeat import Heartbeat
 from diffcal_ros.cli.path_argument import path_argument
 
 
@@ -34,7 +35,8 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.report.scene_table import format_rows, scene_rows
     from diffcal_ros.scene.load import load_scene
 
-    scene = load_scene(args.scene)
+    with Heartbeat('reading the scene and its mesh'):
+        scene = load_scene(args.scene)
     rows = scene_rows(scene)
     if not args.no_draw:
         from diffcal_ros.report.scene_drawing import draw_scene

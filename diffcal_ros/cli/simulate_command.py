@@ -6,9 +6,13 @@ import argparse
 from dataclasses import replace
 from typing import Any
 
+from diffcal_ros.cli.heartbeat import Heartbeat
 from diffcal_ros.cli.number_argument import coordinate
 from diffcal_ros.cli.path_argument import path_argument
 from diffcal_ros.cli.say import say
+
+# A surface is cut into tetrahedra then.
+_READING = 'reading the scene and its mesh'
 
 
 def add_parser(subparsers: Any) -> None:
@@ -144,7 +148,8 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.synthetic.lidar import lidar_of
     from diffcal_ros.synthetic.recorder import record, RecorderSettings
 
-    scene = load_scene(args.scene)
+    with Heartbeat(_READING):
+        scene = load_scene(args.scene)
     lidar = lidar_of(scene.sensor, encoding=args.encoding, noise=args.noise)
     settings = RecorderSettings(
         timing=Timing(
@@ -164,7 +169,8 @@ def run(args: argparse.Namespace) -> int:
         camera_position=tuple(args.camera_position) if args.camera_position else None,
         lidar=replace(lidar, bias=args.bias, farthest=args.max_range),
     )
-    made = record(scene, args.out, settings, overwrite=args.overwrite, tell=say)
+    with Heartbeat('preparing the recording') as heartbeat:
+        made = record(scene, args.out, settings, overwrite=args.overwrite, tell=heartbeat.tell)
     print(f'scene  {made.scene}')
     for bag in made.bags.values():
         print(f'bag    {bag}: {args.frames} depth, {settings.color_frames} colour frames')

@@ -20,6 +20,7 @@ from diffcal_ros.report.along_body_figure import along_body_figure
 from diffcal_ros.report.alternatives import alternatives_section
 from diffcal_ros.report.convergence_figure import convergence_figure
 from diffcal_ros.report.depth_figure import depth_figure, depth_range, RESIDUAL_LIMIT
+from diffcal_ros.report.effective_table import effective_section
 from diffcal_ros.report.field_section import field_section
 from diffcal_ros.report.figure_png import figure_html
 from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
@@ -80,6 +81,7 @@ def write_report(
         _remaining_gap(calibration, views),
         _convergence(result),
         _parameters(calibration, result),
+        effective_section(result),
         _inputs(calibration, result),
     ]
     page = (

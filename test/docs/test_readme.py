@@ -65,6 +65,8 @@ def test_commands_are_found():
         'calibrate',
         'check',
         'calibrate',
+        'calibrate',
+        'export',
     ]
 
 

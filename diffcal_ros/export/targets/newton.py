@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Newton: arrays for `ModelBuilder.add_soft_mesh`, and a script that builds and steps the body.
+
+Both of its solvers take linear tetrahedra and stable neo-Hookean energies, but their constants
+differ: `SolverVBD` is given Lame's numbers as they are, `SolverSemiImplicit` puts what it is given
+into Smith et al. 2018 (equation 13), where the numbers of section 3.4 measure E and nu. The file
+has both.
+"""
+
+import io
+from pathlib import Path
+
+from diffcal_ros.atomic_file import write_bytes_atomically
+from diffcal_ros.export.exported_body import ExportedBody
+from diffcal_ros.material import Material
+import numpy as np
+
+SIMULATOR = 'newton'
+
+
+def write(body: ExportedBody, folder: Path) -> list[Path]:
+    """Write `body.npz`."""
+    smith = Material(body.youngs_modulus, body.poissons_ratio, body.density).numbers()
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        vertices=body.mesh.rest_positions,
+        tets=body.mesh.tets,
+        held=body.held,
+        gravity=body.gravity,
+        density=body.density,
+        vertex_masses=body.vertex_masses,
+        lame_mu=body.lame_mu,
+        lame_lambda=body.lame_lambda,
+        neo_hookean_mu=smith.neo_hookean_mu,
+        neo_hookean_lambda=smith.neo_hookean_lambda,
+        strain_rate_damping=body.damping,
+        stiffness_damping=body.stiffness_damping,
+    )
+    path = folder / 'body.npz'
+    write_bytes_atomically(path, content.getvalue())
+    return [path]
