@@ -15,6 +15,7 @@ class CholmodSolver:
     """Supernodal Cholesky; the ordering is kept between matrices."""
 
     name = 'cholmod'
+    is_exact = True
     few_sides = 1
 
     def __init__(self, pattern: SparsePattern) -> None:

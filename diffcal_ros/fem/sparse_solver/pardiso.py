@@ -26,6 +26,7 @@ class PardisoSolver:
     """Supernodal Cholesky; analysis once, on the first matrix."""
 
     name = 'pardiso'
+    is_exact = True
     few_sides = 1
 
     def __init__(self, pattern: SparsePattern) -> None:

@@ -16,6 +16,7 @@ class QdldlSolver:
     """LDL^T with the ordering kept between matrices."""
 
     name = 'qdldl'
+    is_exact = True
     few_sides = 3
 
     def __init__(self, pattern: SparsePattern) -> None:

@@ -16,6 +16,7 @@ class SuperLuSolver:
     """LU in symmetric mode: no pivoting, so that the pivots' signs tell definiteness."""
 
     name = 'superlu'
+    is_exact = True
     few_sides = 3
 
     def __init__(self, pattern: SparsePattern) -> None:
