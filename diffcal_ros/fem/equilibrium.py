@@ -110,6 +110,7 @@ class EquilibriumSolver:
         self._factor_positions: FloatArray | None = None
         self._factor_material = -1
         self._has_factor = False
+        self._iterations = 0  # Since the last factorisation, or since a solution was begun.
         self._stiffest = 0.0  # Entry of the last stiffness that was factored [N/m].
         self.terms: tuple[PotentialTerm, ...] = ()
 
@@ -259,6 +260,7 @@ class EquilibriumSolver:
         newton_steps = held_steps = poor_steps = 0
         before, last, is_rounded = float('inf'), positions, False
         promise = float('inf')
+        self._iterations = 0
         for _ in range(_MAX_STEPS):
             force = self._unbalanced(positions, loads)
             largest = float(np.abs(force).max())
@@ -271,7 +273,7 @@ class EquilibriumSolver:
                 return self._finish(calmer, loads, newton_steps, held_steps)
             is_rounded = largest < rounding_of_forces(self._stiffest, positions)
             step = None
-            if is_warm:
+            if is_warm and self._iterations < self._solver.patience:
                 # Iterations begin with the old factorisation as it is, and say if that will do.
                 goal = _step_goal(largest, before, tolerance)
                 step = self._with_old_factor(
@@ -310,6 +312,7 @@ class EquilibriumSolver:
     def _with_new_factor(self, positions: FloatArray, force: FloatArray) -> FloatArray:
         """Return a Newton step by a factorisation made for it; shape (3 M,)."""
         self._make_factor(positions)
+        self._iterations = 0
         if self._solver.is_exact or not self._is_factor_new(positions):
             return self._solver.solve(force)
         found = self._with_old_factor(positions, force, _ROUNDED_TOLERANCE, _MAX_STEP_STEPS)
@@ -391,6 +394,7 @@ class EquilibriumSolver:
         direction = np.zeros_like(positions)
 
         def product(vector: FloatArray) -> FloatArray:
+            self._iterations += 1
             direction[self._free] = vector.reshape(-1, 3)
             return self.force_tangent(positions, direction)[self._free].ravel()
 

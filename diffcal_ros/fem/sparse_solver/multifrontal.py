@@ -33,7 +33,6 @@ class MultifrontalSolver:
     """Cholesky factorisation along a nested dissection of the nodes."""
 
     name = 'multifrontal'
-    few_sides = 1
 
     def __init__(
         self, pattern: SparsePattern, *, is_exact: bool | None = None, per_node: int = 3
@@ -48,6 +47,8 @@ class MultifrontalSolver:
         """
         self._plan = make_plan(pattern, per_node)
         self.is_exact = self._plan.store_size < _DOUBLE_LIMIT if is_exact is None else is_exact
+        # A factorisation costs the more beside a solution the larger the body is.
+        self.few_sides, self.patience = (0, 10) if self.is_exact else (1, 30)
         diagonal = pattern.diagonal_slots if per_node == 3 else pattern.block_starts[:-1]
         self._diagonal = self._plan.places[diagonal]
         self._launcher = Launcher('cpu')

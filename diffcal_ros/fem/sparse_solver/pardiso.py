@@ -28,6 +28,7 @@ class PardisoSolver:
     name = 'pardiso'
     is_exact = True
     few_sides = 1
+    patience = 20
 
     def __init__(self, pattern: SparsePattern) -> None:
         self._matrix = csr_matrix(

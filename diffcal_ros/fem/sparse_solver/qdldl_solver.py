@@ -18,6 +18,7 @@ class QdldlSolver:
     name = 'qdldl'
     is_exact = True
     few_sides = 3
+    patience = 20
 
     def __init__(self, pattern: SparsePattern) -> None:
         shape = (pattern.size, pattern.size)

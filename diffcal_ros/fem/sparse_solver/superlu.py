@@ -18,6 +18,7 @@ class SuperLuSolver:
     name = 'superlu'
     is_exact = True
     few_sides = 3
+    patience = 20
 
     def __init__(self, pattern: SparsePattern) -> None:
         lower = csc_matrix(
