@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.fem.activity import during
 from diffcal_ros.fem.conjugate_gradient import conjugate_gradient
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.potential_terms import PotentialTerm
@@ -100,13 +101,15 @@ class EquilibriumSolver:
             )
         self.body = body
         self.held_nodes = np.asarray(held_nodes, dtype=np.int32)
-        self.pattern = make_pattern(
-            body.discretisation, self.held_nodes, coupled_nodes=coupled_nodes
-        )
-        self._free = self.pattern.free_nodes
-        self._stiffness = body.make_stiffness(self.pattern)
-        self._solver = make_solver(self.pattern, solver)
-        self._step = RotationStep(body.discretisation, self.pattern, body.device)
+        node_count = body.discretisation.node_count
+        with during(f'ordering the unknowns of {node_count:,} nodes', 3 * node_count):
+            self.pattern = make_pattern(
+                body.discretisation, self.held_nodes, coupled_nodes=coupled_nodes
+            )
+            self._free = self.pattern.free_nodes
+            self._stiffness = body.make_stiffness(self.pattern)
+            self._solver = make_solver(self.pattern, solver)
+            self._step = RotationStep(body.discretisation, self.pattern, body.device)
         self._factor_positions: FloatArray | None = None
         self._factor_material = -1
         self._has_factor = False
@@ -145,7 +148,8 @@ class EquilibriumSolver:
             if np.abs(change).max(initial=0.0) > 0.0:
                 positions = self._step.advance(positions, self._step.extend(change), 1.0)
         tolerance = self._tolerance(loads)
-        return self._newton(positions, loads, tolerance, is_warm and self._has_factor)
+        with during(f'equilibrium of {self.pattern.size:,} unknowns', self.pattern.size):
+            return self._newton(positions, loads, tolerance, is_warm and self._has_factor)
 
     def advance(self, positions: FloatArray, displacement: FloatArray) -> FloatArray:
         """Add a displacement [m], shape (N, 3), turning elements instead of stretching them."""
@@ -163,6 +167,10 @@ class EquilibriumSolver:
         Returns:
             Displacements [m], shape (k, N, 3), zero on held nodes.
         """
+        with during(f'derivatives of {self.pattern.size:,} unknowns', self.pattern.size):
+            return self._solve_sides(positions, right_sides)
+
+    def _solve_sides(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
         free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
         is_stale = not self._is_factor_new(positions)
         if not self._has_factor or (is_stale and len(right_sides) > self._solver.few_sides):
