@@ -31,10 +31,10 @@ def test_only_a_group_and_those_it_leads_to_touch(leaf_size) -> None:
     group_of[nodes] = np.repeat(np.arange(len(found.groups)), [len(g) for g in found.groups])
     count = len(found.groups)
     leads_to = np.eye(count, dtype=bool)
-    for group in range(count - 1, -1, -1):
-        if found.parents[group] >= 0:
-            assert found.parents[group] > group
-            leads_to[group] |= leads_to[found.parents[group]]
+    parents = np.array(found.parents)
+    assert ((parents > np.arange(count)) | (parents == -1)).all()
+    for group in np.flatnonzero(parents >= 0)[::-1]:
+        leads_to[group] |= leads_to[parents[group]]
     edges = pattern.graph.tocoo()
     first, second = group_of[edges.row], group_of[edges.col]
     assert (leads_to[first, second] | leads_to[second, first]).all()
