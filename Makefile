@@ -75,6 +75,13 @@ test: lint build ## Lint, build and run every test but the slow ones; fails when
 	python -c '$(TESTS_RAN)' build/diffcal_ros/pytest.xml; \
 	exit $${failed:-0}
 
+.PHONY: test-gpu
+test-gpu: $(VENV)/.test ## Run the tests that need a GPU; says so, and fails, where there is none.
+	@mkdir -p build; rm -f build/gpu.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
+	$(BIN)/python -m pytest -m gpu --junitxml build/gpu.xml || failed=1; \
+	$(BIN)/python -c '$(TESTS_RAN)' build/gpu.xml || { echo 'NOTHING WAS RUN: this machine has no GPU' >&2; failed=1; }; \
+	exit $${failed:-0}
+
 .PHONY: test-slow
 test-slow: $(VENV)/.test ## Run the slow tests, whole studies; fails when anything failed or nothing ran.
 	@source $(BIN)/activate; mkdir -p build; rm -f build/slow.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \

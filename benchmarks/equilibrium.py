@@ -17,7 +17,8 @@ GRAVITY = np.array([0.0, 9.8, 0.0])
 MODULUS = 2.0 * 69.27e3 * 1.49
 
 
-def _material(count: int, modulus: float = MODULUS) -> Material:
+def uniform_material(count: int, modulus: float = MODULUS) -> Material:
+    """Return the cantilevers' material."""
     ones = np.ones(count)
     return Material(modulus * ones, 0.49 * ones, 1080.0 * ones, LameConvention.PAPER)
 
@@ -28,8 +29,8 @@ def measure(mesh: Any, element: Element, solver: str, repeats: int) -> dict[str,
     begun = time.perf_counter()
     body = StaticBody(mesh, element, held, solver=solver)
     setup = time.perf_counter() - begun
-    first = _material(mesh.tet_count)
-    second = _material(mesh.tet_count, 1.05 * MODULUS)
+    first = uniform_material(mesh.tet_count)
+    second = uniform_material(mesh.tet_count, 1.05 * MODULUS)
     begun = time.perf_counter()
     state = body.solve_equilibrium(first, GRAVITY)
     first_call = time.perf_counter() - begun
@@ -109,7 +110,7 @@ def torch_fem(mesh: Any) -> dict[str, Any]:
 def main() -> None:
     """Run all combinations."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--solvers', nargs='+', default=['qdldl', 'superlu'])
+    parser.add_argument('--solvers', nargs='+', default=['qdldl', 'multifrontal', 'superlu'])
     parser.add_argument('--repeats', type=int, default=15)
     parser.add_argument('--name', default='equilibrium')
     arguments = parser.parse_args()

@@ -85,7 +85,7 @@ def _add_fit_options(group: Any) -> None:
     group.add_argument('--max-iterations', metavar='N', type=int, help='default: 30, Adam 100')
     group.add_argument(
         '--solver',
-        choices=('auto', 'pardiso', 'cholmod', 'qdldl', 'superlu'),
+        choices=('auto', 'pardiso', 'cholmod', 'multifrontal', 'qdldl', 'superlu'),
         default='auto',
         help='sparse solver (default: the fastest that is installed)',
     )

@@ -13,6 +13,7 @@ from diffcal_ros.cli import COMMANDS
 from diffcal_ros.cli.interruption import Abandoned, run_interruptibly
 from diffcal_ros.cli.last_resort import tell_fault
 from diffcal_ros.cli.lasting_stream import lasting_streams, LastingStream
+from diffcal_ros.cli.solve_progress import solve_progress
 from diffcal_ros.errors import InputError
 from diffcal_ros.user_folders import settle_home
 
@@ -55,7 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parsed = make_parser().parse_args(given)
         try:
             settle_home()
-            code = run_interruptibly(lambda: int(parsed.run(parsed)))
+            with solve_progress():
+                code = run_interruptibly(lambda: int(parsed.run(parsed)))
         except InputError as error:
             print(f'diffcal {parsed.command}: {error}', file=sys.stderr)
             code = EXIT_BAD_INPUT

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.fem.activity import during
 from diffcal_ros.fem.conjugate_gradient import conjugate_gradient
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.potential_terms import PotentialTerm
@@ -30,8 +31,11 @@ _MAX_STEPS = 100
 # an element is about to turn inside out.
 _POOR_GAIN = 0.01
 _MOST_POOR_STEPS = 15
-# A factorisation is held while the last step left no more than this share of the force.
+# A factorisation is held while the last step left no more than this share of the force, and
+# promised no more than this share of the energy: sooner, volumes that a step has put wrong want a
+# new one.
 _HELD_CONTRACTION = 0.1
+_HELD_PROMISE = 1e-6
 _ARMIJO = 1e-4
 _SHORTEST_STEP = 1e-6
 # A fall of the energy by less than this share may drown in its rounding, which grows with the
@@ -43,7 +47,11 @@ _STEP_TOLERANCE = 0.03
 _MAX_STEP_STEPS = 8
 _FORCING = 0.5
 _LINEAR_TOLERANCE = 1e-8
+# With a factorisation in single precision each iteration gains two digits.
+_ROUNDED_TOLERANCE = 1e-4
+_SOLVED_TOLERANCE = 1e-11
 _MAX_LINEAR_STEPS = 25
+_MAX_PATIENT_STEPS = 200
 _MAX_SHIFTS = 12
 
 
@@ -94,16 +102,19 @@ class EquilibriumSolver:
             )
         self.body = body
         self.held_nodes = np.asarray(held_nodes, dtype=np.int32)
-        self.pattern = make_pattern(
-            body.discretisation, self.held_nodes, coupled_nodes=coupled_nodes
-        )
-        self._free = self.pattern.free_nodes
-        self._stiffness = body.make_stiffness(self.pattern)
-        self._solver = make_solver(self.pattern, solver)
-        self._step = RotationStep(body.discretisation, self._free, body.device)
+        node_count = body.discretisation.node_count
+        with during(f'ordering the unknowns of {node_count:,} nodes', 3 * node_count):
+            self.pattern = make_pattern(
+                body.discretisation, self.held_nodes, coupled_nodes=coupled_nodes
+            )
+            self._free = self.pattern.free_nodes
+            self._stiffness = body.make_stiffness(self.pattern)
+            self._solver = make_solver(self.pattern, solver)
+            self._step = RotationStep(body.discretisation, self.pattern, body.device)
         self._factor_positions: FloatArray | None = None
         self._factor_material = -1
         self._has_factor = False
+        self._iterations = 0  # Since the last factorisation, or since a solution was begun.
         self._stiffest = 0.0  # Entry of the last stiffness that was factored [N/m].
         self.terms: tuple[PotentialTerm, ...] = ()
 
@@ -138,7 +149,8 @@ class EquilibriumSolver:
             if np.abs(change).max(initial=0.0) > 0.0:
                 positions = self._step.advance(positions, self._step.extend(change), 1.0)
         tolerance = self._tolerance(loads)
-        return self._newton(positions, loads, tolerance, is_warm and self._has_factor)
+        with during(f'equilibrium of {self.pattern.size:,} unknowns', self.pattern.size):
+            return self._newton(positions, loads, tolerance, is_warm and self._has_factor)
 
     def advance(self, positions: FloatArray, displacement: FloatArray) -> FloatArray:
         """Add a displacement [m], shape (N, 3), turning elements instead of stretching them."""
@@ -156,12 +168,16 @@ class EquilibriumSolver:
         Returns:
             Displacements [m], shape (k, N, 3), zero on held nodes.
         """
+        with during(f'derivatives of {self.pattern.size:,} unknowns', self.pattern.size):
+            return self._solve_sides(positions, right_sides)
+
+    def _solve_sides(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
         free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
-        is_stale = not self._is_factor_exact(positions)
+        is_stale = not self._is_factor_new(positions)
         if not self._has_factor or (is_stale and len(right_sides) > self._solver.few_sides):
             self._make_factor(positions)
         solution = np.zeros_like(right_sides)
-        if self._is_factor_exact(positions):
+        if self._solver.is_exact and self._is_factor_new(positions):
             found = self._solver.solve(np.ascontiguousarray(free_sides.T)).T
         else:
             found = np.stack([self._iterate(positions, side) for side in free_sides])
@@ -170,7 +186,7 @@ class EquilibriumSolver:
 
     def factor_at(self, positions: FloatArray) -> None:
         """Factor the stiffness at an equilibrium [m], shape (N, 3), unless that was done."""
-        if not self._is_factor_exact(positions):
+        if not self._is_factor_new(positions):
             self._make_factor(positions)
 
     def apply_factor(self, forces: FloatArray) -> FloatArray:
@@ -179,7 +195,7 @@ class EquilibriumSolver:
         solution[self._free] = self._solver.solve(forces[self._free].ravel()).reshape(-1, 3)
         return solution
 
-    def _is_factor_exact(self, positions: FloatArray) -> bool:
+    def _is_factor_new(self, positions: FloatArray) -> bool:
         return (
             self._factor_positions is not None
             and self._factor_material == self.body.material_count
@@ -252,6 +268,8 @@ class EquilibriumSolver:
         energy = self._potential(positions, loads)
         newton_steps = held_steps = poor_steps = 0
         before, last, is_rounded = float('inf'), positions, False
+        promise = float('inf')
+        self._iterations = 0
         for _ in range(_MAX_STEPS):
             force = self._unbalanced(positions, loads)
             largest = float(np.abs(force).max())
@@ -264,17 +282,20 @@ class EquilibriumSolver:
                 return self._finish(calmer, loads, newton_steps, held_steps)
             is_rounded = largest < rounding_of_forces(self._stiffest, positions)
             step = None
-            if is_warm:
+            if is_warm and self._iterations < self._solver.patience:
                 # Iterations begin with the old factorisation as it is, and say if that will do.
                 goal = _step_goal(largest, before, tolerance)
                 step = self._with_old_factor(
                     positions, force, goal, _MAX_STEP_STEPS, enough=_STEP_TOLERANCE
                 )
-            elif newton_steps and largest < _HELD_CONTRACTION * before:
+            elif (
+                newton_steps
+                and largest < _HELD_CONTRACTION * before
+                and promise < _HELD_PROMISE * abs(energy)
+            ):
                 step = self._solver.solve(force)
             if step is None:
-                self._make_factor(positions)
-                step = self._solver.solve(force)
+                step = self._with_new_factor(positions, force)
                 newton_steps += 1
             else:
                 held_steps += 1
@@ -287,7 +308,7 @@ class EquilibriumSolver:
             if is_rounded:  # The energy tells nothing any more.
                 last, positions = positions, self._advance(positions, direction, 1.0)
                 continue
-            higher = energy
+            higher, promise = energy, slope
             positions, energy = self._line_search(positions, direction, slope, energy, loads)
             poor_steps = poor_steps + 1 if higher - energy < _POOR_GAIN * slope else 0
             if poor_steps == _MOST_POOR_STEPS:
@@ -296,6 +317,15 @@ class EquilibriumSolver:
             f'no equilibrium after {newton_steps + held_steps} Newton steps: the body may be too '
             "soft for its load (raise the start of Young's modulus) or its held part too small"
         )
+
+    def _with_new_factor(self, positions: FloatArray, force: FloatArray) -> FloatArray:
+        """Return a Newton step by a factorisation made for it; shape (3 M,)."""
+        self._make_factor(positions)
+        self._iterations = 0
+        if self._solver.is_exact or not self._is_factor_new(positions):
+            return self._solver.solve(force)
+        found = self._with_old_factor(positions, force, _ROUNDED_TOLERANCE, _MAX_STEP_STEPS)
+        return self._solver.solve(force) if found is None else found
 
     def _line_search(
         self,
@@ -351,11 +381,15 @@ class EquilibriumSolver:
         if largest == 0.0:
             return np.zeros_like(right_side)
         scaled = right_side / largest
-        found = self._with_old_factor(positions, scaled, _LINEAR_TOLERANCE, _MAX_LINEAR_STEPS)
+        is_new = self._is_factor_new(positions)
+        tolerance = _SOLVED_TOLERANCE if is_new else _LINEAR_TOLERANCE
+        found = self._with_old_factor(positions, scaled, tolerance, _MAX_LINEAR_STEPS)
         if found is None:
-            self._make_factor(positions)
-            found = self._solver.solve(scaled)
-        return largest * found
+            self.factor_at(positions)
+            found = self._with_old_factor(
+                positions, scaled, _SOLVED_TOLERANCE, _MAX_PATIENT_STEPS, _LINEAR_TOLERANCE
+            )
+        return largest * (self._solver.solve(scaled) if found is None else found)
 
     def _with_old_factor(
         self,
@@ -369,6 +403,7 @@ class EquilibriumSolver:
         direction = np.zeros_like(positions)
 
         def product(vector: FloatArray) -> FloatArray:
+            self._iterations += 1
             direction[self._free] = vector.reshape(-1, 3)
             return self.force_tangent(positions, direction)[self._free].ravel()
 

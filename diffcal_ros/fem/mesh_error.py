@@ -10,6 +10,7 @@ in which it means something, or the finer body would buckle, it ends at the regi
 Steihaug (1983).
 """
 
+from diffcal_ros.fem.activity import during
 from diffcal_ros.fem.cable import CableTerm
 from diffcal_ros.fem.cable_route import route_through
 from diffcal_ros.fem.conditions import CableState, Conditions
@@ -49,7 +50,10 @@ class MeshError:
                 cables=body.cable_routes,
             )
         else:
-            self._refined = _RefinedBody(body, device)
+            # A node has some seven finer ones.
+            count = 3 * 7 * body.discretisation.node_count
+            with during('cutting the tetrahedra into finer ones', count):
+                self._refined = _RefinedBody(body, device)
 
     def displacement(
         self,
@@ -109,7 +113,8 @@ class _RefinedBody:
             cable.state = state
             unbalanced -= cable.forces(positions)
         unbalanced[~self._free] = 0.0
-        change = self._solve(positions, unbalanced)
+        with during(f'a step of {fine.node_count:,} finer nodes', 3 * fine.node_count):
+            change = self._solve(positions, unbalanced)
         return change[self._coarse_places]
 
     def _solve(self, positions: FloatArray, right_side: FloatArray) -> FloatArray:

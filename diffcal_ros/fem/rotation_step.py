@@ -10,6 +10,8 @@ al. 2011). The path is tangent to the Newton direction, so convergence stays qua
 beam takes 6 steps instead of 18.
 """
 
+from collections.abc import Callable
+
 from diffcal_ros.device_array import (
     download,
     float_array,
@@ -20,6 +22,8 @@ from diffcal_ros.device_array import (
 )
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.rotation_step_kernels import add_turned_gradients
+from diffcal_ros.fem.sparse_pattern import SparsePattern
+from diffcal_ros.fem.sparse_solver.multifrontal import MultifrontalSolver
 from diffcal_ros.launcher import Launcher
 import numpy as np
 from numpy.typing import NDArray
@@ -28,23 +32,23 @@ from scipy.sparse.linalg import splu
 import warp as wp
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int32]
+
+# Above so many nodes the Laplacian too is factored along the dissection.
+_SUPERLU_LIMIT = 2000
 
 
 class RotationStep:
     """Takes such steps on one discretisation."""
 
-    def __init__(self, discretisation: Discretisation, free_nodes: IntArray, device: str) -> None:
+    def __init__(
+        self, discretisation: Discretisation, pattern: SparsePattern, device: str
+    ) -> None:
+        free_nodes = pattern.free_nodes
         self._free = free_nodes
         self._held = np.setdiff1d(np.arange(discretisation.node_count), free_nodes)
         laplacian = _rest_laplacian(discretisation)
         self._to_held = laplacian[free_nodes][:, self._held]
-        self._factor = splu(
-            laplacian[free_nodes][:, free_nodes].tocsc(),
-            permc_spec='MMD_AT_PLUS_A',
-            diag_pivot_thresh=0.0,
-            options={'SymmetricMode': True},
-        )
+        self._solve = _solver(laplacian[free_nodes][:, free_nodes].tocsc(), pattern)
         self._launcher = Launcher(device)
         self._nodes = int_array(discretisation.nodes, device)
         self._gradients = point_array(discretisation.gradients, device)
@@ -73,15 +77,32 @@ class RotationStep:
         )
         moved = positions + length * direction
         right_side = download(self._right_side)[self._free] - self._to_held @ moved[self._held]
-        moved[self._free] = self._factor.solve(right_side)
+        moved[self._free] = self._solve(right_side)
         return moved
 
     def extend(self, held_change: FloatArray) -> FloatArray:
         """Spread a displacement of the held nodes [m] harmonically, shape (N, 3)."""
         field = np.zeros((len(self._free) + len(self._held), 3))
         field[self._held] = held_change
-        field[self._free] = self._factor.solve(-(self._to_held @ held_change))
+        field[self._free] = self._solve(-(self._to_held @ held_change))
         return field
+
+
+def _solver(matrix: csc_matrix, pattern: SparsePattern) -> Callable[[FloatArray], FloatArray]:
+    """Factor a matrix of the free nodes that joins none but the pattern does."""
+    if len(pattern.free_nodes) < _SUPERLU_LIMIT:
+        factor = splu(
+            matrix,
+            permc_spec='MMD_AT_PLUS_A',
+            diag_pivot_thresh=0.0,
+            options={'SymmetricMode': True},
+        )
+        solve: Callable[[FloatArray], FloatArray] = factor.solve
+        return solve
+    owner = np.repeat(np.arange(len(pattern.free_nodes)), np.diff(pattern.block_starts))
+    frontal = MultifrontalSolver(pattern, is_exact=True, per_node=1)
+    frontal.factor(np.asarray(matrix[pattern.neighbours, owner]).ravel())
+    return frontal.solve
 
 
 def _rest_laplacian(discretisation: Discretisation) -> csc_matrix:

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from diffcal_ros.fem.element import Discretisation
+from diffcal_ros.fem.nested_dissection import dissect, Dissection
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
+FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 
@@ -25,12 +28,19 @@ class SparsePattern:
         row_indices: ascending within a column, diagonal first, shape (nnz,).
         slots: place of each entry of each element block, -1 where it is held or belongs to the
             other triangle, shape (T, pairs, 9). Pairs run over nodes a <= b of a tetrahedron.
+        places: of the free nodes at rest [m], shape (M, 3).
+        block_starts: first of each free node's blocks in `neighbours`, shape (M + 1,).
+        neighbours: number of the free node that each block joins it to: itself first, then
+            ascending, higher ones only.
     """
 
     free_nodes: IntArray
     column_starts: IntArray
     row_indices: IntArray
     slots: IntArray
+    places: FloatArray
+    block_starts: IntArray
+    neighbours: IntArray
 
     @property
     def size(self) -> int:
@@ -41,6 +51,22 @@ class SparsePattern:
     def entry_count(self) -> int:
         """Number of stored entries."""
         return len(self.row_indices)
+
+    @cached_property
+    def graph(self) -> csr_matrix:
+        """Which free nodes are joined, both ways and without themselves, shape (M, M)."""
+        count = len(self.free_nodes)
+        owner = np.repeat(np.arange(count), np.diff(self.block_starts))
+        is_other = owner != self.neighbours
+        low, high = owner[is_other], self.neighbours[is_other]
+        ones = np.ones(2 * len(low), dtype=np.int8)
+        ends = np.concatenate([low, high]), np.concatenate([high, low])
+        return csr_matrix((ones, ends), shape=(count, count))
+
+    @cached_property
+    def dissection(self) -> Dissection:
+        """An order in which to eliminate the free nodes."""
+        return dissect(self.graph, self.places)
 
     @cached_property
     def diagonal_slots(self) -> IntArray:
@@ -109,6 +135,9 @@ def make_pattern(
         column_starts=column_starts.astype(np.int32),
         row_indices=row_indices,
         slots=slots.reshape(*low.shape, 9),
+        places=discretisation.rest_nodes[free_nodes],
+        block_starts=block_starts.astype(np.int32),
+        neighbours=neighbour.astype(np.int32),
     )
 
 

@@ -22,7 +22,9 @@ class StepSystem:
     def __init__(self, dynamics: Dynamics) -> None:
         self._dynamics = dynamics
         self._free = dynamics.free
-        self._solver = make_solver(dynamics.pattern, dynamics.body.solver.solver_name)
+        self._solver = make_solver(
+            dynamics.pattern, dynamics.body.solver.solver_name, needs_exact=True
+        )
         self._step: float | None = None
         self._rate = 0.0
 

@@ -17,40 +17,46 @@ __all__ = [
     'make_solver',
 ]
 
-# Above this many unknowns a simplicial factorisation loses to SuperLU. Below, the two are as fast
-# or it wins, it solves twice as fast, and lets the other threads run.
-_QDLDL_LIMIT = 12000
+# Below this many unknowns a simplicial factorisation is as fast, and needs less to be set up.
+_QDLDL_LIMIT = 2000
 
 
-def _superlu(pattern: SparsePattern) -> SparseSolver:
+def _superlu(pattern: SparsePattern, _: bool) -> SparseSolver:
     from diffcal_ros.fem.sparse_solver.superlu import SuperLuSolver
 
     return SuperLuSolver(pattern)
 
 
-def _qdldl(pattern: SparsePattern) -> SparseSolver:
+def _qdldl(pattern: SparsePattern, _: bool) -> SparseSolver:
     from diffcal_ros.fem.sparse_solver.qdldl_solver import QdldlSolver
 
     return QdldlSolver(pattern)
 
 
-def _cholmod(pattern: SparsePattern) -> SparseSolver:
+def _cholmod(pattern: SparsePattern, _: bool) -> SparseSolver:
     from diffcal_ros.fem.sparse_solver.cholmod import CholmodSolver
 
     return CholmodSolver(pattern)
 
 
-def _pardiso(pattern: SparsePattern) -> SparseSolver:
+def _pardiso(pattern: SparsePattern, _: bool) -> SparseSolver:
     say_where_mkl_is()
     from diffcal_ros.fem.sparse_solver.pardiso import PardisoSolver
 
     return PardisoSolver(pattern)
 
 
-_MAKERS: dict[str, tuple[str, str, Callable[[SparsePattern], SparseSolver]]] = {
+def _multifrontal(pattern: SparsePattern, needs_exact: bool) -> SparseSolver:
+    from diffcal_ros.fem.sparse_solver.multifrontal import MultifrontalSolver
+
+    return MultifrontalSolver(pattern, is_exact=True if needs_exact else None)
+
+
+_MAKERS: dict[str, tuple[str, str, Callable[[SparsePattern, bool], SparseSolver]]] = {
     'pardiso': ('pypardiso', "pip install 'diffcal_ros[fast]'", _pardiso),
     'cholmod': ('cvxopt', "pip install 'diffcal_ros[cholmod]' (GPL)", _cholmod),
     'qdldl': ('qdldl', 'pip install qdldl', _qdldl),
+    'multifrontal': ('scipy', 'pip install scipy', _multifrontal),
     'superlu': ('scipy', 'pip install scipy', _superlu),
 }
 SOLVER_NAMES = ('auto', *_MAKERS)
@@ -65,20 +71,23 @@ def fast_solver() -> str | None:
     return next((n for n in ('pardiso', 'cholmod') if _is_installed(_MAKERS[n][0])), None)
 
 
-def make_solver(pattern: SparsePattern, name: str = 'auto') -> SparseSolver:
+def make_solver(
+    pattern: SparsePattern, name: str = 'auto', *, needs_exact: bool = False
+) -> SparseSolver:
     """Make a solver for matrices of one pattern.
 
     Args:
         pattern: where the entries are.
         name: `auto` takes the fastest that is installed: Pardiso, CHOLMOD, then QDLDL for small
-            and SuperLU for large bodies.
+            and multifrontal for larger bodies.
+        needs_exact: solutions must be good to double precision, see `SparseSolver.is_exact`.
 
     Raises:
         ValueError: for an unknown name.
         ImportError: when the named solver is not installed, with the command that installs it.
     """
     if name == 'auto':
-        name = fast_solver() or ('qdldl' if pattern.size < _QDLDL_LIMIT else 'superlu')
+        name = fast_solver() or ('qdldl' if pattern.size < _QDLDL_LIMIT else 'multifrontal')
     if name not in _MAKERS:
         raise ValueError(
             f'sparse solver {name!r} is unknown: use one of {", ".join(SOLVER_NAMES)}'
@@ -86,4 +95,4 @@ def make_solver(pattern: SparsePattern, name: str = 'auto') -> SparseSolver:
     module, command, maker = _MAKERS[name]
     if not _is_installed(module):
         raise ImportError(f'sparse solver {name!r} needs {module}: run {command}')
-    return maker(pattern)
+    return maker(pattern, needs_exact)

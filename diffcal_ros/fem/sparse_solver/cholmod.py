@@ -15,7 +15,9 @@ class CholmodSolver:
     """Supernodal Cholesky; the ordering is kept between matrices."""
 
     name = 'cholmod'
+    is_exact = True
     few_sides = 1
+    patience = 20
 
     def __init__(self, pattern: SparsePattern) -> None:
         columns = np.repeat(np.arange(pattern.size), np.diff(pattern.column_starts))

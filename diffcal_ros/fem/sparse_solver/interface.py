@@ -21,10 +21,15 @@ class SparseSolver(Protocol):
         name: by which it is chosen.
         few_sides: right-hand sides for which iterations with an old factorisation take less time
             than a new one.
+        patience: iterations with an old factorisation that take about as long as a new one.
+        is_exact: its solutions are good to double precision; else to some two digits, and serve
+            to precondition iterations.
     """
 
     name: str
     few_sides: int
+    patience: int
+    is_exact: bool
 
     def factor(self, values: FloatArray) -> None:
         """Factor the matrix with these entries, shape (nnz,).

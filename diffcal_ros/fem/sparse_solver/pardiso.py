@@ -26,7 +26,9 @@ class PardisoSolver:
     """Supernodal Cholesky; analysis once, on the first matrix."""
 
     name = 'pardiso'
+    is_exact = True
     few_sides = 1
+    patience = 20
 
     def __init__(self, pattern: SparsePattern) -> None:
         self._matrix = csr_matrix(

@@ -16,7 +16,9 @@ class QdldlSolver:
     """LDL^T with the ordering kept between matrices."""
 
     name = 'qdldl'
+    is_exact = True
     few_sides = 3
+    patience = 20
 
     def __init__(self, pattern: SparsePattern) -> None:
         shape = (pattern.size, pattern.size)

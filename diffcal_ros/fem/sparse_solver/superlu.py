@@ -16,7 +16,9 @@ class SuperLuSolver:
     """LU in symmetric mode: no pivoting, so that the pivots' signs tell definiteness."""
 
     name = 'superlu'
+    is_exact = True
     few_sides = 3
+    patience = 20
 
     def __init__(self, pattern: SparsePattern) -> None:
         lower = csc_matrix(

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How the cost of an equilibrium with its gradient grows with the body, quadratic elements.
+
+Each body is settled in a process of its own, which tells its largest memory. Seconds are of the
+processor: other work on the machine counts less than by the clock.
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+import math
+import multiprocessing
+import resource
+import time
+from typing import Any
+
+from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.static_body import StaticBody
+from equilibrium import GRAVITY, MODULUS, uniform_material
+from measuring import cantilevers, write
+import numpy as np
+
+# Mesh of the public data set, and how often each of its tetrahedra is cut into eight.
+BODIES = {
+    'coarse': ('coarse', 0),
+    'middle': ('middle', 0),
+    'fine': ('fine', 0),
+    'middle refined': ('middle', 1),
+    'fine refined': ('fine', 1),
+}
+
+
+def measure(name: str, solver: str) -> dict[str, Any]:
+    """Settle one body from rest, and again with 5 % more modulus."""
+    mesh_name, refinements = BODIES[name]
+    _warm_up(solver)
+    mesh = cantilevers()[mesh_name]
+    for _ in range(refinements):
+        mesh = mesh.refined()[0]
+    held = np.flatnonzero(mesh.rest_positions[:, 0] >= 0.07 - 1e-9).astype(np.int32)
+    begun = time.process_time()
+    body = StaticBody(mesh, Element.QUADRATIC, held, solver=solver)
+    set_up = time.process_time() - begun
+    first, second = (uniform_material(mesh.tet_count, factor * MODULUS) for factor in (1.0, 1.05))
+    begun = time.process_time()
+    cold_state = body.solve_equilibrium(first, GRAVITY)
+    body.gradient(np.ones_like(cold_state.positions))
+    cold = time.process_time() - begun
+    tangent = body.tangents([Change(youngs_modulus=first.youngs_modulus)])[0]
+    begun = time.process_time()
+    warm_state = body.solve_equilibrium(second, GRAVITY, prediction=math.log(1.05) * tangent)
+    body.gradient(np.ones_like(warm_state.positions))
+    warm = time.process_time() - begun
+    sag = float((cold_state.positions - body.discretisation.rest_nodes)[:, 1].max())
+    return {
+        'body': name,
+        'tets': mesh.tet_count,
+        'unknowns': body.solver.pattern.size,
+        'solver': body.solver.solver_name,
+        'sag_mm': 1e3 * sag,
+        'set_up_cpu_s': set_up,
+        'cold_cpu_s': cold,
+        'cold_factorisations': cold_state.newton_steps,
+        'warm_cpu_s': warm,
+        'warm_factorisations': warm_state.newton_steps,
+        'peak_gb': resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
+    }
+
+
+def _warm_up(solver: str) -> None:
+    """Load the kernels, which are compiled once a machine."""
+    mesh = cantilevers()['coarse']
+    held = np.flatnonzero(mesh.rest_positions[:, 0] >= 0.07 - 1e-9).astype(np.int32)
+    body = StaticBody(mesh, Element.QUADRATIC, held, solver=solver)
+    body.solve_equilibrium(uniform_material(mesh.tet_count), GRAVITY)
+    body.gradient(np.ones_like(body.state.positions))
+
+
+def growth(rows: list[dict[str, Any]]) -> float:
+    """Return the power of the number of tetrahedra that the cold cost grows with."""
+    count, cost = (np.log([row[key] for row in rows]) for key in ('tets', 'cold_cpu_s'))
+    return float(np.polyfit(count, cost, 1)[0])
+
+
+def main() -> None:
+    """Measure bodies with solvers."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--solvers', nargs='+', default=['auto'])
+    parser.add_argument('--bodies', nargs='+', choices=tuple(BODIES), default=list(BODIES))
+    parser.add_argument('--name', default='large_bodies')
+    arguments = parser.parse_args()
+    context = multiprocessing.get_context('spawn')
+    figures: dict[str, Any] = {}
+    for solver in arguments.solvers:
+        rows = []
+        for body in arguments.bodies:
+            with ProcessPoolExecutor(1, mp_context=context) as pool:
+                rows.append(pool.submit(measure, body, solver).result())
+            figures[solver] = {'rows': rows}
+            if len(rows) > 1:
+                figures[solver]['cold_grows_with_the_power'] = growth(rows)
+            write(arguments.name, figures)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+# mypy: ignore-errors
+"""Warp kernel of a multifrontal factorisation: what is left of a child goes into its parent."""
+
+from typing import Any
+
+import warp as wp
+
+wp.set_module_options({'enable_backward': False})
+
+
+@wp.kernel(enable_backward=False)
+def add_update(
+    # In:
+    child: wp.int32,
+    table: wp.array2d[wp.int32],  # (fronts, 7), see `FrontalPlan.table`
+    into: wp.array[wp.int32],  # places of all borders in their parents
+    left: wp.array[Any],  # matrices that wait to be added
+    # Out:
+    store: wp.array[Any],
+    update: wp.array[Any],  # matrices that wait beside those
+):
+    """Add column `tid` of a child's lower triangle to its parent."""
+    column = wp.tid()
+    parent = table[child, 0]
+    size = table[child, 2]
+    places = table[child, 3]
+    source = table[child, 4] + column * size
+    own = table[parent, 1]
+    border = table[parent, 2]
+    b = into[places + column]
+    row = column
+    if b < own:
+        at = table[parent, 5] + b * own
+        while row < size and into[places + row] < own:
+            to = at + into[places + row]
+            store[to] = store[to] + left[source + row]
+            row += 1
+        at = table[parent, 6] + b * border - own
+        while row < size:
+            to = at + into[places + row]
+            store[to] = store[to] + left[source + row]
+            row += 1
+    else:
+        at = table[parent, 4] + (b - own) * border - own
+        while row < size:
+            to = at + into[places + row]
+            update[to] = update[to] + left[source + row]
+            row += 1
+
+
+add_update_double = wp.overload(
+    add_update,
+    {
+        'left': wp.array(dtype=wp.float64),
+        'store': wp.array(dtype=wp.float64),
+        'update': wp.array(dtype=wp.float64),
+    },
+)
+add_update_single = wp.overload(
+    add_update,
+    {
+        'left': wp.array(dtype=wp.float32),
+        'store': wp.array(dtype=wp.float32),
+        'update': wp.array(dtype=wp.float32),
+    },
+)
