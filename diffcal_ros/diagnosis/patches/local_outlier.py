@@ -75,12 +75,12 @@ def find_local_outlier(model: ForwardModel, fit: Refit) -> LocalOutlier | None:
         return None
     nodes = _nodes(model, fit, blocks)
     _, precision = full_prior(fit.parameters)
-    pulls = whiten(blocks, Part.ALL)
+    pulls = whiten(blocks, Part.ALL, is_apart=True)
     held = pulls.jacobian.T @ pulls.values
     limit = _HARDLY_ANY * (pulls.chi_square - len(pulls))
     best: tuple[float, IntArray] = (limit, np.zeros(0, dtype=np.int64))
     for place in _places(model, nodes):
-        rest = whiten(_without(blocks, place), Part.ALL)
+        rest = whiten(_without(blocks, place), Part.ALL, is_apart=True)
         # At the minimum the priors' pull is that of all patches.
         information = rest.jacobian.T @ rest.jacobian + precision
         pull = rest.jacobian.T @ rest.values - held

@@ -4,12 +4,13 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.diagnosis.detection.disagreement import Disagreement, unstrained
+from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.patches.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.patches.residual_location import where_largest
@@ -141,8 +142,7 @@ def _nearest_class(
         # Whatever was refitted does nothing.
         best = next(iter(with_tangents(scores).scores), None)
         return 'load' if best is None else best.candidate.effect.group
-    fit = choice.hypothesis.fit
-    if is_unexplained(nominal, fit, closure, is_measured=evidence.is_measured):
+    if is_unexplained(nominal, choice.hypothesis, closure, is_measured=evidence.is_measured):
         return choice.hypothesis.added[0].effect.group
     return None
 
@@ -173,16 +173,27 @@ def _notes(
         notes.append(unknown.sentence)
         notes += _nearest(choice, closure)
     if choice is not None and unknown is None:
-        left = patch_gap(choice.hypothesis.fit.blocks, Part.REPORT)
-        if left.rms > FAR_ABOVE * left.whole_floor:
-            notes.append(
-                f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing'
-            )
+        notes += _left(choice.hypothesis)
     if choice is not None and choice.hypothesis.is_at_bound:
         notes.append('an amplitude stopped at its bound')
     hidden = evidence.without_fixture(nominal.blocks)
     notes += [f'{name} does not show the fixture' for name in hidden]
     return tuple(notes)
+
+
+def _left(hypothesis: Hypothesis) -> list[str]:
+    """Say how much a model leaves, and what of that its form may be."""
+    left = patch_gap(hypothesis.fit.blocks, Part.REPORT)
+    if left.rms <= FAR_ABOVE * left.whole_floor:
+        return []
+    judged = hypothesis.judged
+    tolerance = 0.0 if judged is None else judged.size
+    if judged is not None and left.rms <= FAR_ABOVE * float(np.hypot(left.whole_floor, tolerance)):
+        return [
+            f'{1e3 * left.rms:.2f} mm are still left, as where the form of it is off by '
+            f'{judged.share:.0%}'
+        ]
+    return [f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing']
 
 
 def _nearest(choice: Choice | None, closure: float) -> list[str]:
