@@ -33,7 +33,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     parameter_table,
     times_detectable,
 )
-from diffcal_ros.effects.library import what_settles
+from diffcal_ros.effects.library import EFFECTS, what_settles
 import numpy as np
 
 # An effect is named by itself from this confidence on.
@@ -72,8 +72,11 @@ def conclude(
     if choice is not None and not is_open and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)
     separating = None
+    imitated = [effect.identifier for effect in effects if EFFECTS[effect.identifier].imitated_by]
     if choice is not None and not doubts and len(choice.alike) > 1:
         separating = what_settles(choice.alike[:3])
+    elif imitated:
+        separating = what_settles(imitated)
     return Diagnosis(
         verdict=disagreement.verdict,
         evidence='confirmed' if evidence.is_measured else 'suspected',
@@ -99,10 +102,22 @@ def conclude(
         notes=(
             *(outlier.sentence for outlier in outliers),
             *doubts,
+            *(EFFECTS[name].imitated_by for name in imitated),
+            *_class_of_all(choice if not (is_open or effects) else None),
             *_notes(evidence, nominal, disagreement, choice, closure, unknown, outliers),
         ),
         details=details_of(nominal, scores, selection, choice),
     )
+
+
+def _class_of_all(choice: Choice | None) -> list[str]:
+    """Say what class it is, where the name is not sure and the class is."""
+    if choice is None or len(choice.alike) < 2:
+        return []
+    groups = {EFFECTS[name].group for name in choice.alike}
+    if len(groups) > 1:
+        return []
+    return [f'whichever of them it is, it is of the class {groups.pop()}']
 
 
 def doubts_about(hypothesis: Hypothesis, nominal: Refit) -> tuple[str, ...]:
