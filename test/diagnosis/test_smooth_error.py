@@ -86,7 +86,27 @@ def test_what_effects_may_have_put_there_is_not_taken_for_the_sensor():
         for block in blocks
     ]
     plain, with_gap = (measured_smooth_error(own, _ASSUMED) for own in (blocks, lacking))
-    assert with_gap.size == pytest.approx(plain.size, rel=1e-6)
+    # Tangents that explain something are believed to be off in a part of that.
+    assert with_gap.size == pytest.approx(plain.size, rel=0.05)
+
+
+def test_what_tangents_leave_of_a_large_effect_is_not_taken_for_the_sensor():
+    found = []
+    for seed in range(4):
+        blocks = []
+        for block in poses_with(0.0002, 0.5, seed):
+            x, y = (block.patches.centers / 200.0).T
+            # A bend of some millimetres, and the tangent of a bend that is a little weaker at
+            # the end.
+            tangent = 0.01 * x**2
+            effect = 0.6 * tangent * (1.0 - 0.12 * np.sin(1.5 * x + 0.5 * y))
+            columns = np.column_stack([block.patches.jacobian, tangent])
+            patches = replace(
+                block.patches, values=block.patches.values + effect, jacobian=columns
+            )
+            blocks.append(replace(block, patches=patches))
+        found.append(measured_smooth_error(blocks, _ASSUMED).size)
+    assert np.median(found) < 0.00028
 
 
 def test_a_sensor_is_trusted_no_more_than_assumed_and_no_gap_makes_it_a_bad_one():
