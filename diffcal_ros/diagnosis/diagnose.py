@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.patches.evidence import Evidence, make_evidence
 from diffcal_ros.diagnosis.patches.local_outlier import find_local_outlier, LocalOutlier
+from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import library_blocks, Screen, screen
 from diffcal_ros.diagnosis.verdict.naming import conclude
@@ -188,9 +189,10 @@ def fit_nominal(
 def with_smooth_error(evidence: Evidence, nominal: Refit) -> tuple[Evidence, Refit]:
     """Return evidence and fit with the smooth error that the sensor shows beside every effect.
 
-    Effects that the library is denied, or that a fit has, are none less likely to be there.
+    Effects that the library is denied, or that a fit has, are none less likely to be there. Beside
+    a gap that is far above the floors it is not seen: of a large effect tangents leave more.
     """
-    if evidence.stays_robust:
+    if evidence.stays_robust or residual_size(nominal.blocks, Part.FIT) > 0.0:
         return evidence, nominal
     _, blocks = library_blocks(evidence, nominal.coordinates, candidates(evidence.model.scene))
     found = evidence.with_smooth_error(blocks)

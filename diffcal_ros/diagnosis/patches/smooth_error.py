@@ -6,8 +6,7 @@ What a depth camera reads too far or too near varies smoothly over its picture, 
 its own: it stands in the image in every pose, where a small scale of depth beside a larger effect
 would look just like it. Its size is found on the patches, with all that parameters, mesh and every
 effect of the library may have put there projected out (restricted maximum likelihood, Patterson
-and Thompson 1971), so that what the model lacks is not taken for the sensor's. Tangents hold to a
-share of what they explain: the rest of a large effect is smooth as well, and is allowed for.
+and Thompson 1971), so that what the model lacks is not taken for the sensor's.
 """
 
 from collections.abc import Collection, Sequence
@@ -30,8 +29,6 @@ _LEAST, _MOST = 1.0, 2.0
 # Lengths by the one assumed, and shares of the variance that stand in the image of every pose.
 _LENGTHS = (0.5, 1.0, 2.0)
 _STANDING = (0.0, 0.5, 0.9)
-# Of what tangents explain they may be off by this share, over half of the picture.
-_TANGENT_ERROR, _TANGENT_LENGTH = 0.15, 0.5
 # Fewer directions beside all that is projected out say nothing.
 _FEWEST = 12
 
@@ -90,10 +87,8 @@ def measured_smooth_error(blocks: Sequence[Block], assumed: NoiseModel) -> Smoot
     beside = _beside(depth)
     if beside.shape[1] < _FEWEST:
         return nothing
-    whole = np.concatenate([block.patches.values for block in depth])
-    values = beside.T @ whole
-    known = _without_smooth(depth, assumed) + _of_tangents(depth, whole - beside @ values)
-    others = beside.T @ known @ beside
+    values = beside.T @ np.concatenate([block.patches.values for block in depth])
+    others = beside.T @ _without_smooth(depth, assumed) @ beside
     factor = cholesky(others, lower=True)
     scaled = solve_triangular(factor, np.column_stack([values, beside.T]), lower=True)
     seen, ways = scaled[:, 0], scaled[:, 1:]
@@ -132,13 +127,6 @@ def _without_smooth(blocks: Sequence[Block], assumed: NoiseModel) -> FloatArray:
         rest = patches.covariance + patches.common.covariance(patches.centers) - smooth
         own.append(rest + np.diag(1e-6 * patches.variances))
     return np.asarray(block_diag(*own))
-
-
-def _of_tangents(blocks: Sequence[Block], explained: FloatArray) -> FloatArray:
-    """Return the covariance of what tangents leave of what they explain [m], shape (n, n)."""
-    centers = np.concatenate([block.patches.centers for block in blocks])
-    length = _TANGENT_LENGTH * float(np.ptp(centers, axis=0).max())
-    return _TANGENT_ERROR**2 * np.outer(explained, explained) * _kernel(blocks, length, 0.0)
 
 
 def _kernel(blocks: Sequence[Block], length: float, standing: float) -> FloatArray:
