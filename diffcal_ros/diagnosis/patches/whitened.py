@@ -87,6 +87,24 @@ def whiten(
     )
 
 
+def precision_of(blocks: Sequence[Block]) -> FloatArray:
+    """Return the inverse covariance of all patches, in the order of the blocks [1/m^2], (n, n).
+
+    What stands in all images is taken for another error in each view.
+    """
+    firsts = np.cumsum([0, *(len(block.patches.values) for block in blocks)])
+    found = np.zeros((firsts[-1], firsts[-1]))
+    numbers = {id(block): number for number, block in enumerate(blocks)}
+    for own in _recordings(blocks):
+        group = _with_own(_group(own, Part.ALL, 0.0))
+        places = np.concatenate(
+            [np.arange(firsts[n], firsts[n + 1]) for n in (numbers[id(block)] for block in own)]
+        )
+        covariance = _tolerant(group.covariance, group.values)
+        found[np.ix_(places, places)] = np.linalg.inv(covariance)
+    return found
+
+
 def _recordings(blocks: Sequence[Block]) -> list[list[Block]]:
     return [
         sorted((b for b in blocks if b.group == group), key=lambda block: block.kind)
