@@ -38,22 +38,22 @@ class Effect:
 Drawer = Callable[[int, Setup, np.random.Generator], Effect]
 
 
-def _direction(size: float, count: int, random: np.random.Generator) -> tuple[float, ...]:
+def direction(size: float, count: int, random: np.random.Generator) -> tuple[float, ...]:
     """Draw a vector of a size in any direction, rounded to what a label tells."""
     vector = random.standard_normal(count)
     vector *= size * random.uniform(0.85, 1.15) / np.linalg.norm(vector)
     return tuple(round(float(value), 4) for value in vector)
 
 
-def _number(size: float, random: np.random.Generator) -> float:
+def number(size: float, random: np.random.Generator) -> float:
     return round(float(size * random.uniform(0.85, 1.15)), 5)
 
 
-def _signed(size: float, random: np.random.Generator) -> float:
-    return float(random.choice([-1.0, 1.0])) * _number(size, random)
+def signed(size: float, random: np.random.Generator) -> float:
+    return float(random.choice([-1.0, 1.0])) * number(size, random)
 
 
-def _weight_moment(setup: Setup) -> tuple[float, float]:
+def weight_moment(setup: Setup) -> tuple[float, float]:
     """Return the free body's mass [kg] and the moment of its weight at the clamp [N m]."""
     width, height = setup.shape.section
     free = setup.shape.length - setup.shape.clamp
@@ -66,8 +66,8 @@ def _xyz(vector: tuple[float, ...], name: str) -> dict[str, float | str]:
 
 
 def camera_offset(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    shift = _direction((2.0, 5.0, 12.0)[size], 3, random)
-    turn = _direction((0.5, 1.2, 3.0)[size], 3, random)
+    shift = direction((2.0, 5.0, 12.0)[size], 3, random)
+    turn = direction((0.5, 1.2, 3.0)[size], 3, random)
     amplitude = {**_xyz(shift, 'shift'), **_xyz(turn, 'turn')}
     return Effect(
         'camera_offset', amplitude, 'mm, deg', {'camera_shift': shift, 'camera_turn': turn}
@@ -75,8 +75,8 @@ def camera_offset(size: int, setup: Setup, random: np.random.Generator) -> Effec
 
 
 def depth_affine(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    scale = _signed((0.6, 1.5, 3.5)[size], random)
-    bias = _signed((1.0, 2.5, 6.0)[size], random)
+    scale = signed((0.6, 1.5, 3.5)[size], random)
+    bias = signed((1.0, 2.5, 6.0)[size], random)
     return Effect(
         'depth_affine',
         {'scale': scale, 'bias': bias},
@@ -86,18 +86,18 @@ def depth_affine(size: int, setup: Setup, random: np.random.Generator) -> Effect
 
 
 def depth_bias_by_region(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    bias = _signed((0.8, 2.0, 5.0)[size], random)
+    bias = signed((0.8, 2.0, 5.0)[size], random)
     return Effect('depth_bias_by_region', {'tip': bias}, 'mm', {'region_bias': bias})
 
 
 def gravity_tilt(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    tilt = _direction((4.0, 9.0, 20.0)[size], 2, random)
+    tilt = direction((4.0, 9.0, 20.0)[size], 2, random)
     return Effect('gravity_tilt', {'x': tilt[0], 'z': tilt[1]}, 'deg', {'gravity_tilt': tilt})
 
 
 def added_mass(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    mass, _ = _weight_moment(setup)
-    grams = _number(1e3 * mass * (0.05, 0.12, 0.30)[size], random)
+    mass, _ = weight_moment(setup)
+    grams = number(1e3 * mass * (0.05, 0.12, 0.30)[size], random)
     at = round(float(random.uniform(0.45, 0.93)), 3)
     return Effect(
         'added_mass',
@@ -109,7 +109,7 @@ def added_mass(size: int, setup: Setup, random: np.random.Generator) -> Effect:
 
 def contact_plane(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     """Draw how far the plane lifts the tip; its height follows from where the body sags."""
-    lift = _number((2.0, 5.0, 11.0)[size], random)
+    lift = number((2.0, 5.0, 11.0)[size], random)
     tilt = np.deg2rad(random.uniform(-6.0, 6.0, size=2))
     normal = np.array([np.sin(tilt[0]), 1.0, np.sin(tilt[1])])
     normal /= np.linalg.norm(normal)
@@ -122,16 +122,16 @@ def contact_plane(size: int, setup: Setup, random: np.random.Generator) -> Effec
 
 
 def clamp_offset(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    shift = _direction((1.0, 2.5, 6.0)[size], 3, random)
-    turn = _direction((1.0, 2.5, 6.0)[size], 3, random)
+    shift = direction((1.0, 2.5, 6.0)[size], 3, random)
+    turn = direction((1.0, 2.5, 6.0)[size], 3, random)
     amplitude = {**_xyz(shift, 'shift'), **_xyz(turn, 'turn')}
     return Effect('clamp_offset', amplitude, 'mm, deg', {'clamp_shift': shift, 'clamp_turn': turn})
 
 
 def compliant_clamp(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    _, moment = _weight_moment(setup)
+    _, moment = weight_moment(setup)
     degrees = (1.0, 3.0, 7.0)[size]
-    compliance = _number(float(np.deg2rad(degrees)) / moment, random)
+    compliance = number(float(np.deg2rad(degrees)) / moment, random)
     return Effect(
         'compliant_clamp',
         {'compliance': compliance},
@@ -141,7 +141,7 @@ def compliant_clamp(size: int, setup: Setup, random: np.random.Generator) -> Eff
 
 
 def rest_curvature(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    curvature = _direction((0.4, 1.0, 2.5)[size], 2, random)
+    curvature = direction((0.4, 1.0, 2.5)[size], 2, random)
     return Effect(
         'rest_curvature',
         {'y': curvature[0], 'z': curvature[1]},
@@ -151,7 +151,7 @@ def rest_curvature(size: int, setup: Setup, random: np.random.Generator) -> Effe
 
 
 def stiffness_contrast(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    contrast = _signed((0.25, 0.6, 1.3)[size], random)
+    contrast = signed((0.25, 0.6, 1.3)[size], random)
     mode = str(random.choice(['split', 'linear']))
     return Effect(
         'stiffness_contrast',
@@ -162,22 +162,22 @@ def stiffness_contrast(size: int, setup: Setup, random: np.random.Generator) -> 
 
 
 def strain_stiffening(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    ratio = _number((8.0, 25.0, 80.0)[size], random)
+    ratio = number((8.0, 25.0, 80.0)[size], random)
     return Effect('strain_stiffening', {'ratio': ratio}, 'C2/C1', {'yeoh_ratio': ratio})
 
 
 def time_offset(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    late = _signed((2.0, 5.0, 12.0)[size], random)
+    late = signed((2.0, 5.0, 12.0)[size], random)
     return Effect('time_offset', {'late': late}, 'ms', {'stamps_late': late})
 
 
 def air_drag(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    area = _number((150.0, 450.0, 1200.0)[size], random)
+    area = number((150.0, 450.0, 1200.0)[size], random)
     return Effect('air_drag', {'area': area}, 'cm^2', {'drag_area': area})
 
 
 def creep(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    share = _number((0.08, 0.2, 0.4)[size], random)
+    share = number((0.08, 0.2, 0.4)[size], random)
     tau = round(float(random.uniform(4.0, 12.0)), 2)
     return Effect(
         'creep', {'share': share, 'tau': tau}, '-, s', {'creep_share': share, 'creep_time': tau}
@@ -185,27 +185,27 @@ def creep(size: int, setup: Setup, random: np.random.Generator) -> Effect:
 
 
 def side_wind(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    wind = _signed((0.2, 0.4, 0.7)[size], random)
+    wind = signed((0.2, 0.4, 0.7)[size], random)
     return Effect('side_wind', {'share': wind}, 'of the weight', {'wind': wind})
 
 
 def swelling(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    growth = _number((2.0, 4.0, 7.0)[size], random)
+    growth = number((2.0, 4.0, 7.0)[size], random)
     return Effect('swelling', {'growth': growth}, '%', {'swelling': growth})
 
 
 def bulge(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    share = _signed((0.05, 0.10, 0.18)[size], random)
+    share = signed((0.05, 0.10, 0.18)[size], random)
     return Effect('bulge', {'share': share}, 'of the section', {'bulge': share})
 
 
 def soft_skin(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    softer = -_number((0.7, 1.2, 2.0)[size], random)
+    softer = -number((0.7, 1.2, 2.0)[size], random)
     return Effect('soft_skin', {'log_ratio': softer}, 'log E', {'soft_skin': softer})
 
 
 def lens_distortion(size: int, setup: Setup, random: np.random.Generator) -> Effect:
-    radial = _signed((0.2, 0.45, 0.9)[size], random)
+    radial = signed((0.2, 0.45, 0.9)[size], random)
     return Effect('lens_distortion', {'k1': radial}, '-', {'radial_distortion': radial})
 
 

@@ -11,7 +11,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from benchmarks.blind.hexahedra import integrate, Quadrature
-from benchmarks.blind.material import Constants, respond, Response
+from benchmarks.blind.material import (
+    Constants,
+    respond,
+    Response,
+    squares_stiffness,
+    squares_stress,
+)
 from benchmarks.blind.shapes import FloatArray
 
 IntArray = NDArray[np.int64]
@@ -71,6 +77,8 @@ class Body:
         F = np.swapaxes(x, 1, 2)[:, None] @ gradients
         law = respond(F, self.numbers)
         stress = law.along[..., None, None] * F + law.pressure[..., None, None] * law.cofactor
+        if law.squares.any():
+            stress = stress + squares_stress(F, law.squares)
         forces = (volumes[..., None, None] * gradients @ np.swapaxes(stress, -1, -2)).sum(axis=1)
         gradient = np.zeros((self.node_count, 3))
         for axis in range(3):
@@ -108,6 +116,10 @@ class Body:
             one, two = (axis + 1) % 3, (axis + 2) % 3
             blocks[:, :, one, :, two] += turns[:, axis]
             blocks[:, :, two, :, one] -= turns[:, axis]
+        if law.squares.any():
+            slopes = squares_stiffness(F, law.squares * volumes)
+            half = np.einsum('cqiIjJ,cqbJ->cqiIjb', slopes, gradients, optimize=True)
+            blocks += np.einsum('cqaI,cqiIjb->caibj', gradients, half, optimize=True)
         return blocks.reshape(count, _ORDER, _ORDER)
 
     @cached_property

@@ -9,11 +9,14 @@ from itertools import combinations
 import numpy as np
 
 from benchmarks.blind.amplitudes import LIBRARY, MOTION, OUTSIDE, SIZES
+from benchmarks.blind.forms import FORMS
+from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 
 SETS = ('development', 'sealed')
 CLEAN_COUNT = 300
 MOTION_CLEAN_COUNT = 100
+FORM_CLEAN_COUNT = 60
 # Whose end face can lie on a ledge.
 _SWINGING = {'development': ('beam', 'taper', 'plate'), 'sealed': ('waist', 'fin', 'beam')}
 _PAIR_COUNT = 20
@@ -28,12 +31,14 @@ class Case:
 
     Attributes:
         id: name, unique in its set, with a kind and no label in it.
-        kind: clean, single, pair, outside or denied.
+        kind: clean, single, pair, outside, denied or form.
         family: of its shape.
         poses: 1 or 4.
         effects: identifier and index of the size of each.
         without: effect that the workflow's library must lack.
         set_name: development or sealed.
+        sensor: one of `sensor.DRAWN` in a world where everything is a little off; None: one that
+            is known, in a world where nothing is.
     """
 
     id: str
@@ -44,6 +49,7 @@ class Case:
     set_name: str
     without: str | None = None
     salt: str = ''
+    sensor: str | None = None
 
     def random(self, purpose: str) -> np.random.Generator:
         """Return a source of its own for one purpose."""
@@ -90,6 +96,42 @@ def list_motion_cases(set_name: str, salt: str = '') -> list[Case]:
     ]
     order = _seeded(f'{salt}/{set_name}/motion order').permutation(len(faulty))
     named = [replace(faulty[i], id=f'swing_{number:03d}') for number, i in enumerate(order)]
+    return [replace(case, salt=salt) for case in (*clean, *named)]
+
+
+def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
+    """List the cases of other forms: 60 clean, and each form of the set in two sizes."""
+    if set_name not in SETS:
+        raise ValueError(f'set is {set_name!r}: {" or ".join(SETS)}')
+    families = DEVELOPMENT_FAMILIES if set_name == 'development' else SEALED_FAMILIES
+    sensors = tuple(DRAWN)
+    clean = [
+        Case(
+            f'world_{number:03d}',
+            'clean',
+            families[number % len(families)],
+            4,
+            (),
+            set_name,
+            sensor=sensors[number % len(sensors)],
+        )
+        for number in range(FORM_CLEAN_COUNT)
+    ]
+    faulty = [
+        Case(
+            '',
+            'form',
+            _fitting(form.truth, families[(number + size) % len(families)]),
+            4,
+            ((form.key, size),),
+            set_name,
+            sensor=sensors[(number + size) % len(sensors)],
+        )
+        for number, form in enumerate(FORMS[set_name])
+        for size in (1, 2)
+    ]
+    order = _seeded(f'{salt}/{set_name}/form order').permutation(len(faulty))
+    named = [replace(faulty[i], id=f'form_{number:03d}') for number, i in enumerate(order)]
     return [replace(case, salt=salt) for case in (*clean, *named)]
 
 

@@ -33,8 +33,28 @@ class Faults:
         rest_curvature: turn per length of the body without stress, about the object's y and z
             [1/m].
         contrast: log E of the tip less that of the clamp's end; the mean stays.
-        contrast_mode: `split` at half the free length, or `linear` along it.
+        contrast_mode: `split` at half the free length, `linear` along it, `smooth` about two
+            fifths of it, in `thirds`, or of the `skin` against the core.
         yeoh_ratio: C2 / C1 [-].
+        stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
+            `mooney_rivlin` or `ogden` (of power four).
+        stiffening: 1 / Jm of Gent's law, the exponent of Fung's, C3 / C1, or the share of the
+            shear modulus at rest that the form has [-].
+        mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
+            the surface, `smear` over half the length, or `point` on one side.
+        clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
+            only, `shear` along the force [m/N], or `jaw`, a soft root.
+        tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
+            as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
+            steady in the object's frame.
+        curvature_form: `arc`, `tip` (the outer half alone), or `twist` about the body's length.
+        clamp_steps: whether a shift of the clamp grows from pose to pose.
+        contact_form: `hard`, or `foam`, whose pressure grows with the square of the dent.
+        depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
+            square of the distance from the image's middle), or `drift` from pose to pose.
+        region_from: share of the free length from which on `region_bias` is added.
+        focal_scale: true focal lengths over the stated ones, less 1.
+        center_shift: true principal point less the stated one [px].
         wind: further horizontal body force on the half at the tip, along the world's z, as a
             share of its weight [-].
         swelling: free growth of every length in the half at the tip [%].
@@ -64,6 +84,18 @@ class Faults:
     contrast: float = 0.0
     contrast_mode: str = 'split'
     yeoh_ratio: float = 0.0
+    stiffening_form: str = 'gent'
+    stiffening: float = 0.0
+    mass_form: str = 'hat'
+    clamp_form: str = 'turn'
+    tilt_form: str = 'tilt'
+    curvature_form: str = 'arc'
+    clamp_steps: bool = False
+    contact_form: str = 'hard'
+    depth_form: str = 'affine'
+    region_from: float = 0.5
+    focal_scale: float = 0.0
+    center_shift: tuple[float, float] = (0.0, 0.0)
     wind: float = 0.0
     swelling: float = 0.0
     bulge: float = 0.0

@@ -3,11 +3,12 @@
 """Write the cases of a set.
 
     python -m benchmarks.blind.generator --set development --out DIR [--only 'clean_0*'] [--jobs 2]
-                                         [--motion]
+                                         [--motion | --forms]
 
-With --motion they are of released bodies instead of bodies at rest. DIR/cases/<id> is what the
-workflow sees, DIR/labels/<id>.json what it must not. Cases that are there already are left as they
-are.
+With --motion they are of released bodies instead of bodies at rest, with --forms of effects in
+other forms than the library's, in worlds where sensor and poses are a little off. DIR/cases/<id>
+is what the workflow sees, DIR/labels/<id>.json what it must not. Cases that are there already are
+left as they are.
 """
 
 import argparse
@@ -25,9 +26,10 @@ import numpy as np
 
 from benchmarks.blind.amplitudes import combined, Effect, LIBRARY, MOTION, OUTSIDE
 from benchmarks.blind.bag import write_bag
-from benchmarks.blind.cases import Case, list_cases, list_motion_cases, SETS
+from benchmarks.blind.cases import Case, list_cases, list_form_cases, list_motion_cases, SETS
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
+from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
 from benchmarks.blind.labels import label_of, write_json
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
 from benchmarks.blind.rotations import applied
@@ -76,18 +78,22 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
         poses=case.poses,
         random=case.random('setup'),
     )
-    drawers = {**LIBRARY, **MOTION, **OUTSIDE}
+    if case.sensor is not None:
+        setup = off_the_truth(setup, case.sensor, case.random('world'))
+    forms = {key: form.effect for key, form in BY_KEY.items()}
+    drawers = {**LIBRARY, **MOTION, **OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)
     if case.is_moving:
         # A body that hardly sags hardly swings.
         setup = _softer(setup, 0.6)
-    if faults.yeoh_ratio:
+    if faults.yeoh_ratio or faults.stiffening:
         # Stiffening shows where the strain is large.
-        setup = _softer(setup, 0.6)
+        setup = _softer(setup, 0.6 if faults.yeoh_ratio else 0.3)
     if faults.contact_height is not None:
-        setup, faults = _lay_on_plane(setup, faults, random)
+        laid, faults = _lay_on_plane(setup, faults, random)
+        setup = placed_again(laid, setup)
     return setup, effects, faults
 
 
@@ -182,12 +188,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--set', choices=SETS, required=True, dest='set_name')
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', default='*', help='pattern of case names')
-    parser.add_argument('--kind', default='*', help='clean, single, pair, outside or denied')
+    parser.add_argument('--kind', default='*', help='clean, single, pair, outside, denied or form')
     parser.add_argument('--salt', default='', help='secret of a sealed set')
     parser.add_argument('--jobs', type=int, default=1)
-    parser.add_argument('--motion', action='store_true', help='released bodies')
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument('--motion', action='store_true', help='released bodies')
+    which.add_argument('--forms', action='store_true', help='effects in other forms')
     given = parser.parse_args(arguments)
-    listed = list_motion_cases if given.motion else list_cases
+    listed = list_cases
+    if given.motion or given.forms:
+        listed = list_motion_cases if given.motion else list_form_cases
     cases = [
         case
         for case in listed(given.set_name, given.salt)

@@ -1,14 +1,24 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Stable neo-Hookean elasticity with a Yeoh term, in numbers that mean E and nu at rest.
+"""Stable neo-Hookean elasticity that stiffens, in numbers that mean E and nu at rest.
 
     psi = a/2 (I - 3) - a/2 log((I + 1)/4) + b/2 (J - 1)^2 - 3/4 a (J - 1) + c (I - 3)^2
 
 with I = tr F^T F, J = det F (Smith et al. 2018, eq. 13; Arnavaz et al. 2023, eq. 12). For small
-strain the shear modulus is 3/4 a and Lame's lambda is b - 5/8 a; `constants` inverts that.
+strain the shear modulus is 3/4 a and Lame's lambda is b - 5/8 a; `constants` inverts that. Other
+forms of stiffening in place of c (I - 3)^2, each without stress at rest:
+
+    Gent (1996)      - mu / (2 k) log(1 - k (I - 3)) - mu/2 (I - 3),   k = 1 / Jm
+    Fung               mu / (2 k) (exp(k (I - 3)) - 1) - mu/2 (I - 3)
+    Yeoh, third term   d max(I - 3, 0)^3
+    Mooney-Rivlin      s mu/2 (II - 3 - 4 (J - 1)),   II = (I^2 - tr (F^T F)^2) / 2
+    Ogden, power 4     s mu/8 (tr (F^T F)^2 - 3 - 4 (J - 1))
+
+The last two take the share s of the shear modulus at rest. The others stiffen changes of volume
+as well, as the term with c does.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,11 +33,23 @@ class Constants:
         shear: a [Pa].
         bulk: b [Pa].
         yeoh: c [Pa].
+        cubic: d [Pa].
+        gent: mu [Pa] and k [-]; a k of 0: none.
+        fung: likewise.
+        invariant: factor of II [Pa].
+        squares: factor of tr (F^T F)^2, that of II included [Pa].
+        rest: of J - 1, so that nothing is stressed at rest [Pa].
     """
 
     shear: FloatArray
     bulk: FloatArray
     yeoh: FloatArray
+    cubic: FloatArray | float = 0.0
+    gent: tuple[FloatArray | float, float] = (0.0, 0.0)
+    fung: tuple[FloatArray | float, float] = (0.0, 0.0)
+    invariant: FloatArray | float = 0.0
+    squares: FloatArray | float = 0.0
+    rest: FloatArray | float = 0.0
 
 
 def constants(
@@ -46,12 +68,40 @@ def constants(
     return Constants(shear, lam + 0.625 * shear, 0.5 * yeoh_ratio * mu)
 
 
+def stiffened(numbers: Constants, form: str, amount: float) -> Constants:
+    """Return the numbers with one of the other forms of stiffening.
+
+    Args:
+        numbers: of the law without.
+        form: `gent`, `fung`, `cubic`, `mooney_rivlin` or `ogden`.
+        amount: k, d over half the shear modulus, or s.
+    """
+    mu = 0.75 * numbers.shear
+    if amount == 0.0:
+        return numbers
+    if form in ('gent', 'fung'):
+        return replace(numbers, **{form: (mu, amount)})
+    if form == 'cubic':
+        return replace(numbers, cubic=0.5 * amount * mu)
+    lam = numbers.bulk - 0.625 * numbers.shear
+    shear = (1.0 - amount) * numbers.shear
+    plain = replace(numbers, shear=shear, bulk=lam + 0.625 * shear)
+    part = amount * mu
+    if form == 'mooney_rivlin':
+        return replace(plain, invariant=0.5 * part, squares=-0.25 * part, rest=2.0 * part)
+    if form == 'ogden':
+        # Its lambda is half of what it adds to the shear modulus, and negative.
+        bulk = plain.bulk + 0.5 * part
+        return replace(plain, bulk=bulk, squares=0.125 * part, rest=0.5 * part)
+    raise ValueError(f'form of stiffening is {form!r}: gent, fung, cubic, mooney_rivlin, ogden')
+
+
 @dataclass(frozen=True)
 class Response:
     """Energy and its derivatives by F, written with F and its cofactor C.
 
-    stress = along F + pressure C; its derivative along dF is
-    along dF + stretch (F:dF) F + bulk (C:dF) C + pressure dC.
+    stress = along F + pressure C + 4 squares F F^T F; its derivative along dF is
+    along dF + stretch (F:dF) F + bulk (C:dF) C + pressure dC and that of the last term.
     """
 
     energy: FloatArray
@@ -60,6 +110,7 @@ class Response:
     stretch: FloatArray
     bulk: FloatArray
     cofactor: FloatArray
+    squares: FloatArray
 
 
 def respond(F: FloatArray, numbers: Constants) -> Response:
@@ -74,14 +125,62 @@ def respond(F: FloatArray, numbers: Constants) -> Response:
         - 0.75 * a * growth
         + c * strain**2
     )
+    more, slope, curve = _stiffening(strain, numbers)
+    squares = np.broadcast_to(np.asarray(numbers.squares, dtype=float), strain.shape)
+    if squares.any():
+        right = np.swapaxes(F, -1, -2) @ F
+        energy = energy + squares * (np.einsum('...ij,...ij->...', right, right) - 3.0)
     return Response(
-        energy=energy,
-        along=a * (1.0 - 1.0 / (strain + 4.0)) + 4.0 * c * strain,
-        pressure=b * growth - 0.75 * a,
-        stretch=2.0 * a / (strain + 4.0) ** 2 + 8.0 * c,
+        energy=energy + more - numbers.rest * growth,
+        along=a * (1.0 - 1.0 / (strain + 4.0)) + 4.0 * c * strain + 2.0 * slope,
+        pressure=b * growth - 0.75 * a - numbers.rest,
+        stretch=2.0 * a / (strain + 4.0) ** 2 + 8.0 * c + 4.0 * curve,
         bulk=np.broadcast_to(b, strain.shape),
         cofactor=cofactor,
+        squares=squares,
     )
+
+
+def _stiffening(
+    strain: FloatArray, numbers: Constants
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what depends on I - 3 alone beside the Yeoh term, and its two derivatives."""
+    d, e = numbers.cubic, numbers.invariant
+    # What is pressed together from all sides does not stiffen.
+    drawn = np.maximum(strain, 0.0)
+    # The half square of I in II, less its value at rest.
+    energy = d * drawn**3 + 0.5 * e * ((strain + 3.0) ** 2 - 9.0)
+    slope = 3.0 * d * drawn**2 + e * (strain + 3.0)
+    curve = 6.0 * d * drawn + e
+    mu, k = numbers.fung
+    if k:
+        grown = np.exp(k * strain)
+        energy = energy + 0.5 * mu * ((grown - 1.0) / k - strain)
+        slope, curve = slope + 0.5 * mu * (grown - 1.0), curve + 0.5 * mu * k * grown
+    mu, k = numbers.gent
+    if not k:
+        return energy, slope, curve
+    # Beyond its limit a chain is as good as broken: a line search turns back from there.
+    left = np.where(k * strain < 1.0, 1.0 - k * strain, np.nan)
+    energy = energy + np.where(np.isfinite(left), -0.5 * mu * (np.log(left) / k + strain), np.inf)
+    return energy, slope + 0.5 * mu * (1.0 / left - 1.0), curve + 0.5 * mu * k / left**2
+
+
+def squares_stress(F: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return the stress of squares tr (F^T F)^2, shape (..., 3, 3)."""
+    return 4.0 * squares[..., None, None] * (F @ np.swapaxes(F, -1, -2) @ F)
+
+
+def squares_stiffness(F: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return its derivative: stress component iI by dF component jJ, shape (..., 3, 3, 3, 3)."""
+    one = np.eye(3)
+    right, left = np.swapaxes(F, -1, -2) @ F, F @ np.swapaxes(F, -1, -2)
+    whole = (
+        np.einsum('ij,...IJ->...iIjJ', one, right)
+        + np.einsum('...iJ,...jI->...iIjJ', F, F)
+        + np.einsum('...ij,IJ->...iIjJ', left, one)
+    )
+    return np.asarray(4.0 * squares[..., None, None, None, None] * whole)
 
 
 def cofactors(F: FloatArray) -> FloatArray:

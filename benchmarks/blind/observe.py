@@ -29,16 +29,46 @@ def true_rendering(
 ) -> Rendering:
     """Render body and fixture without noise, sensor faults included."""
     surface = joined(
-        body_triangles(specimen.mesh, positions, specimen.shares),
+        body_triangles(specimen.mesh, positions, specimen.shares, faults.region_from),
         box_triangles(*setup.fixture, FIXTURE),
     )
     world_from_object = observation.world_from_object
     camera_from_world = true_camera(specimen, setup, faults)
-    camera = replace(setup.camera, radial=faults.radial_distortion)
+    camera = _true_intrinsics(setup.camera, faults)
     rendering = render(moved(surface, camera_from_world @ world_from_object), camera)
     is_tip = rendering.labels == TIP
-    depth = rendering.depth * (1.0 + 0.01 * faults.depth_scale) + 1e-3 * faults.depth_bias
+    bias = 1e-3 * faults.depth_bias * _bias_share(rendering, setup, observation, faults)
+    depth = rendering.depth * (1.0 + 0.01 * faults.depth_scale) + bias
     return replace(rendering, depth=depth + 1e-3 * faults.region_bias * is_tip)
+
+
+def _true_intrinsics(camera: Camera, faults: Faults) -> Camera:
+    scale = 1.0 + faults.focal_scale
+    return replace(
+        camera,
+        fx=camera.fx * scale,
+        fy=camera.fy * scale,
+        cx=camera.cx + faults.center_shift[0],
+        cy=camera.cy + faults.center_shift[1],
+        radial=faults.radial_distortion,
+    )
+
+
+def _bias_share(
+    rendering: Rendering, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray:
+    """Return how much of the error of depth is there, pixel by pixel, shape (h, w, 1)."""
+    height, width = rendering.depth.shape[:2]
+    if faults.depth_form == 'radial':
+        rows = rendering.row + np.arange(height)[:, None] - setup.camera.cy
+        columns = rendering.column + np.arange(width)[None] - setup.camera.cx
+        # One half of the image's height away it is all there.
+        return ((rows**2 + columns**2) / (0.5 * setup.camera.height) ** 2)[..., None]
+    share = 1.0
+    if faults.depth_form == 'drift':
+        names = [other.name for other in setup.observations]
+        share = (1.0 + names.index(observation.name)) / len(names)
+    return np.full((height, width, 1), share)
 
 
 def true_camera(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
@@ -69,8 +99,16 @@ def film(
     """Take one noisy frame of each view [m], shape (H, W) each; smooth errors stay."""
     camera, sensor = setup.camera, setup.sensor
     own = smooth_field((camera.height, camera.width), sensor.bias_length, random)
-    bias = (pattern + own) * sensor.bias / np.sqrt(2.0)
+    bias = sensor.bias * (
+        np.sqrt(sensor.standing) * pattern + np.sqrt(1.0 - sensor.standing) * own
+    )
     return [_frame(view, camera, sensor, bias, random) for view in renderings]
+
+
+def _smooth_error(sensor: Sensor, pattern: FloatArray, own: FloatArray) -> FloatArray:
+    """Return what stands in all poses with what is a pose's own [m], from fields of size 1."""
+    standing = sensor.standing
+    return sensor.bias * (np.sqrt(standing) * pattern + np.sqrt(1.0 - standing) * own)
 
 
 def _frame(
@@ -106,7 +144,9 @@ def record(
     shape = (camera.height, camera.width)
     # Temperature and surface change a part of it from pose to pose.
     own = smooth_field(shape, sensor.bias_length, random)
-    bias = (pattern + own) * sensor.bias / np.sqrt(2.0)
+    bias = sensor.bias * (
+        np.sqrt(sensor.standing) * pattern + np.sqrt(1.0 - sensor.standing) * own
+    )
     view = scan(rendering, camera, sensor.wall)
     rows = slice(rendering.row, rendering.row + view.depth.shape[0])
     columns = slice(rendering.column, rendering.column + view.depth.shape[1])

@@ -36,8 +36,10 @@ def scene_text(setup: Setup, timing: Timing | None = None) -> str:
         'gravity': [0.0, -9.81, 0.0],
         'camera': 'from_camera_info',
         'stored_depth_from_world': _placement(setup.depth_from_world),
-        # The generator films from just there.
-        'pose': {'position_std': 0.0, 'rotation_std_deg': 0.0},
+        'pose': {
+            'position_std': setup.pose_errors[0],
+            'rotation_std_deg': setup.pose_errors[1],
+        },
         'masks': {'held': True, 'held_margin': _HELD_MARGIN},
         'sensor': {
             'noise': sensor.noise,
@@ -50,7 +52,11 @@ def scene_text(setup: Setup, timing: Timing | None = None) -> str:
             {
                 'name': observation.name,
                 'bag': f'bag_{observation.name}',
-                'placement': _placement(observation.world_from_object),
+                'placement': _placement(
+                    observation.world_from_object
+                    if observation.stated is None
+                    else observation.stated
+                ),
                 **(_motion(timing) if timing is not None else {}),
             }
             for observation in setup.observations

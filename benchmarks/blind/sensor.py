@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Depth sensors: a scanning lidar in the manner of the L515, and an active stereo pair."""
+"""Depth sensors: a scanning lidar in the manner of the L515, an active stereo pair, and others.
+
+The last three are drawn anew in every case, errors of some tenths of a millimetre included that
+vary smoothly over the image.
+"""
 
 from dataclasses import dataclass
 
@@ -16,6 +20,7 @@ BoolArray = NDArray[np.bool_]
 _ONE_SURFACE = 0.005  # Samples of a pixel within this depth of the nearest are one surface [m].
 _FIELD_STEP = 8  # The smooth bias is drawn on every eighth pixel.
 _GRAZING = np.deg2rad(78.0)
+_HALO_PIXELS = 4.0
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,9 @@ class Sensor:
         bias_length: over which that error changes [px].
         flying: share of the pixels on an outline that hang behind the surface.
         wall: distance of the dark background, which gives no depth of its own [m].
+        standing: share of the variance of the smooth error that is the same in all poses.
+        halo: how far the outline's pixels, up to four inside it, read too far at most [m].
+        dropout: share of the pixels that a frame misses.
     """
 
     kind: str
@@ -44,6 +52,9 @@ class Sensor:
     bias_length: float
     flying: float
     wall: float = 0.75
+    standing: float = 0.5
+    halo: float = 0.0
+    dropout: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +84,61 @@ def lidar(bias: float) -> Sensor:
 def stereo(bias: float, distance: float) -> Sensor:
     """Return an active stereo pair that works at about a distance [m]."""
     return Sensor('stereo', 0.00022, 1.2, 0.0002, distance, bias, 80.0, 0.08)
+
+
+def scanning(random: np.random.Generator, distance: float) -> Sensor:
+    """Draw an L515: errors of 0.2 to 0.4 mm that are smooth, most of them from its own optics."""
+    return Sensor(
+        'l515',
+        noise=random.uniform(0.0001, 0.0003),
+        grain=0.0,
+        step=0.00025,
+        step_distance=0.0,
+        bias=random.uniform(0.0002, 0.0004),
+        bias_length=random.uniform(70.0, 160.0),
+        flying=random.uniform(0.1, 0.25),
+        standing=random.uniform(0.6, 0.95),
+        halo=random.uniform(0.0, 0.0006),
+        dropout=random.uniform(0.0, 0.03),
+    )
+
+
+def near_stereo(random: np.random.Generator, distance: float) -> Sensor:
+    """Draw a D405: a passive stereo pair, with shorter errors that change from pose to pose."""
+    return Sensor(
+        'd405',
+        noise=random.uniform(0.00015, 0.0003),
+        grain=random.uniform(1.0, 2.0),
+        step=0.0001,
+        step_distance=distance,
+        bias=random.uniform(0.00015, 0.0003),
+        bias_length=random.uniform(30.0, 70.0),
+        flying=random.uniform(0.02, 0.08),
+        standing=random.uniform(0.1, 0.4),
+        halo=random.uniform(-0.0004, 0.0004),
+        dropout=random.uniform(0.0, 0.02),
+    )
+
+
+def time_of_flight(random: np.random.Generator, distance: float) -> Sensor:
+    """Draw an indirect time-of-flight camera: long waves of error, and strong flying pixels."""
+    return Sensor(
+        'itof',
+        noise=random.uniform(0.0003, 0.0007),
+        grain=0.0,
+        step=0.001,
+        step_distance=0.0,
+        bias=random.uniform(0.0003, 0.0005),
+        bias_length=random.uniform(120.0, 250.0),
+        flying=random.uniform(0.2, 0.4),
+        standing=random.uniform(0.5, 0.9),
+        halo=random.uniform(0.0, 0.001),
+        dropout=random.uniform(0.0, 0.02),
+    )
+
+
+# Sensors whose errors are drawn, by name.
+DRAWN = {'l515': scanning, 'd405': near_stereo, 'itof': time_of_flight}
 
 
 def scan(rendering: Rendering, camera: Camera, wall: float) -> Scan:
@@ -147,6 +213,8 @@ def expose(
     mixture = random.random(shape)
     depth = np.where(flies, view.depth + mixture * (view.behind - view.depth), view.depth)
     depth = depth + bias + sensor.noise * noise
+    if sensor.halo:
+        depth = depth + sensor.halo * _halo(view)
     step = sensor.step
     if sensor.step_distance:
         # A disparity's step: the same in 1/z.
@@ -157,4 +225,12 @@ def expose(
     # An outline flickers around where half a pixel is covered, so it is not biased.
     is_covered = view.share + 0.15 * random.standard_normal(shape) * view.is_outline >= 0.5
     is_lost = random.random(shape) < view.loss
+    if sensor.dropout:
+        is_lost |= random.random(shape) < sensor.dropout
     return np.where(is_covered & ~is_lost, depth, np.nan).astype(np.float32)
+
+
+def _halo(view: Scan) -> FloatArray:
+    """Return how near each pixel is to an outline, 1 on it and 0 some pixels inside."""
+    away: FloatArray = ndimage.distance_transform_edt(~view.is_outline)
+    return np.maximum(1.0 - away / _HALO_PIXELS, 0.0)

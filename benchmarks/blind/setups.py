@@ -22,11 +22,13 @@ class Observation:
 
     Attributes:
         name: one of `POSES`.
-        world_from_object: stated placement of the body, shape (4, 4).
+        world_from_object: placement of the body, shape (4, 4).
+        stated: what the scene says of it, where that is off; None: the same.
     """
 
     name: str
     world_from_object: FloatArray
+    stated: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Setup:
         depth_from_world: stated camera pose, shape (4, 4).
         sensor: kind and size of its errors.
         observations: poses.
+        pose_errors: standard deviations of position [m] and rotation [deg] that the scene states.
     """
 
     shape: Shape
@@ -54,6 +57,7 @@ class Setup:
     depth_from_world: FloatArray
     sensor: Sensor
     observations: tuple[Observation, ...]
+    pose_errors: tuple[float, float] = (0.0, 0.0)
 
     @property
     def fixture(self) -> tuple[FloatArray, FloatArray]:

@@ -10,13 +10,17 @@ from benchmarks.blind.body import Body, spread
 from benchmarks.blind.equilibrium import find_equilibrium, Load, Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
-from benchmarks.blind.material import constants
+from benchmarks.blind.material import constants, stiffened
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
-from benchmarks.blind.shapes import bend, FloatArray
+from benchmarks.blind.shapes import bend, FloatArray, Shape
 
 _MASS_REACH = 0.06  # Half the share of the free length over which an added mass is spread.
+_POINT_REACH = 0.025  # The same of a mass on one side, and of one around the surface.
+_SMEAR_REACH = 0.5
 _CONTACT_STIFFNESS = 5.0e8  # [Pa/m]: a soft body sinks in by some micrometres.
+_FOAM_STIFFNESS = 4.0e7  # [Pa/m^2]: by some millimetres.
+_JAW = 0.15  # Share of the free length over which a soft root gives way.
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
 
 
@@ -48,12 +52,16 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     shape = replace(setup.shape, waist=setup.shape.waist - faults.bulge)
     mesh = mesh_hexahedra(shape, refinement)
     shares = shape.arc_share(mesh.lattice)
-    stress_free = bend(mesh.nodes, shape.clamp, np.array([0.0, *faults.rest_curvature]))
+    stress_free = _stress_free(mesh, shape, faults)
     quadrature = integrate(stress_free, mesh.cells)
     at_points = mesh.lattice[mesh.cells].swapaxes(1, 2) @ quadrature.values.T
     share = shares[mesh.cells] @ quadrature.values.T
     modulus = setup.youngs_modulus * np.exp(_log_modulus(setup, faults, share, at_points))
-    numbers = constants(modulus, setup.poissons_ratio, faults.yeoh_ratio)
+    numbers = stiffened(
+        constants(modulus, setup.poissons_ratio, faults.yeoh_ratio),
+        faults.stiffening_form,
+        faults.stiffening,
+    )
     count = len(mesh.nodes)
     masses = setup.density * quadrature.volumes
     body = Body(
@@ -67,7 +75,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         mesh=mesh,
         shares=shares,
         body=body,
-        added=_added_mass(faults, share, quadrature, mesh),
+        added=_added_mass(setup, faults, share, at_points, quadrature, mesh),
         tip_masses=spread(masses * (share > 0.5), quadrature, mesh.cells, count),
         areas=_node_areas(mesh),
         center=np.array([0.5 * shape.clamp, 0.0, 0.0]),
@@ -78,12 +86,34 @@ def _log_modulus(
     setup: Setup, faults: Faults, share: FloatArray, points: FloatArray
 ) -> FloatArray:
     """Return the change of log E at the Gauss points, shape (C, 8)."""
-    if faults.contrast_mode == 'split':
-        change = faults.contrast * np.where(share > 0.5, 0.5, -0.5)
-    else:
-        change = faults.contrast * (share - 0.5)
+    outward = np.abs(points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
+    mode = {
+        'split': np.where(share > 0.5, 0.5, -0.5),
+        'linear': share - 0.5,
+        'smooth': 0.5 * np.tanh((share - 0.4) / 0.15),
+        'thirds': np.where(np.abs(share - 0.5) < 1.0 / 6.0, 0.5, -0.5),
+        'skin': np.where(outward.max(axis=1) > 0.6, 0.5, -0.5),
+    }[faults.contrast_mode]
+    change = faults.contrast * mode
+    if faults.clamp_form == 'jaw':
+        # A root that is softer by as much as the clamp gives way.
+        change = change - faults.clamp_compliance * (share < _JAW)
     height = points[:, 2] / (0.5 * setup.shape.section[1])
     return change + faults.soft_skin * (height > 0.5)
+
+
+def _stress_free(mesh: HexMesh, shape: Shape, faults: Faults) -> FloatArray:
+    """Return the nodes of the body when nothing pulls on it, shape (N, 3)."""
+    curvature = np.array([0.0, *faults.rest_curvature])
+    if faults.curvature_form == 'tip':
+        return bend(mesh.nodes, 0.5 * (shape.clamp + shape.length), 2.0 * curvature)
+    if faults.curvature_form == 'twist':
+        rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
+        angles = rate * np.maximum(mesh.nodes[:, 0] - shape.clamp, 0.0)
+        y, z = mesh.nodes[:, 1], mesh.nodes[:, 2]
+        turned = [y * np.cos(angles) - z * np.sin(angles), y * np.sin(angles) + z * np.cos(angles)]
+        return np.stack([mesh.nodes[:, 0], *turned], axis=-1)
+    return bend(mesh.nodes, shape.clamp, curvature)
 
 
 def _swollen(quadrature: Quadrature, share: FloatArray, swelling: float) -> Quadrature:
@@ -97,10 +127,24 @@ def _swollen(quadrature: Quadrature, share: FloatArray, swelling: float) -> Quad
 
 
 def _added_mass(
-    faults: Faults, share: FloatArray, quadrature: Quadrature, mesh: HexMesh
+    setup: Setup,
+    faults: Faults,
+    share: FloatArray,
+    points: FloatArray,
+    quadrature: Quadrature,
+    mesh: HexMesh,
 ) -> FloatArray:
-    nearness = np.maximum(1.0 - np.abs(share - faults.added_mass_at) / _MASS_REACH, 0.0)
-    weights = nearness * (share > 0.0) * quadrature.volumes
+    across = points[:, 1:] / (0.5 * np.array(setup.shape.section)[:, None])
+    reach, where = {
+        'hat': (_MASS_REACH, 1.0),
+        'ring': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
+        'smear': (_SMEAR_REACH, 1.0),
+        'point': (_POINT_REACH, across[:, 0] > 0.5),
+    }[faults.mass_form]
+    # At least the elements around the place, however long they are.
+    away = np.abs(share - faults.added_mass_at)
+    nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
+    weights = nearness * where * (share > 0.0) * quadrature.volumes
     masses = 1e-3 * faults.added_mass * weights / max(float(weights.sum()), 1e-30)
     return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
 
@@ -123,33 +167,77 @@ def settle(
 ) -> FloatArray:
     """Return node positions in one pose, object frame [m], shape (N, 3)."""
     object_from_world = observation.world_from_object[:3, :3].T
-    tilt = rotation(np.deg2rad([faults.gravity_tilt[0], 0.0, faults.gravity_tilt[1]]))
-    gravity = object_from_world @ tilt @ np.array([0.0, -GRAVITY, 0.0])
+    gravity = _gravity(setup, object_from_world, faults)
     wind = object_from_world @ np.array([0.0, 0.0, faults.wind * GRAVITY])
     masses = specimen.body.masses + specimen.added
     forces = masses[:, None] * gravity + specimen.tip_masses[:, None] * wind
     load = Load(forces, _contact(specimen, observation, faults))
+    slipped = _slipped(setup, observation) if faults.clamp_steps else 1.0
     nominal = about(
-        rotation(np.deg2rad(faults.clamp_turn)),
+        rotation(slipped * np.deg2rad(faults.clamp_turn)),
         specimen.center,
-        1e-3 * np.array(faults.clamp_shift),
+        slipped * 1e-3 * np.array(faults.clamp_shift),
     )
-    return _settle_clamped(specimen, load, nominal, faults.clamp_compliance)
+    give = faults.clamp_compliance
+    if faults.clamp_form == 'shear':
+        return _settle_sliding(specimen, load, nominal, give)
+    axes = {'uneven': np.diag([0.0, 1.0, 0.0]), 'jaw': np.zeros((3, 3))}
+    return _settle_clamped(specimen, load, nominal, give * axes.get(faults.clamp_form, np.eye(3)))
+
+
+def _gravity(setup: Setup, object_from_world: FloatArray, faults: Faults) -> FloatArray:
+    """Return what pulls on every part, by its mass, object frame [m/s^2], shape (3,)."""
+    down = np.array([0.0, -GRAVITY, 0.0])
+    tilt = rotation(np.deg2rad([faults.gravity_tilt[0], 0.0, faults.gravity_tilt[1]]))
+    if faults.tilt_form == 'tilt':
+        return np.asarray(object_from_world @ tilt @ down)
+    side = tilt @ down - down
+    side[1] = 0.0
+    if faults.tilt_form == 'side_force':
+        return np.asarray(object_from_world @ (down + side))
+    # What it is in the first pose it stays, as seen from the rig.
+    first = setup.observations[0].world_from_object[:3, :3].T
+    return np.asarray(object_from_world @ down + first @ side)
+
+
+def _slipped(setup: Setup, observation: Observation) -> float:
+    """Return which share of the clamp's shift is there in a pose."""
+    names = [other.name for other in setup.observations]
+    return (1.0 + names.index(observation.name)) / len(names)
+
+
+def _settle_sliding(
+    specimen: Specimen, load: Load, clamp: FloatArray, compliance: float
+) -> FloatArray:
+    """Find the equilibrium where the held section gives way along the force on it."""
+    # Its weight is all that a body asks of its clamp, contact aside: one step is exact then.
+    held = specimen.body.held
+    positions = find_equilibrium(specimen.body, load, applied(clamp, specimen.mesh.nodes))
+    gradient = specimen.body.evaluate(positions, with_stiffness=False).gradient
+    force = (load.forces - gradient)[held].sum(axis=0)
+    return positions + compliance * force
 
 
 def _settle_clamped(
-    specimen: Specimen, load: Load, clamp: FloatArray, compliance: float
+    specimen: Specimen, load: Load, clamp: FloatArray, compliance: FloatArray
 ) -> FloatArray:
-    """Find the equilibrium; a compliant clamp turns until its spring bears the moment."""
+    """Find the equilibrium; a compliant clamp turns until its spring bears the moment.
+
+    Args:
+        specimen: the body.
+        load: on it.
+        clamp: where the held section is to be, shape (4, 4).
+        compliance: turn by moment about the object's axes [rad/(N m)], shape (3, 3).
+    """
     nodes = specimen.mesh.nodes
     positions = find_equilibrium(specimen.body, load, applied(clamp, nodes))
-    if compliance == 0.0:
+    if not compliance.any():
         return positions
     center = applied(clamp, specimen.center)
     turn = np.zeros(3)
     for _ in range(60):
         moment = _clamp_moment(specimen, load, positions, center)
-        wanted = compliance * moment
+        wanted = compliance @ moment
         # Half a step: the moment itself falls as the clamp gives way.
         change = 0.7 * (wanted - turn)
         if np.linalg.norm(change) < _TURN_TOLERANCE:
@@ -163,7 +251,7 @@ def _settle_clamped(
             about(rotation(turn), center, np.zeros(3)), applied(clamp, nodes[held])
         )
         positions = find_equilibrium(specimen.body, load, start)
-    raise RuntimeError(f'the compliant clamp found no rest at {compliance:g} rad/(N m)')
+    raise RuntimeError(f'the compliant clamp found no rest at {compliance.max():g} rad/(N m)')
 
 
 def _clamp_moment(
@@ -188,6 +276,8 @@ def _contact(
     height = faults.contact_height - float(world_normal @ matrix[:3, 3])
     stiffness = _CONTACT_STIFFNESS * specimen.areas
     outer = np.outer(normal, normal)
+    if faults.contact_form == 'foam':
+        return (_foam(normal, height, _FOAM_STIFFNESS * specimen.areas),)
 
     def penalty(positions: FloatArray) -> Potential:
         depth = np.maximum(height - positions @ normal, 0.0)
@@ -199,3 +289,24 @@ def _contact(
         )
 
     return (penalty,)
+
+
+def _foam(normal: FloatArray, height: float, stiffness: FloatArray) -> PotentialLaw:
+    """Return a half-space whose pressure grows with the square of the dent.
+
+    Args:
+        normal: object frame, shape (3,).
+        height: of its surface along that [m].
+        stiffness: force by the square of the dent at each node [N/m^2], shape (N,).
+    """
+    outer = np.outer(normal, normal)
+
+    def penalty(positions: FloatArray) -> Potential:
+        dent = np.maximum(height - positions @ normal, 0.0)
+        return Potential(
+            energy=float((stiffness * dent**3).sum()) / 3.0,
+            gradient=-(stiffness * dent**2)[:, None] * normal,
+            diagonal=(2.0 * stiffness * dent)[:, None, None] * outer,
+        )
+
+    return penalty

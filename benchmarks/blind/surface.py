@@ -41,13 +41,16 @@ def grid_triangles(cuts: int) -> IntArray:
     return np.array(triangles)
 
 
-def body_triangles(mesh: HexMesh, positions: FloatArray, shares: FloatArray) -> Triangles:
+def body_triangles(
+    mesh: HexMesh, positions: FloatArray, shares: FloatArray, tip_from: float = 0.5
+) -> Triangles:
     """Triangulate a body's surface.
 
     Args:
         mesh: the body.
         positions: of its nodes, any frame [m], shape (N, 3).
         shares: of the free length at which its nodes rest, shape (N,).
+        tip_from: share from which on the surface is labelled as the tip's.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -61,7 +64,7 @@ def body_triangles(mesh: HexMesh, positions: FloatArray, shares: FloatArray) -> 
         points = values @ positions[nodes]
         along = values @ shares[nodes][..., None]
         corners.append(points[:, triangles].reshape(-1, 3, 3))
-        is_tip = along[:, triangles, 0].mean(axis=-1) > 0.5
+        is_tip = along[:, triangles, 0].mean(axis=-1) > tip_from
         labels.append(np.where(is_tip, TIP, ROOT).reshape(-1))
     return Triangles(np.concatenate(corners), np.concatenate(labels).astype(np.int64))
 

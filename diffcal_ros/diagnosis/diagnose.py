@@ -19,8 +19,9 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.patches.evidence import Evidence, make_evidence
 from diffcal_ros.diagnosis.patches.local_outlier import find_local_outlier, LocalOutlier
+from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
-from diffcal_ros.diagnosis.screening.screening import Screen, screen
+from diffcal_ros.diagnosis.screening.screening import library_blocks, Screen, screen
 from diffcal_ros.diagnosis.verdict.naming import conclude
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.scene.model import Scene
@@ -103,6 +104,7 @@ def diagnose(
     evidence, nominal = fit_nominal(scene, observations, settings.fit)
     listed = candidates(evidence.model.scene, settings.without, settings.fit)
     tell(f'screening {len(listed)} candidates')
+    evidence, nominal = with_smooth_error(evidence, nominal)
     judged = _judge(evidence, nominal, listed, settings.margin)
     judged, outliers = _without_local_outliers(judged, listed, settings.margin, tell)
     evidence, nominal = judged.evidence, judged.nominal
@@ -182,6 +184,19 @@ def fit_nominal(
         model = model.with_parameters(with_setting(model.scene, at), model.parameters)
         evidence = make_evidence(model, nominal.coordinates)
     return evidence, nominal
+
+
+def with_smooth_error(evidence: Evidence, nominal: Refit) -> tuple[Evidence, Refit]:
+    """Return evidence and fit with the smooth error that the sensor shows beside every effect.
+
+    Effects that the library is denied, or that a fit has, are none less likely to be there. Beside
+    a gap that is far above the floors it is not seen: of a large effect tangents leave more.
+    """
+    if evidence.stays_robust or residual_size(nominal.blocks, Part.FIT) > 0.0:
+        return evidence, nominal
+    _, blocks = library_blocks(evidence, nominal.coordinates, candidates(evidence.model.scene))
+    found = evidence.with_smooth_error(blocks)
+    return found, nominal if found is evidence else _fit_patches(found, nominal.coordinates)
 
 
 def _fit_patches(evidence: Evidence, robust: FloatArray) -> Refit:

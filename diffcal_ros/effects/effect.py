@@ -87,6 +87,7 @@ class Effect:
             region.
         has_adjoint: whether derivatives by every element's modulus know of it.
         most_confidence: that its name deserves where a cause outside the library looks the same.
+        imitated_by: such causes, in words with what would tell them; empty: none is known.
     """
 
     identifier: str
@@ -115,6 +116,7 @@ class Effect:
     has_border = False
     has_adjoint = True
     most_confidence = 1.0
+    imitated_by = ''
 
     @property
     def fit_name(self) -> str:

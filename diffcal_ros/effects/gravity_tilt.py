@@ -29,6 +29,12 @@ class GravityTilt(Effect):
     is_fitted_whole = needs_gravity = True
     # Of 14 development cases with this name 10 were tilts, the others a steady side wind.
     most_confidence = 0.7
+    # Of a steady force on every part in proportion to its mass a tilt is all that there is, but
+    # only one that is steady in the world: what turns with the rig a rolled pose tells.
+    imitated_by = (
+        'a steady push to the side may look like this tilt: one that turns with the rig is '
+        f'told by {ROLLED}, one that does not by a spirit level'
+    )
 
     def gravity(self, own: Numbers, gravity: FloatArray) -> FloatArray:
         """Return the tilted gravity [m/s^2], shape (3,)."""

@@ -46,7 +46,9 @@ _UNRESOLVED = 1e-7
 _STEP_TOLERANCE = 0.03
 _MAX_STEP_STEPS = 8
 _FORCING = 0.5
-_LINEAR_TOLERANCE = 1e-8
+# Of derivatives: what they leave is what an adjoint and a tangent differ by.
+_LINEAR_TOLERANCE = 1e-10
+_LEAST_TOLERANCE = 1e-8
 # With a factorisation in single precision each iteration gains two digits.
 _ROUNDED_TOLERANCE = 1e-4
 _SOLVED_TOLERANCE = 1e-11
@@ -387,7 +389,7 @@ class EquilibriumSolver:
         if found is None:
             self.factor_at(positions)
             found = self._with_old_factor(
-                positions, scaled, _SOLVED_TOLERANCE, _MAX_PATIENT_STEPS, _LINEAR_TOLERANCE
+                positions, scaled, _SOLVED_TOLERANCE, _MAX_PATIENT_STEPS, _LEAST_TOLERANCE
             )
         return largest * (self._solver.solve(scaled) if found is None else found)
 

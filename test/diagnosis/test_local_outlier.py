@@ -7,6 +7,7 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
 from diffcal_ros.diagnosis.patches.local_outlier import find_local_outlier
+from diffcal_ros.diagnosis.patches.whitened import Part, precision_of, whiten
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict.naming import doubts_about
 from diffcal_ros.diagnosis.verdict.verdict import Verdict
@@ -56,6 +57,34 @@ def test_one_place_is_found_with_its_size_and_part(screened, clean):
     assert found.size > 0.001
     assert len(found.patches) <= 0.15 * sum(len(b.patches.values) for b in clean.blocks)
     assert found.where in found.sentence
+
+
+def test_weights_of_the_rest_are_those_of_all_less_what_was_left_out(screened):
+    _, fit, _ = screened
+    weights = precision_of(fit.blocks)
+    columns = np.concatenate(
+        [np.column_stack([b.patches.values, b.patches.jacobian]) for b in fit.blocks]
+    )
+    seen = whiten(fit.blocks, Part.ALL)
+    both = np.column_stack([seen.values, seen.jacobian])
+    assert np.allclose(columns.T @ weights @ columns, both.T @ both, rtol=1e-8)
+    # The second half of the outline, and every third patch of depth.
+    kept = [
+        np.arange(len(b.patches.values)) % 3 > 0
+        if b.kind == 'depth'
+        else np.arange(len(b.patches.values)) < len(b.patches.values) // 2
+        for b in fit.blocks
+    ]
+    rest = [
+        replace(b, patches=b.patches.chosen(k), mesh=b.mesh[k], is_report=b.is_report[k])
+        for b, k in zip(fit.blocks, kept, strict=True)
+    ]
+    out = np.flatnonzero(~np.concatenate(kept))
+    pulls = weights @ columns
+    less = pulls[out].T @ np.linalg.solve(weights[np.ix_(out, out)], pulls[out])
+    left = whiten(rest, Part.ALL)
+    both = np.column_stack([left.values, left.jacobian])
+    assert np.allclose(columns.T @ pulls - less, both.T @ both, rtol=1e-6, atol=1e-6)
 
 
 def test_what_moves_a_large_part_of_the_body_is_no_outlier(screened, clean):

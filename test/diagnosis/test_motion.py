@@ -4,8 +4,8 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.detection.disagreement import unstrained
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import candidates

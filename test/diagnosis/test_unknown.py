@@ -41,6 +41,14 @@ def fit(chi_square_per_patch, rms=0.0002):
     )
 
 
+def model(chi_square_per_patch, rms=0.0002):
+    """Make what a verdict reads of a model with effects."""
+    own = fit(chi_square_per_patch, rms)
+    return SimpleNamespace(
+        fit=own, chi_square=own.chi_square, chi_square_per_patch=own.chi_square_per_patch
+    )
+
+
 @pytest.mark.parametrize(
     ('nominal', 'added', 'rms', 'expected'),
     [
@@ -53,7 +61,7 @@ def fit(chi_square_per_patch, rms=0.0002):
     ],
 )
 def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
-    found = is_unexplained(fit(nominal), fit(added, rms), 1.0, is_measured=True)
+    found = is_unexplained(fit(nominal), model(added, rms), 1.0, is_measured=True)
     assert found is expected
 
 
@@ -66,13 +74,13 @@ def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
     ],
 )
 def test_what_was_held_out_must_be_explained_as_well(closure, rms, expected):
-    found = is_unexplained(fit(30.0), fit(0.9, rms), closure, is_measured=True)
+    found = is_unexplained(fit(30.0), model(0.9, rms), closure, is_measured=True)
     assert found is expected
 
 
 @pytest.mark.parametrize(('closure', 'expected'), [(0.9, False), (0.5, True), (np.nan, True)])
 def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
-    found = is_unexplained(fit(30.0), fit(20.0), closure, is_measured=False)
+    found = is_unexplained(fit(30.0), model(20.0), closure, is_measured=False)
     assert found is expected
 
 

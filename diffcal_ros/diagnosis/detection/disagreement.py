@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Is there a disagreement, and does it matter?"""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.detection.null_distribution import chance_of_clean
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, PatchGap
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.verdict.verdict import Verdict
@@ -17,8 +17,6 @@ ALPHA = 0.003
 _FAR_ABOVE = 3.0
 # In a motion, mesh and step err a little in many ways: less than this share of the floors is that.
 _LEAST_EXCESS = 0.5
-# A parameter so many standard deviations from what is known of it is strained.
-_STRAINED = 3.0
 # Fewer patches say nothing.
 _LEAST_PATCHES = 12
 
@@ -73,31 +71,3 @@ def measure_disagreement(
     else:
         verdict = Verdict.DISAGREE if excess > margin else Verdict.BELOW_MARGIN
     return Disagreement(verdict, p_value, gap, excess)
-
-
-def unstrained(fit: Refit) -> list[Block]:
-    """Return the patches as they would be if no parameter strained its prior, to first order.
-
-    An effect may hide in a parameter of which better is known: the gap is then small, and the
-    parameter absurd.
-    """
-    beyond = np.zeros(len(fit.coordinates))
-    for place, parameter in enumerate(fit.parameters):
-        mean, std = parameter.quantity.prior_mean, parameter.quantity.prior_std
-        if mean is None or std is None or parameter.is_nuisance:
-            continue
-        allowed = _STRAINED * (std / mean if parameter.is_logarithmic else std)
-        here, _ = fit.of_the_body(place)
-        offset = here - parameter.coordinate(mean)
-        beyond[place] = offset - np.clip(offset, -allowed, allowed)
-    if not beyond.any():
-        return fit.blocks
-    return [
-        replace(
-            block,
-            patches=replace(
-                block.patches, values=block.patches.values + block.patches.jacobian @ beyond
-            ),
-        )
-        for block in fit.blocks
-    ]

@@ -44,7 +44,7 @@ def choose(selection: Selection, evidence: Evidence) -> Choice | None:
     rivals = selection.singles if len(best.added) == 1 else selection.pairs
     levels: dict[tuple[str, ...], float] = {}
     for hypothesis in rivals:
-        level = hypothesis.fit.log_evidence / selection.noise_scale
+        level = hypothesis.log_evidence / selection.noise_scale
         if hypothesis.is_at_bound and hypothesis is not best:
             continue
         key = hypothesis.identifiers

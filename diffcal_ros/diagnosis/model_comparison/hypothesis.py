@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.screening.candidates import Candidate
@@ -54,12 +55,29 @@ class Hypothesis:
         scene: with the settings of the effects.
         evidence: of the model.
         fit: where it ended.
+        judged: with a tolerance for the form of its effects; None: of just this form.
     """
 
     added: tuple[Candidate, ...]
     scene: Scene
     evidence: Evidence
     fit: Refit
+    judged: Tolerated | None = None
+
+    @property
+    def log_evidence(self) -> float:
+        """Log evidence, with what its form may be off by."""
+        return self.fit.log_evidence if self.judged is None else self.judged.log_evidence
+
+    @property
+    def chi_square(self) -> float:
+        """What is left on the patches that were fitted, likewise."""
+        return self.fit.chi_square if self.judged is None else self.judged.chi_square
+
+    @property
+    def chi_square_per_patch(self) -> float:
+        """The same by degree of freedom: 1 where noise alone is left."""
+        return self.chi_square / max(self.fit.patch_count - len(self.fit.coordinates), 1)
 
     @property
     def identifiers(self) -> tuple[str, ...]:
@@ -175,6 +193,25 @@ def try_effects(
         if best is None or found.log_evidence > best.log_evidence:
             best = found
     return None if best is None else Hypothesis(tuple(added), scene, evidence, best)
+
+
+def with_tolerance(hypothesis: Hypothesis, nominal: Refit) -> Hypothesis:
+    """Judge a fitted model with a tolerance for the form of its effects.
+
+    Where the floor is a guess so is what is left above it, and what a motion leaves is its mesh's
+    and step's more than a form's: these are judged as they are.
+
+    Args:
+        hypothesis: the model.
+        nominal: fit of the model without its effects.
+    """
+    evidence = hypothesis.evidence
+    seen = evidence.model.observations
+    if not evidence.is_measured or any(one.instant is not None for one in seen):
+        return hypothesis
+    groups = [candidate.effect.group for candidate in hypothesis.added]
+    judged = tolerated(evidence.model, hypothesis.fit, nominal, groups)
+    return replace(hypothesis, judged=judged)
 
 
 def refitted_there(hypothesis: Hypothesis) -> Hypothesis:

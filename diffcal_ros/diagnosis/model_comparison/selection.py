@@ -3,13 +3,14 @@
 """Refit the best candidates with all nominal parameters, and compare what is left."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from diffcal_ros.diagnosis.model_comparison.descent import HOPE
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_share, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
@@ -69,16 +70,20 @@ class Selection:
         one = self._fullest(self.singles[0])
         if self.pairs:
             two = self.pairs[0]
-            gain = (two.fit.log_evidence - one.fit.log_evidence) / self.noise_scale
-            if gain > _PAIR_GAIN and self._is_confirmed(one.fit, two.fit):
+            gain = (two.log_evidence - one.log_evidence) / self.noise_scale
+            if gain > _PAIR_GAIN and self._is_confirmed(one, two):
                 return two
         return one
 
-    def _is_confirmed(self, one: Refit, two: Refit) -> bool:
+    def _is_confirmed(self, one: Hypothesis, two: Hypothesis) -> bool:
         """Tell whether held-out patches want the second effect, too."""
         if not self.is_measured:
-            return _closed(one, two) > _CLOSES_GUESSED
-        likelihoods = [-0.5 * whiten(fit.blocks, Part.REPORT).chi_square for fit in (one, two)]
+            return _closed(one.fit, two.fit) > _CLOSES_GUESSED
+        if one.judged is not None and two.judged is not None:
+            told = two.judged.log_prediction - one.judged.log_prediction
+            return told / self.noise_scale > _HELD_OUT_GAIN
+        fits = (one.fit, two.fit)
+        likelihoods = [-0.5 * whiten(fit.blocks, Part.REPORT).chi_square for fit in fits]
         return (likelihoods[1] - likelihoods[0]) / self.noise_scale > _HELD_OUT_GAIN
 
     def _fullest(self, leader: Hypothesis) -> Hypothesis:
@@ -86,13 +91,11 @@ class Selection:
 
         One that leaves an amplitude out is sure of what it cannot know.
         """
-        least = leader.fit.log_evidence - AS_WELL * self.noise_scale
+        least = leader.log_evidence - AS_WELL * self.noise_scale
         variants = [
             h
             for h in self.singles
-            if h.identifiers == leader.identifiers
-            and h.fit.log_evidence > least
-            and not h.is_at_bound
+            if h.identifiers == leader.identifiers and h.log_evidence > least and not h.is_at_bound
         ]
         return max(variants, key=_amplitude_count, default=leader)
 
@@ -118,14 +121,16 @@ def select(pool: RefitPool, scores: Screen) -> Selection:
     if singles and all(h.has_idle_effect for h in singles):
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = _singles(pool, with_tangents(scores))
+    singles = _judged(pool, singles)
     pairs: list[Hypothesis] = []
     if singles and _is_poor(singles[0], is_measured):
         pairs = _pairs(pool, singles, scores)
         singles = sorted([*singles, *_halves(pool, singles, pairs)], key=_order)
-    singles = [h for h in singles if not h.has_idle_effect]
+    singles = _judged(pool, [h for h in singles if not h.has_idle_effect])
     pairs = [h for h in pairs if not (h.has_idle_effect or h.has_doubtful_effect)]
-    best = min([*singles, *pairs], key=lambda h: h.fit.chi_square_per_patch, default=None)
-    scale = 1.0 if best is None else max(1.0, best.fit.chi_square_per_patch)
+    pairs = _judged(pool, pairs)
+    best = min([*singles, *pairs], key=lambda h: h.chi_square_per_patch, default=None)
+    scale = 1.0 if best is None else max(1.0, best.chi_square_per_patch)
     return Selection(tuple(singles), tuple(pairs), scale, is_measured)
 
 
@@ -187,8 +192,14 @@ def _finished(
     return sorted(models, key=_order)
 
 
+def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Judge models with a tolerance for the form of their effects; best first."""
+    base = replace(pool.base, blocks=unstrained(pool.base))
+    return sorted((with_tolerance(h, base) for h in models), key=_order)
+
+
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
-    return hypothesis.is_at_bound, -hypothesis.fit.log_evidence
+    return hypothesis.is_at_bound, -hypothesis.log_evidence
 
 
 def _amplitude_count(hypothesis: Hypothesis) -> int:

@@ -29,6 +29,7 @@ from diffcal_ros.diagnosis.patches.patch_group import (
 from diffcal_ros.diagnosis.patches.patches import cell_size, depth_patches, edge_patches, Patches
 from diffcal_ros.diagnosis.patches.rigid_reference import make_references, RigidReference
 from diffcal_ros.diagnosis.patches.roughness import measured_noises
+from diffcal_ros.diagnosis.patches.smooth_error import with_smooth_error
 from diffcal_ros.least_squares.levenberg_marquardt import minimise
 import numpy as np
 from numpy.typing import NDArray
@@ -140,6 +141,20 @@ class Evidence:
             return self
         blocks = self.blocks(coordinates)
         return self._changed(noises=measured_noises(self._noises, blocks, still))
+
+    def with_smooth_error(self, blocks: Sequence[Block]) -> 'Evidence':
+        """Return the same evidence with the smooth error that several poses at rest show.
+
+        In one pose it is not told from what the model lacks.
+
+        Args:
+            blocks: of the nominal fit, with tangents of all effects.
+        """
+        seen = self.model.observations
+        still = [number for number, one in enumerate(seen) if one.instant is None]
+        if not still or len({seen[number].setup_index for number in still}) == 1:
+            return self
+        return self._changed(noises=with_smooth_error(self._noises, blocks, still))
 
     def without(self, patches: frozenset[PatchName]) -> 'Evidence':
         """Return the same evidence with some patches left out."""

@@ -9,7 +9,7 @@ the rest is judged without it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
@@ -19,7 +19,7 @@ from diffcal_ros.diagnosis.patches.residual_location import (
     PART_NAMES,
     parts_of_nodes,
 )
-from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+from diffcal_ros.diagnosis.patches.whitened import precision_of
 from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
 import numpy as np
 from numpy.typing import NDArray
@@ -75,19 +75,26 @@ def find_local_outlier(model: ForwardModel, fit: Refit) -> LocalOutlier | None:
         return None
     nodes = _nodes(model, fit, blocks)
     _, precision = full_prior(fit.parameters)
-    pulls = whiten(blocks, Part.ALL)
-    held = pulls.jacobian.T @ pulls.values
-    limit = _HARDLY_ANY * (pulls.chi_square - len(pulls))
+    columns = np.concatenate(
+        [np.column_stack([b.patches.values, b.patches.jacobian]) for b in blocks]
+    )
+    weights = precision_of(blocks)
+    pulls = weights @ columns
+    whole = columns.T @ pulls
+    chi_square = float(whole[0, 0])
+    limit = _HARDLY_ANY * (chi_square - len(columns))
     best: tuple[float, IntArray] = (limit, np.zeros(0, dtype=np.int64))
     for place in _places(model, nodes):
-        rest = whiten(_without(blocks, place), Part.ALL)
+        # What the place adds given the rest goes, by the inverse of a matrix in blocks.
+        rest = whole - pulls[place].T @ np.linalg.solve(
+            weights[np.ix_(place, place)], pulls[place]
+        )
         # At the minimum the priors' pull is that of all patches.
-        information = rest.jacobian.T @ rest.jacobian + precision
-        pull = rest.jacobian.T @ rest.values - held
-        left = rest.chi_square - pull @ np.linalg.pinv(information) @ pull
+        pull = rest[1:, 0] - whole[1:, 0]
+        left = float(rest[0, 0] - pull @ np.linalg.pinv(rest[1:, 1:] + precision) @ pull)
         count = len(place)
-        if pulls.chi_square - left > count + _FAR_OFF * np.sqrt(2.0 * count):
-            best = min(best, (float(left) - len(rest), place), key=lambda own: own[0])
+        if chi_square - left > count + _FAR_OFF * np.sqrt(2.0 * count):
+            best = min(best, (left - len(columns) + count, place), key=lambda own: own[0])
     place = best[1]
     if not len(place):
         return None
@@ -99,24 +106,6 @@ def find_local_outlier(model: ForwardModel, fit: Refit) -> LocalOutlier | None:
         size=float(np.sqrt(np.mean(values[place] ** 2))),
         where=PART_NAMES[int(np.median(part))],
     )
-
-
-def _without(blocks: Sequence[Block], place: IntArray) -> list[Block]:
-    """Return blocks without some of their patches, which are counted through all of them."""
-    kept, first = [], 0
-    for block in blocks:
-        count = len(block.patches.values)
-        own = np.setdiff1d(np.arange(count), place - first)
-        first += count
-        kept.append(
-            replace(
-                block,
-                patches=block.patches.chosen(own),
-                mesh=block.mesh[own],
-                is_report=block.is_report[own],
-            )
-        )
-    return kept
 
 
 def _nodes(model: ForwardModel, fit: Refit, blocks: Sequence[Block]) -> IntArray:

@@ -45,6 +45,7 @@ class NoiseModel:
         edge_rough: of one that no two patches of outline share [px].
         is_measured: whether `pixel` comes from repeated frames.
         common: share of the variance of smooth errors that frames of a recording have in common.
+        standing: share of that of depth which all recordings have in common, before that.
     """
 
     pixel: float
@@ -57,6 +58,7 @@ class NoiseModel:
     edge_rough: float = 0.06
     is_measured: bool = False
     common: float = 0.0
+    standing: float = 0.0
 
     def depth_covariance(self, centers: FloatArray, counts: FloatArray) -> FloatArray:
         """Return the covariance of patches of depth [m^2], shape (n, n).
@@ -65,7 +67,8 @@ class NoiseModel:
             centers: of the patches [px], shape (n, 2).
             counts: pixels in each, shape (n,).
         """
-        shared = (1.0 - self.common) * self.smooth**2 * _kernel(centers, self.smooth_length)
+        variance = (1.0 - self.common) * (1.0 - self.standing) * self.smooth**2
+        shared = variance * kernel(centers, self.smooth_length)
         return shared + np.diag(self.pixel**2 / counts + self.rough**2)
 
     def edge_covariance(
@@ -78,13 +81,18 @@ class NoiseModel:
             counts: length of outline in each [px], shape (n,).
             pixel_sizes: of a pixel at the body [m], shape (n,).
         """
-        shared = (1.0 - self.common) * self.edge_smooth**2 * _kernel(centers, self.edge_length)
+        shared = (1.0 - self.common) * self.edge_smooth**2 * kernel(centers, self.edge_length)
         own = np.diag(self.edge_pixels**2 / np.maximum(counts, 1.0) + self.edge_rough**2)
         return (shared + own) * np.outer(pixel_sizes, pixel_sizes)
 
     def depth_common(self, count: int) -> 'CommonError':
         """Return what so many patches of depth have in common with those of other frames."""
-        spread = np.sqrt(self.common) * self.smooth
+        spread = np.sqrt(self.common * (1.0 - self.standing)) * self.smooth
+        return CommonError(np.full(count, spread), self.smooth_length)
+
+    def depth_standing(self, count: int) -> 'CommonError':
+        """Return what so many patches of depth have in common with those of all recordings."""
+        spread = np.sqrt(self.standing) * self.smooth
         return CommonError(np.full(count, spread), self.smooth_length)
 
     def edge_common(self, pixel_sizes: FloatArray) -> 'CommonError':
@@ -98,7 +106,7 @@ class NoiseModel:
 
 @dataclass(frozen=True)
 class CommonError:
-    """A smooth error that stands in the image through all frames of a recording.
+    """A smooth error that stands in the image through all frames of a recording, or of all.
 
     Attributes:
         spread: standard deviation at each patch [m], shape (n,).
@@ -110,7 +118,7 @@ class CommonError:
 
     def covariance(self, centers: FloatArray) -> FloatArray:
         """Return the covariance of patches [m^2], shape (n, n), at image points (n, 2) [px]."""
-        return _kernel(centers, self.length) * np.outer(self.spread, self.spread)
+        return kernel(centers, self.length) * np.outer(self.spread, self.spread)
 
 
 def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
@@ -130,6 +138,7 @@ def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
     )
 
 
-def _kernel(centers: FloatArray, length: float) -> FloatArray:
+def kernel(centers: FloatArray, length: float) -> FloatArray:
+    """Return the correlation of smooth errors at image points [px], shape (n, n)."""
     apart = centers[:, None] - centers[None]
     return np.exp(-np.sum(apart**2, axis=-1) / length**2)

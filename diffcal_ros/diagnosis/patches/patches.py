@@ -37,6 +37,7 @@ class Patches:
         cells: number of the image cell of each, the same at other coordinates, shape (n,).
         weights: pixels, or length of outline, shape (n,).
         common: error that other frames of the recording have too; not in `covariance`.
+        standing: error that all recordings have; in neither of them. None: there is none.
     """
 
     values: FloatArray
@@ -46,11 +47,13 @@ class Patches:
     cells: IntArray
     weights: FloatArray
     common: CommonError
+    standing: CommonError | None = None
 
     @property
     def variances(self) -> FloatArray:
         """Variance of each value [m^2], shape (n,)."""
-        return np.asarray(np.diag(self.covariance) + self.common.spread**2)
+        found = np.diag(self.covariance) + self.common.spread**2
+        return found if self.standing is None else found + self.standing.spread**2
 
     def doubted(self, spread: FloatArray) -> 'Patches':
         """Return the patches with a further smooth error of this size [m], shape (n,)."""
@@ -70,6 +73,9 @@ class Patches:
             cells=self.cells[own],
             weights=self.weights[own],
             common=CommonError(self.common.spread[own], self.common.length),
+            standing=None
+            if self.standing is None
+            else CommonError(self.standing.spread[own], self.standing.length),
         )
 
 
@@ -97,7 +103,8 @@ def depth_patches(
     )
     covariance = noise.depth_covariance(centers, totals)
     common = noise.depth_common(len(values))
-    return Patches(values, slopes, covariance, centers, cells, totals, common)
+    standing = noise.depth_standing(len(values)) if noise.standing else None
+    return Patches(values, slopes, covariance, centers, cells, totals, common, standing)
 
 
 def edge_patches(

@@ -3,7 +3,7 @@
 """Patches of all views in units of their own noise, uncorrelated."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
@@ -66,36 +66,138 @@ class Whitened:
         return len(self.values)
 
 
-def whiten(blocks: Sequence[Block], part: Part, slack: float = 0.0) -> Whitened:
-    """Put the patches of one part together; those of different recordings are independent.
+def whiten(
+    blocks: Sequence[Block], part: Part, slack: float = 0.0, *, is_apart: bool = False
+) -> Whitened:
+    """Put the patches of one part together.
+
+    Those of different recordings share nothing but what stands in the image of all.
 
     Args:
         blocks: of all views.
         part: which patches.
         slack: further error of each patch [m]: what a model that is still far off, or tangents
             far from where they were taken, cannot be held to.
+        is_apart: whether what stands in all is taken for another one in each view: views then do
+            not mix.
     """
-    values: list[FloatArray] = []
-    jacobians: list[FloatArray] = []
-    views: list[NDArray[np.int64]] = []
-    for group in dict.fromkeys(block.group for block in blocks):
-        own = sorted((b for b in blocks if b.group == group), key=lambda block: block.kind)
-        chosen = [chosen_patches(block, part) for block in own]
-        patches = [b.patches.chosen(w) for b, w in zip(own, chosen, strict=True)]
-        covariance = block_diag(*(p.covariance for p in patches)) + _common(own, patches)
-        if not covariance.size:
-            continue
-        mesh = np.concatenate([b.mesh[w] for b, w in zip(own, chosen, strict=True)])
-        plain = np.concatenate([p.values for p in patches])
-        slopes = np.concatenate([p.jacobian for p in patches])
+    groups = [_group(own, part, slack) for own in _recordings(blocks)]
+    groups = [group for group in groups if len(group.values)]
+    if not any(group.standing.any() for group in groups):
+        parts = [_whitened(group) for group in groups]
+    elif is_apart:
+        parts = [_whitened(_with_own(group)) for group in groups]
+    else:
+        parts = [_whitened(_all_together(groups))]
+    return Whitened(
+        np.concatenate([part.values for part in parts]),
+        np.concatenate([part.jacobian for part in parts]),
+        np.concatenate([part.views for part in parts]),
+    )
+
+
+def precision_of(blocks: Sequence[Block]) -> FloatArray:
+    """Return the inverse covariance of all patches, in the order of the blocks [1/m^2], (n, n).
+
+    What stands in all images is taken for another error in each view.
+    """
+    firsts = np.cumsum([0, *(len(block.patches.values) for block in blocks)])
+    found = np.zeros((firsts[-1], firsts[-1]))
+    numbers = {id(block): number for number, block in enumerate(blocks)}
+    for own in _recordings(blocks):
+        group = _with_own(_group(own, Part.ALL, 0.0))
+        places = np.concatenate(
+            [np.arange(firsts[n], firsts[n + 1]) for n in (numbers[id(block)] for block in own)]
+        )
+        covariance = _tolerant(group.covariance, group.values)
+        found[np.ix_(places, places)] = np.linalg.inv(covariance)
+    return found
+
+
+def _recordings(blocks: Sequence[Block]) -> list[list[Block]]:
+    return [
+        sorted((b for b in blocks if b.group == group), key=lambda block: block.kind)
+        for group in dict.fromkeys(block.group for block in blocks)
+    ]
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Patches with their covariance, and what of it stands in the image of other groups as well.
+
+    Attributes:
+        values: [m], shape (n,).
+        jacobian: shape (n, k).
+        views: number of the view of each, shape (n,).
+        covariance: without what stands [m^2], shape (n, n).
+        standing: standard deviation of that [m], shape (n,).
+        centers: in the image [px], shape (n, 2).
+        length: over which it changes [px].
+    """
+
+    values: FloatArray
+    jacobian: FloatArray
+    views: NDArray[np.int64]
+    covariance: FloatArray
+    standing: FloatArray
+    centers: FloatArray
+    length: float
+
+
+def _group(blocks: Sequence[Block], part: Part, slack: float) -> _Group:
+    """Put the patches of one recording together."""
+    chosen = [chosen_patches(block, part) for block in blocks]
+    patches = [b.patches.chosen(w) for b, w in zip(blocks, chosen, strict=True)]
+    mesh = np.concatenate([b.mesh[w] for b, w in zip(blocks, chosen, strict=True)])
+    covariance = block_diag(*(p.covariance for p in patches)) + _common(blocks, patches)
+    standing = [
+        np.zeros(len(p.values)) if p.standing is None else p.standing.spread for p in patches
+    ]
+    lengths = [p.standing.length for p in patches if p.standing is not None]
+    return _Group(
+        values=np.concatenate([p.values for p in patches]),
+        jacobian=np.concatenate([p.jacobian for p in patches]),
+        views=np.concatenate(
+            [np.full(len(p.values), b.view) for b, p in zip(blocks, patches, strict=True)]
+        ),
         # The mesh's error is one number a recording: it moves depth and outline together.
-        covariance = covariance + np.outer(mesh, mesh) + slack**2 * np.eye(len(plain))
-        factor = cholesky(_tolerant(covariance, plain), lower=True)
-        both = solve_triangular(factor, np.hstack([plain[:, None], slopes]), lower=True)
-        values.append(both[:, 0])
-        jacobians.append(both[:, 1:])
-        views.extend(np.full(len(p.values), b.view) for b, p in zip(own, patches, strict=True))
-    return Whitened(np.concatenate(values), np.concatenate(jacobians), np.concatenate(views))
+        covariance=covariance + np.outer(mesh, mesh) + slack**2 * np.eye(len(mesh)),
+        standing=np.concatenate(standing),
+        centers=np.concatenate([p.centers for p in patches]),
+        length=lengths[0] if lengths else 1.0,
+    )
+
+
+def _with_own(group: _Group) -> _Group:
+    """Return a group with what stands in all images as an error of its own."""
+    error = CommonError(group.standing, group.length)
+    return replace(
+        group,
+        covariance=group.covariance + error.covariance(group.centers),
+        standing=np.zeros_like(group.standing),
+    )
+
+
+def _all_together(groups: Sequence[_Group]) -> _Group:
+    """Return all groups as one, with what stands in all of their images."""
+    length = max(group.length for group in groups)
+    whole = _Group(
+        values=np.concatenate([group.values for group in groups]),
+        jacobian=np.concatenate([group.jacobian for group in groups]),
+        views=np.concatenate([group.views for group in groups]),
+        covariance=np.asarray(block_diag(*(group.covariance for group in groups))),
+        standing=np.concatenate([group.standing for group in groups]),
+        centers=np.concatenate([group.centers for group in groups]),
+        length=length,
+    )
+    return _with_own(whole)
+
+
+def _whitened(group: _Group) -> Whitened:
+    factor = cholesky(_tolerant(group.covariance, group.values), lower=True)
+    wide = np.hstack([group.values[:, None], group.jacobian])
+    both = solve_triangular(factor, wide, lower=True)
+    return Whitened(both[:, 0], both[:, 1:], group.views)
 
 
 def _common(blocks: Sequence[Block], patches: Sequence[Patches]) -> FloatArray:

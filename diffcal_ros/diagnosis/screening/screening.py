@@ -104,6 +104,29 @@ def library_parameters(
     return ParameterSet((*nominal.parameters, *more.parameters), nominal.pose_covariances)
 
 
+def library_blocks(
+    evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candidate]
+) -> tuple[tuple[str, ...], list[Block]]:
+    """Return patches with tangents of all that may be missing, after those of the parameters.
+
+    Args:
+        evidence: of the nominal model.
+        coordinates: of its fit, shape (k,).
+        listed: candidates.
+
+    Returns:
+        Names of the amplitudes, and of the effects whose stand-ins follow, and the patches.
+    """
+    nominal, scene = evidence.model.parameters, evidence.model.scene
+    wide = library_parameters(scene, nominal, listed)
+    start = wide.start()
+    start[: len(nominal)] = coordinates
+    model = evidence.model.with_parameters(scene, wide)
+    owners, changes = _stand_ins(model)
+    blocks = evidence.of(model).blocks(start, model.tangents_of(changes, start))
+    return (*wide.names[len(nominal) :], *owners), blocks
+
+
 def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candidate]) -> Screen:
     """Score candidates around a fit.
 
@@ -113,14 +136,7 @@ def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candida
         listed: candidates.
     """
     nominal = evidence.model.parameters
-    scene = evidence.model.scene
-    wide = library_parameters(scene, nominal, listed)
-    start = wide.start()
-    start[: len(nominal)] = coordinates
-    model = evidence.model.with_parameters(scene, wide)
-    owners, changes = _stand_ins(model)
-    blocks = evidence.of(model).blocks(start, model.tangents_of(changes, start))
-    names = (*wide.names[len(nominal) :], *owners)
+    names, blocks = library_blocks(evidence, coordinates, listed)
     beyond = _beyond_prior(nominal, coordinates + evidence.numerics.shifts_of(nominal))
     plain = _seen_through(blocks, nominal, names, beyond, 0.0)
     slack = tangent_slack(blocks)

@@ -67,7 +67,7 @@ def frame_test(evidence: Evidence, nominal: Refit) -> tuple[ClassScore, ...]:
     blocks = of_the_body(evidence.blocks(nominal.coordinates, joined))
     counts = [len(fields[group][0]) for group in groups]
     ends = len(nominal.parameters) + np.cumsum(counts)
-    seen = whiten(blocks, Part.FIT, tangent_slack(blocks))
+    seen = whiten(blocks, Part.FIT, tangent_slack(blocks), is_apart=True)
     _, precision = full_prior(nominal.parameters)
     nuisances = seen.jacobian[:, : len(nominal.parameters)]
     known = np.eye(len(seen)) + nuisances @ np.linalg.solve(precision, nuisances.T)

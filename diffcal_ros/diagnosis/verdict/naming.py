@@ -4,12 +4,13 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.diagnosis.detection.disagreement import Disagreement, unstrained
+from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.patches.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.patches.residual_location import where_largest
@@ -32,7 +33,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     parameter_table,
     times_detectable,
 )
-from diffcal_ros.effects.library import what_settles
+from diffcal_ros.effects.library import EFFECTS, what_settles
 import numpy as np
 
 # An effect is named by itself from this confidence on.
@@ -71,8 +72,11 @@ def conclude(
     if choice is not None and not is_open and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)
     separating = None
+    imitated = [effect.identifier for effect in effects if EFFECTS[effect.identifier].imitated_by]
     if choice is not None and not doubts and len(choice.alike) > 1:
         separating = what_settles(choice.alike[:3])
+    elif imitated:
+        separating = what_settles(imitated)
     return Diagnosis(
         verdict=disagreement.verdict,
         evidence='confirmed' if evidence.is_measured else 'suspected',
@@ -98,10 +102,22 @@ def conclude(
         notes=(
             *(outlier.sentence for outlier in outliers),
             *doubts,
+            *(EFFECTS[name].imitated_by for name in imitated),
+            *_class_of_all(choice if not (is_open or effects) else None),
             *_notes(evidence, nominal, disagreement, choice, closure, unknown, outliers),
         ),
         details=details_of(nominal, scores, selection, choice),
     )
+
+
+def _class_of_all(choice: Choice | None) -> list[str]:
+    """Say what class it is, where the name is not sure and the class is."""
+    if choice is None or len(choice.alike) < 2:
+        return []
+    groups = {EFFECTS[name].group for name in choice.alike}
+    if len(groups) > 1:
+        return []
+    return [f'whichever of them it is, it is of the class {groups.pop()}']
 
 
 def doubts_about(hypothesis: Hypothesis, nominal: Refit) -> tuple[str, ...]:
@@ -141,8 +157,7 @@ def _nearest_class(
         # Whatever was refitted does nothing.
         best = next(iter(with_tangents(scores).scores), None)
         return 'load' if best is None else best.candidate.effect.group
-    fit = choice.hypothesis.fit
-    if is_unexplained(nominal, fit, closure, is_measured=evidence.is_measured):
+    if is_unexplained(nominal, choice.hypothesis, closure, is_measured=evidence.is_measured):
         return choice.hypothesis.added[0].effect.group
     return None
 
@@ -173,16 +188,27 @@ def _notes(
         notes.append(unknown.sentence)
         notes += _nearest(choice, closure)
     if choice is not None and unknown is None:
-        left = patch_gap(choice.hypothesis.fit.blocks, Part.REPORT)
-        if left.rms > FAR_ABOVE * left.whole_floor:
-            notes.append(
-                f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing'
-            )
+        notes += _left(choice.hypothesis)
     if choice is not None and choice.hypothesis.is_at_bound:
         notes.append('an amplitude stopped at its bound')
     hidden = evidence.without_fixture(nominal.blocks)
     notes += [f'{name} does not show the fixture' for name in hidden]
     return tuple(notes)
+
+
+def _left(hypothesis: Hypothesis) -> list[str]:
+    """Say how much a model leaves, and what of that its form may be."""
+    left = patch_gap(hypothesis.fit.blocks, Part.REPORT)
+    if left.rms <= FAR_ABOVE * left.whole_floor:
+        return []
+    judged = hypothesis.judged
+    tolerance = 0.0 if judged is None else judged.size
+    if judged is not None and left.rms <= FAR_ABOVE * float(np.hypot(left.whole_floor, tolerance)):
+        return [
+            f'{1e3 * left.rms:.2f} mm are still left, as where the form of it is off by '
+            f'{judged.share:.0%}'
+        ]
+    return [f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing']
 
 
 def _nearest(choice: Choice | None, closure: float) -> list[str]:

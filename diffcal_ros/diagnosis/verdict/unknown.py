@@ -5,6 +5,7 @@
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
@@ -54,21 +55,23 @@ class Unknown:
         )
 
 
-def is_unexplained(nominal: Refit, added: Refit, closure: float, *, is_measured: bool) -> bool:
+def is_unexplained(
+    nominal: Refit, added: Hypothesis, closure: float, *, is_measured: bool
+) -> bool:
     """Tell whether so much is left that the model cannot be it.
 
     Where the sensor floor was measured, what is left must look like noise, on patches that no fit
-    has seen, too; a model that closes most of the gap may be a little wrong in its details. Where
-    the floor is a guess, only a gap that stays open counts.
+    has seen, too, or like an effect whose form is a little off. Where the floor is a guess, only a
+    gap that stays open counts.
     """
     if not is_measured:
         return not closure >= _LEAST_CLOSURE
-    left = patch_gap(added.blocks, Part.REPORT)
+    left = patch_gap(added.fit.blocks, Part.REPORT)
     is_far_above = left.rms > FAR_ABOVE * left.whole_floor
     if is_far_above and closure < _LEAST_CLOSURE:
         # It follows the patches that were fitted, and does not predict the others.
         return True
-    freedom = max(added.patch_count - len(added.coordinates), 1)
+    freedom = max(added.fit.patch_count - len(added.fit.coordinates), 1)
     if chi2.sf(added.chi_square, freedom) >= ALPHA:
         return False
     excess = nominal.chi_square_per_patch - 1.0

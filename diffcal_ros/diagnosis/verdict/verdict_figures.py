@@ -10,6 +10,7 @@ from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_share, Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
@@ -60,9 +61,12 @@ def frame_of(
 
 
 def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
-    """Measure the gap on the patches that no fit has seen."""
-    before = patch_gap(nominal.blocks, Part.REPORT)
-    after = patch_gap(added.blocks, Part.REPORT)
+    """Measure the gap on the patches that no fit has seen.
+
+    What hides in a parameter or pose of which better is known belongs to the gap.
+    """
+    before = patch_gap(unstrained(nominal), Part.REPORT)
+    after = patch_gap(unstrained(added), Part.REPORT)
     return GapFigures(
         nominal=1e3 * before.rms,
         added=1e3 * after.rms,
@@ -75,7 +79,7 @@ def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
 
 def closure_of(nominal: Refit, added: Refit, is_measured: bool) -> float:
     """Return (nominal - added) / (nominal - floor) on the report patches."""
-    before, after = patch_gap(nominal.blocks, Part.REPORT), patch_gap(added.blocks, Part.REPORT)
+    before, after = (patch_gap(unstrained(fit), Part.REPORT) for fit in (nominal, added))
     floor = before.whole_floor
     old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
     return closed_share(old, new, floor)
@@ -152,7 +156,8 @@ def _refit_table(selection: Selection) -> list[dict[str, object]]:
             'effects': list(h.identifiers),
             'components': [list(c.components) for c in h.added],
             'at': [c.at for c in h.added],
-            'log_evidence': h.fit.log_evidence,
+            'log_evidence': h.log_evidence,
+            'tolerance': None if h.judged is None else h.judged.share,
             'chi_square': h.fit.chi_square,
             'at_bound': h.is_at_bound,
             'evaluations': h.fit.evaluations,

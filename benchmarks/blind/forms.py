@@ -1,0 +1,258 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The library's effects in mathematical forms that are not the library's, and worlds around them.
+
+Every case has a sensor drawn anew, bodies placed up to some tenths of a millimetre and a degree
+from where the scene says, and a scene that says of these errors what is true, half or twice as
+much. The forms of the sealed set are none of the development set's.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.blind.amplitudes import (
+    direction,
+    Effect,
+    number,
+    signed,
+    weight_moment,
+)
+from benchmarks.blind.rotations import rigid, rotation
+from benchmarks.blind.sensor import DRAWN
+from benchmarks.blind.setups import Observation, Setup
+from benchmarks.blind.shapes import FloatArray
+
+_POSITION_ERROR, _ROTATION_ERROR = 0.0003, 0.2  # One standard deviation [m], [deg].
+_MISSTATED = (0.5, 1.0, 2.0)
+
+Drawer = Callable[[int, Setup, np.random.Generator], Effect]
+
+
+@dataclass(frozen=True)
+class Form:
+    """One mathematical form of an effect.
+
+    Attributes:
+        truth: identifier of the effect, of the library.
+        name: of the form.
+        draw: changes of the faults by size, set-up and source of random numbers.
+    """
+
+    truth: str
+    name: str
+    draw: Callable[[int, Setup, np.random.Generator], dict[str, Any]]
+
+    @property
+    def key(self) -> str:
+        """What a list of cases calls it."""
+        return f'{self.truth}/{self.name}'
+
+    def effect(self, size: int, setup: Setup, random: np.random.Generator) -> Effect:
+        """Draw the effect."""
+        changes = self.draw(size, setup, random)
+        told = {name: str(value) for name, value in changes.items()}
+        return Effect(self.truth, {'form': self.name, **told}, 'as the faults', changes)
+
+
+def _stiffening(form: str, amounts: tuple[float, float, float]) -> Form:
+    return Form(
+        'strain_stiffening',
+        form,
+        lambda size, setup, random: {
+            'stiffening_form': form,
+            'stiffening': number(amounts[size], random),
+        },
+    )
+
+
+def _contrast(mode: str) -> Form:
+    return Form(
+        'stiffness_contrast',
+        mode,
+        lambda size, setup, random: {
+            'contrast_mode': mode,
+            'contrast': signed((0.4, 0.9, 1.8)[size], random),
+        },
+    )
+
+
+def _mass(form: str) -> Form:
+    def draw(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
+        mass, _ = weight_moment(setup)
+        return {
+            'mass_form': form,
+            'added_mass': number(1e3 * mass * (0.05, 0.12, 0.30)[size], random),
+            'added_mass_at': round(float(random.uniform(0.5, 0.9)), 3),
+        }
+
+    return Form('added_mass', form, draw)
+
+
+def _give(form: str) -> Form:
+    def draw(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
+        mass, moment = weight_moment(setup)
+        by_turn = float(np.deg2rad((1.0, 3.0, 7.0)[size])) / moment
+        by_shift = (0.001, 0.003, 0.006)[size] / (9.81 * mass)
+        amount = {'uneven': by_turn, 'shear': by_shift, 'jaw': (0.3, 0.7, 1.3)[size]}[form]
+        return {'clamp_form': form, 'clamp_compliance': number(amount, random)}
+
+    return Form('compliant_clamp', form, draw)
+
+
+def _tilt(form: str) -> Form:
+    return Form(
+        'gravity_tilt',
+        form,
+        lambda size, setup, random: {
+            'tilt_form': form,
+            'gravity_tilt': direction((4.0, 9.0, 18.0)[size], 2, random),
+        },
+    )
+
+
+def _curvature(form: str) -> Form:
+    return Form(
+        'rest_curvature',
+        form,
+        lambda size, setup, random: {
+            'curvature_form': form,
+            'rest_curvature': direction((0.4, 1.0, 2.5)[size], 2, random),
+        },
+    )
+
+
+def _depth(form: str) -> Form:
+    return Form(
+        'depth_affine',
+        form,
+        lambda size, setup, random: {
+            'depth_form': form,
+            'depth_bias': signed((1.5, 4.0, 9.0)[size], random),
+        },
+    )
+
+
+def _border(name: str, share: float) -> Form:
+    return Form(
+        'depth_bias_by_region',
+        name,
+        lambda size, setup, random: {
+            'region_from': share,
+            'region_bias': signed((0.8, 2.0, 5.0)[size], random),
+        },
+    )
+
+
+FORMS: dict[str, tuple[Form, ...]] = {
+    'development': (
+        _stiffening('gent', (16.0, 40.0, 80.0)),
+        _stiffening('cubic', (300.0, 1000.0, 4000.0)),
+        _contrast('smooth'),
+        _mass('ring'),
+        _mass('smear'),
+        _give('uneven'),
+        _give('shear'),
+        Form(
+            'camera_offset',
+            'focal',
+            lambda size, setup, random: {'focal_scale': signed((0.004, 0.01, 0.03)[size], random)},
+        ),
+        _tilt('side_force'),
+        _curvature('tip'),
+        _depth('radial'),
+        _border('early border', 0.35),
+        Form(
+            'clamp_offset',
+            'slips on',
+            lambda size, setup, random: {
+                'clamp_steps': True,
+                'clamp_shift': direction((1.0, 2.5, 6.0)[size], 3, random),
+            },
+        ),
+    ),
+    'sealed': (
+        _stiffening('mooney_rivlin', (0.3, 0.6, 0.9)),
+        _stiffening('ogden', (0.2, 0.4, 0.7)),
+        _stiffening('fung', (10.0, 30.0, 80.0)),
+        _contrast('thirds'),
+        _contrast('skin'),
+        _mass('point'),
+        _give('jaw'),
+        Form(
+            'camera_offset',
+            'lens',
+            lambda size, setup, random: {
+                'radial_distortion': signed((0.05, 0.1, 0.3)[size], random),
+                'center_shift': direction((4.0, 9.0, 20.0)[size], 2, random),
+            },
+        ),
+        _tilt('rig_force'),
+        _curvature('twist'),
+        _depth('drift'),
+        _border('late border', 0.65),
+        Form(
+            'clamp_offset',
+            'turns on',
+            lambda size, setup, random: {
+                'clamp_steps': True,
+                'clamp_turn': direction((1.0, 2.5, 6.0)[size], 3, random),
+            },
+        ),
+        Form(
+            'contact_plane',
+            'foam',
+            lambda size, setup, random: {
+                'contact_form': 'foam',
+                'contact_height': number((2.0, 5.0, 11.0)[size], random),
+            },
+        ),
+    ),
+}
+BY_KEY = {form.key: form for forms in FORMS.values() for form in forms}
+
+
+def off_the_truth(setup: Setup, sensor: str, random: np.random.Generator) -> Setup:
+    """Return a set-up with a drawn sensor, and placements that the scene states a little wrong.
+
+    Args:
+        setup: as it is drawn where all is known.
+        sensor: one of `sensor.DRAWN`.
+        random: source.
+    """
+    distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
+    factor = float(random.choice(_MISSTATED))
+    middle = np.array([0.5 * setup.shape.length, 0.0, 0.0])
+    seen = [
+        replace(observation, stated=observation.world_from_object @ _small_motion(middle, random))
+        for observation in setup.observations
+    ]
+    return replace(
+        setup,
+        sensor=DRAWN[sensor](random, distance),
+        observations=tuple(seen),
+        pose_errors=(factor * _POSITION_ERROR, factor * _ROTATION_ERROR),
+    )
+
+
+def placed_again(setup: Setup, before: Setup) -> Setup:
+    """Return a set-up whose scene is as far off as before, where bodies were placed again."""
+    seen = [
+        Observation(
+            new.name,
+            new.world_from_object,
+            new.world_from_object @ np.linalg.inv(old.world_from_object) @ old.stated,
+        )
+        if old.stated is not None
+        else new
+        for new, old in zip(setup.observations, before.observations, strict=True)
+    ]
+    return replace(setup, observations=tuple(seen))
+
+
+def _small_motion(middle: FloatArray, random: np.random.Generator) -> FloatArray:
+    turn = rotation(np.deg2rad(_ROTATION_ERROR * random.standard_normal(3)))
+    shift = _POSITION_ERROR * random.standard_normal(3)
+    return rigid(turn, middle - turn @ middle + shift)

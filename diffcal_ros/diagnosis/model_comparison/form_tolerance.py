@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How well a model does whose effect has about the right form.
+
+No effect of the world has just the form of the library's: a clamp gives way more about one axis,
+a rubber stiffens by another law, a lens is a little longer. What such an effect does is the
+library's effect times a function that is near one and varies slowly, over the body or over the
+image. So a model's discrepancy (Kennedy and O'Hagan 2001) is
+
+    d(x) t g(x),    g a Gaussian process of size one,    t half normal,
+
+with d what the effect itself does to the patches, and t its tolerance. Both are integrated out: g
+with the parameters, around their optimum (Laplace), and t over a grid. A second effect must then
+explain what the first one's form may not.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.residual_location import nearest_nodes
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+from scipy.stats import halfnorm
+
+FloatArray = NDArray[np.float64]
+
+# Usual tolerance: a share of what the effect does. Those that are tried.
+_USUAL = 0.1
+_SHARES = np.array([0.0, 0.02, 0.05, 0.1, 0.17, 0.25])
+# Over which g changes: of the body's length, and of the picture of the body.
+_LENGTH = 0.5
+# Points between which it is interpolated, on the same scales.
+_ALONG = np.linspace(0.0, 1.0, 4)[:, None]
+_ACROSS = np.stack(np.meshgrid(*2 * [np.linspace(0.0, 1.0, 3)]), axis=-1).reshape(-1, 2)
+# Of the variance of g that all poses share; load and posture change the rest.
+_SHARED = 0.5
+
+
+@dataclass(frozen=True)
+class Tolerated:
+    """A fitted model, judged with a tolerance for the form of its effects.
+
+    Attributes:
+        log_evidence: of the patches that were fitted; of the exact form it is the fit's own.
+        log_prediction: log density of the patches of the report given those that were fitted.
+        share: expected tolerance, of what the effects do.
+        size: root mean square of what it lets the patches move [m].
+        chi_square: of the patches that were fitted, with the most likely tolerance.
+    """
+
+    log_evidence: float
+    log_prediction: float
+    share: float
+    size: float
+    chi_square: float
+
+
+def tolerated(model: ForwardModel, fit: Refit, nominal: Refit, groups: Sequence[str]) -> Tolerated:
+    """Judge a fitted model.
+
+    Args:
+        model: with its effects.
+        fit: of it.
+        nominal: fit of the model without.
+        groups: of the effects; what a sensor's error is times varies over the image.
+    """
+    done = _done_by(fit, nominal)
+    ways = _ways(model, fit, groups, done)
+    blocks = [
+        replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, w])))
+        for b, w in zip(fit.blocks, ways, strict=True)
+    ]
+    prior = np.log(np.diff(halfnorm.cdf(_borders(), scale=_USUAL)))
+    seen, both = (_levels(fit, blocks, part) for part in (Part.FIT, Part.ALL))
+    levels = prior + seen.levels
+    chances = np.exp(levels - logsumexp(levels))
+    share = float(chances @ _SHARES)
+    moved = np.concatenate(done) if done else np.zeros(0)
+    return Tolerated(
+        log_evidence=float(logsumexp(levels)),
+        log_prediction=float(logsumexp(prior + both.levels) - logsumexp(levels)),
+        share=share,
+        size=share * float(np.sqrt(np.mean(moved**2))) if len(moved) else 0.0,
+        chi_square=float(seen.chi_squares[int(np.argmax(levels))]),
+    )
+
+
+def _borders() -> FloatArray:
+    middles = 0.5 * (_SHARES[1:] + _SHARES[:-1])
+    return np.concatenate([[0.0], middles, [np.inf]])
+
+
+def _done_by(fit: Refit, nominal: Refit) -> list[FloatArray]:
+    """Return how far the effects move each patch of each block beside what the nominal fit did."""
+    before = {
+        (block.view, block.kind, block.is_rigid, int(cell)): float(value)
+        for block in nominal.blocks
+        for cell, value in zip(block.patches.cells, block.patches.values, strict=True)
+    }
+    found = []
+    for block in fit.blocks:
+        names = [(block.view, block.kind, block.is_rigid, int(c)) for c in block.patches.cells]
+        after = block.patches.values
+        found.append(
+            np.array([before.get(name, v) - v for name, v in zip(names, after, strict=True)])
+        )
+    return found
+
+
+def _ways(
+    model: ForwardModel, fit: Refit, groups: Sequence[str], done: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """Return what the functions of one tolerance's size do to the patches of each block [m]."""
+    places: list[Callable[[Block], tuple[FloatArray, FloatArray]]] = []
+    if any(group != 'sensor' for group in groups):
+        points = [view.points for view in model.views(fit.coordinates)]
+        places.append(lambda block: (_along(model, block, points[block.view]), _ALONG))
+    if 'sensor' in groups:
+        centers = np.concatenate([block.patches.centers for block in fit.blocks])
+        low, span = centers.min(axis=0), float(np.ptp(centers, axis=0).max())
+        places.append(lambda block: ((block.patches.centers - low) / span, _ACROSS))
+    views = sorted({block.view for block in fit.blocks})
+    found = []
+    for block, moved in zip(fit.blocks, done, strict=True):
+        columns = []
+        for where in places:
+            modes = _interpolated(*where(block)) / np.sqrt(len(places))
+            own = np.zeros((len(moved), len(views), modes.shape[1]))
+            own[:, views.index(block.view)] = np.sqrt(1.0 - _SHARED) * modes
+            columns += [np.sqrt(_SHARED) * modes, own.reshape(len(moved), -1)]
+        found.append(moved[:, None] * np.hstack(columns))
+    return found
+
+
+def _along(model: ForwardModel, block: Block, points: FloatArray) -> FloatArray:
+    observation = model.observations[block.view]
+    rest = model.body(observation).discretisation.rest_nodes
+    share = model.effects.axes(observation.setup_index).share(rest)
+    return np.asarray(share[nearest_nodes(block, points, observation.camera)])[:, None]
+
+
+def _interpolated(places: FloatArray, points: FloatArray) -> FloatArray:
+    """Return functions whose sum with independent weights of size one is the process, (n, k)."""
+    values, turns = np.linalg.eigh(_kernel(points, points))
+    return np.asarray(_kernel(places, points) @ turns / np.sqrt(values))
+
+
+def _kernel(one: FloatArray, other: FloatArray) -> FloatArray:
+    square = ((one[:, None] - other[None]) ** 2).sum(axis=-1)
+    return np.exp(-square / _LENGTH**2)
+
+
+@dataclass(frozen=True)
+class _Levels:
+    """By tolerance: log evidence, and chi-square of what is left."""
+
+    levels: FloatArray
+    chi_squares: FloatArray
+
+
+def _levels(fit: Refit, blocks: Sequence[Block], part: Part) -> _Levels:
+    seen = whiten(blocks, part)
+    mean, precision = full_prior(fit.parameters)
+    count = len(fit.coordinates)
+    offset = fit.coordinates - (mean - fit.shifts)
+    lower, upper = fit.parameters.bounds()
+    # What stopped at a bound does not follow.
+    free = np.flatnonzero((fit.coordinates > lower) & (fit.coordinates < upper))
+    products = seen.jacobian.T @ seen.jacobian
+    pull = seen.jacobian.T @ seen.values
+    pull[:count] -= precision @ offset
+    cost = 0.5 * (seen.chi_square + float(offset @ precision @ offset))
+    levels, chi_squares = [], []
+    for share in _SHARES:
+        size = count if share == 0.0 else len(pull)
+        prior = np.eye(size) / (share**2 if share > 0.0 else 1.0)
+        prior[:count, :count] = precision
+        information = products[:size, :size] + prior
+        moving = np.concatenate([free, np.arange(count, size)])
+        own = information[np.ix_(moving, moving)]
+        step = np.linalg.solve(own, pull[moving])
+        left = seen.values - seen.jacobian[:, moving] @ step
+        volumes = np.linalg.slogdet(information)[1] - np.linalg.slogdet(prior)[1]
+        levels.append(-cost + 0.5 * float(pull[moving] @ step) - 0.5 * volumes)
+        chi_squares.append(float(left @ left))
+    return _Levels(np.array(levels), np.array(chi_squares))

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What hides in parameters, or camera poses, of which better is known."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_group import Block
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+FloatArray = NDArray[np.float64]
+
+# A parameter so many standard deviations from what is known of it is strained; and a pose is
+# that is as unlikely.
+_STRAINED = 3.0
+_UNLIKELY = float(chi2.sf(_STRAINED**2, 1))
+
+
+def unstrained(fit: Refit) -> list[Block]:
+    """Return the patches as they would be if nothing strained its prior, to first order.
+
+    An effect may hide in a parameter of which better is known, and one of the camera in its pose:
+    the gap is then small, and the parameter absurd.
+    """
+    beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
+    if not beyond.any():
+        return fit.blocks
+    return [
+        replace(
+            block,
+            patches=replace(
+                block.patches, values=block.patches.values + block.patches.jacobian @ beyond
+            ),
+        )
+        for block in fit.blocks
+    ]
+
+
+def _parameters_beyond(fit: Refit) -> FloatArray:
+    beyond = np.zeros(len(fit.coordinates))
+    for place, parameter in enumerate(fit.parameters):
+        mean, std = parameter.quantity.prior_mean, parameter.quantity.prior_std
+        if mean is None or std is None or parameter.is_nuisance:
+            continue
+        allowed = _STRAINED * (std / mean if parameter.is_logarithmic else std)
+        here, _ = fit.of_the_body(place)
+        offset = here - parameter.coordinate(mean)
+        beyond[place] = offset - np.clip(offset, -allowed, allowed)
+    return beyond
+
+
+def _poses_beyond(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
+    """Return how far camera poses are off, beyond what their covariances allow, shape (k,)."""
+    beyond = np.zeros(len(coordinates))
+    for observation, covariance in parameters.pose_covariances:
+        places = [
+            place
+            for place, p in enumerate(parameters)
+            if p.kind is Kind.CAMERA_POSE and p.target == observation
+        ]
+        offset = coordinates[places]
+        size = float(np.sqrt(offset @ np.linalg.solve(covariance, offset)))
+        allowed = float(np.sqrt(chi2.isf(_UNLIKELY, len(places))))
+        if size > allowed:
+            beyond[places] = (1.0 - allowed / size) * offset
+    return beyond

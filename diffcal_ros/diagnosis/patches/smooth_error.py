@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How large a sensor's smooth error is, over what it changes, and how much of it all poses share.
+
+What a depth camera reads too far or too near varies smoothly over its picture, and most of that is
+its own: it stands in the image in every pose, where a small scale of depth beside a larger effect
+would look just like it. Its size is found on the patches, with all that parameters, mesh and every
+effect of the library may have put there projected out (restricted maximum likelihood, Patterson
+and Thompson 1971), so that what the model lacks is not taken for the sensor's.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
+from diffcal_ros.diagnosis.patches.patch_group import Block, of_the_body
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, cholesky, solve_triangular
+
+FloatArray = NDArray[np.float64]
+
+# Sizes that are tried, by the one assumed; the prior's spread of their logarithm. Sensors that are
+# better than assumed are not told from those whose error the parameters have followed.
+_SIZES = np.geomspace(0.25, 4.0, 33)
+_SPREAD = np.log(2.0)
+_LEAST, _MOST = 1.0, 2.0
+# Lengths by the one assumed, and shares of the variance that stand in the image of every pose.
+_LENGTHS = (0.5, 1.0, 2.0)
+_STANDING = (0.0, 0.5, 0.9)
+# Fewer directions beside all that is projected out say nothing.
+_FEWEST = 12
+
+
+@dataclass(frozen=True)
+class SmoothError:
+    """A sensor's smooth error of depth.
+
+    Attributes:
+        size: one standard deviation [m].
+        length: over which it changes [px].
+        standing: share of its variance that all poses have in common.
+    """
+
+    size: float
+    length: float
+    standing: float
+
+
+def with_smooth_error(
+    noises: Sequence[NoiseModel], blocks: Sequence[Block], still: Collection[int]
+) -> tuple[NoiseModel, ...]:
+    """Return the noise of every view with the smooth error that its patches show.
+
+    Of one sensor, so one for all views of bodies at rest whose frames were repeated.
+
+    Args:
+        noises: of every view, as assumed.
+        blocks: of the nominal fit with that noise, with tangents of all effects.
+        still: views of bodies at rest.
+    """
+    quiet = {view for view in still if noises[view].is_measured}
+    if not quiet:
+        return tuple(noises)
+    own = [block for block in blocks if block.view in quiet]
+    found = measured_smooth_error(own, noises[min(quiet)])
+    return tuple(
+        replace(noise, smooth=found.size, smooth_length=found.length, standing=found.standing)
+        if view in quiet
+        else noise
+        for view, noise in enumerate(noises)
+    )
+
+
+def measured_smooth_error(blocks: Sequence[Block], assumed: NoiseModel) -> SmoothError:
+    """Measure it on patches of depth whose covariance holds the error assumed.
+
+    Args:
+        blocks: with tangents of all that may have put something there.
+        assumed: noise with the median of the prior of its size.
+    """
+    depth = [b for b in of_the_body(blocks) if b.kind == 'depth' and len(b.patches.values)]
+    nothing = SmoothError(assumed.smooth, assumed.smooth_length, assumed.standing)
+    if not depth:
+        return nothing
+    beside = _beside(depth)
+    if beside.shape[1] < _FEWEST:
+        return nothing
+    values = beside.T @ np.concatenate([block.patches.values for block in depth])
+    others = beside.T @ _without_smooth(depth, assumed) @ beside
+    factor = cholesky(others, lower=True)
+    scaled = solve_triangular(factor, np.column_stack([values, beside.T]), lower=True)
+    seen, ways = scaled[:, 0], scaled[:, 1:]
+    kinds = list(product(_LENGTHS, _STANDING))
+    table = np.zeros((len(kinds), len(_SIZES)))
+    for row, (length, standing) in enumerate(kinds):
+        smooth = ways @ _kernel(depth, length * assumed.smooth_length, standing) @ ways.T
+        table[row] = _levels(seen, smooth, assumed.smooth * _SIZES)
+    table -= 0.5 * (np.log(_SIZES) / _SPREAD) ** 2
+    chances = np.exp(table - table.max())
+    chances /= chances.sum()
+    size = assumed.smooth * float(np.sqrt(chances.sum(axis=0) @ _SIZES**2))
+    best = int(chances.sum(axis=1).argmax())
+    return SmoothError(
+        size=float(np.clip(size, _LEAST * assumed.smooth, _MOST * assumed.smooth)),
+        length=kinds[best][0] * assumed.smooth_length,
+        standing=kinds[best][1],
+    )
+
+
+def _levels(values: FloatArray, smooth: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Return the restricted log likelihood of each size, in units of all other noise."""
+    known, directions = np.linalg.eigh(smooth)
+    squares = (directions.T @ values) ** 2
+    variances = 1.0 + np.maximum(known, 0.0) * sizes[:, None] ** 2
+    return np.asarray(-0.5 * (np.log(variances) + squares / variances).sum(axis=1))
+
+
+def _without_smooth(blocks: Sequence[Block], assumed: NoiseModel) -> FloatArray:
+    """Return the covariance of all noise but the smooth error, shape (n, n)."""
+    own = []
+    for block in blocks:
+        patches = block.patches
+        smooth = assumed.smooth**2 * kernel(patches.centers, assumed.smooth_length)
+        # What was taken off before rounding may leave a little less than nothing.
+        rest = patches.covariance + patches.common.covariance(patches.centers) - smooth
+        own.append(rest + np.diag(1e-6 * patches.variances))
+    return np.asarray(block_diag(*own))
+
+
+def _kernel(blocks: Sequence[Block], length: float, standing: float) -> FloatArray:
+    centers = np.concatenate([block.patches.centers for block in blocks])
+    views = np.concatenate([np.full(len(b.patches.values), b.view) for b in blocks])
+    share = np.where(views[:, None] == views, 1.0, standing)
+    return np.asarray(share * kernel(centers, length))
+
+
+def _beside(blocks: Sequence[Block]) -> FloatArray:
+    """Return an orthonormal basis of what no tangent and no mesh may have put there."""
+    tangents = np.concatenate([block.patches.jacobian for block in blocks])
+    columns = np.column_stack([tangents, block_diag(*(b.mesh[:, None] for b in blocks))])
+    lengths = np.linalg.norm(columns, axis=0)
+    kept = columns[:, lengths > 0.0] / lengths[lengths > 0.0]
+    left, spans, _ = np.linalg.svd(kept, full_matrices=True)
+    return np.asarray(left[:, int((spans > 1e-9 * spans.max(initial=0.0)).sum()) :])

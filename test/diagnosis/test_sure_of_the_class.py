@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a verdict says beside a name: what else looks like it, and a class that is sure."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
+from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, Verdict
+from diffcal_ros.effects.rigid import ROLLED
+import pytest
+
+
+@pytest.fixture(scope='module')
+def tilted(screened) -> Hypothesis:
+    evidence, fit, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
+    return try_effects(evidence, fit, [score.candidate], starts_of(score))
+
+
+def _concluded(screened, tilted: Hypothesis, confidence: float, *alike: str) -> Diagnosis:
+    evidence, fit, scores = screened
+    found = measure_disagreement(fit, scores, margin=1e-5)
+    disagreement = replace(found, verdict=Verdict.DISAGREE)
+    choice = Choice(tilted, confidence, alike, None)
+    return conclude(evidence, fit, scores, disagreement, Selection((tilted,)), choice, 1.0)
+
+
+def test_a_tilt_is_said_to_be_imitated_by_a_steady_push(screened, tilted):
+    diagnosis = _concluded(screened, tilted, 0.95, 'gravity_tilt')
+    assert [effect.identifier for effect in diagnosis.effects] == ['gravity_tilt']
+    (told,) = [note for note in diagnosis.notes if 'steady push' in note]
+    assert ROLLED in told
+    assert ROLLED in diagnosis.separating_recording
+
+
+@pytest.mark.parametrize(
+    ('other', 'group'), [('added_mass', 'load'), ('camera_offset', None), (None, None)]
+)
+def test_a_class_is_told_where_the_name_is_not_sure(screened, tilted, other, group):
+    alike = ('gravity_tilt',) if other is None else ('gravity_tilt', other)
+    diagnosis = _concluded(screened, tilted, 0.5, *alike)
+    assert diagnosis.effects == ()
+    told = [note for note in diagnosis.notes if note.startswith('whichever of them')]
+    expected = f'whichever of them it is, it is of the class {group}'
+    assert told == ([] if group is None else [expected])
