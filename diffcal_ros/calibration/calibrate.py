@@ -20,6 +20,7 @@ from diffcal_ros.calibration.robust_fit import RobustFit
 from diffcal_ros.calibration.search.mirrored_pose import choose_mirrored
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
+from diffcal_ros.calibration.uncertainty.prior_chance import placement_chance
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.calibration.whole_image.image_fit import ImageFit
 from diffcal_ros.errors import InputError, NotSimulatedError
@@ -192,7 +193,15 @@ class Calibration:
         gap_end = self.objective.gap(minimum.coordinates)
         fitted = fitted_parameters(self.parameters, minimum.coordinates, uncertainty)
         is_ambiguous = any(own.is_as_good for own in end.alternatives)
-        outcome = judge(minimum, gap_end, fitted, uncertainty, is_ambiguous=is_ambiguous)
+        placement = placement_chance(self.parameters, minimum.coordinates)
+        outcome = judge(
+            minimum,
+            gap_end,
+            fitted,
+            uncertainty,
+            is_ambiguous=is_ambiguous,
+            placement=placement,
+        )
         return CalibrationResult(
             outcome=outcome,
             parameters=fitted,
@@ -204,7 +213,7 @@ class Calibration:
             warnings=(
                 *self._pose_notes,
                 *self._notes,
-                *warn(outcome, gap_end, fitted, uncertainty),
+                *warn(gap_end, fitted, uncertainty, placement=placement),
                 *self.model.warnings(),
             ),
             seconds=seconds,

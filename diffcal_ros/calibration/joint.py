@@ -17,6 +17,7 @@ from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
+from diffcal_ros.calibration.uncertainty.prior_chance import placement_chance
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Minimum
@@ -170,7 +171,8 @@ class JointCalibration:
         uncertainty = estimate_uncertainty(minimum.linearisation, self.parameters, shift)
         gap = self.objective.gap(at)
         fitted = fitted_parameters(self.parameters, at, uncertainty)
-        outcome = judge(minimum, gap, fitted, uncertainty)
+        placement = placement_chance(self.parameters, at)
+        outcome = judge(minimum, gap, fitted, uncertainty, placement=placement)
         gaps = zip(self.members, self.objective.gaps(at), strict=True)
         return CalibrationResult(
             outcome=outcome,
@@ -180,7 +182,7 @@ class JointCalibration:
             loss='robust',
             history=tuple(history),
             correlation=uncertainty.correlation,
-            warnings=tuple(warn(outcome, gap, fitted, uncertainty)),
+            warnings=tuple(warn(gap, fitted, uncertainty, placement=placement)),
             seconds=seconds,
             details={'members': {name: own.as_dict() for name, own in gaps}},
         )

@@ -14,6 +14,8 @@ import numpy as np
 # A fit that leaves more than this, or covers less in either direction, calls for an explanation.
 _LARGE_GAP = 0.003
 _LOW_COVERAGE = 0.90
+# Where body and cameras are stated to be, they are not if that is less likely.
+_HARDLY_POSSIBLE = 1e-4
 # Of a body that is found, more is seen where it is rendered.
 _FOUND = 0.10
 _STRONG_CORRELATION = 0.95
@@ -36,6 +38,7 @@ def judge(
     uncertainty: Uncertainty,
     *,
     is_ambiguous: bool = False,
+    placement: float = 1.0,
 ) -> Outcome:
     """Say how a fit ended.
 
@@ -45,6 +48,7 @@ def judge(
         fitted: values and errors.
         uncertainty: of them.
         is_ambiguous: another minimum explains the data about as well.
+        placement: chance of placement and poses under what is stated of them.
     """
     if minimum.stop is Stop.INTERRUPTED:
         return Outcome.INTERRUPTED
@@ -57,15 +61,19 @@ def judge(
         return Outcome.NOT_CONVERGED
     if any(p.at_bound and not p.is_nuisance for p in fitted):
         return Outcome.AT_BOUND
-    if gap.median > _LARGE_GAP or leaves_body_out(gap):
+    if gap.median > _LARGE_GAP or leaves_body_out(gap) or placement < _HARDLY_POSSIBLE:
         return Outcome.MODEL_DISAGREES
     return Outcome.AMBIGUOUS if is_ambiguous else Outcome.CONVERGED
 
 
 def warn(
-    outcome: Outcome, gap: Gap, fitted: Sequence[FittedParameter], uncertainty: Uncertainty
+    gap: Gap,
+    fitted: Sequence[FittedParameter],
+    uncertainty: Uncertainty,
+    *,
+    placement: float = 1.0,
 ) -> list[str]:
-    """List what a person should know before using the numbers."""
+    """List what a person should know before using the numbers; arguments as of `judge`."""
     warnings = []
     if uncertainty.blind:
         warnings.append(f'the data cannot tell apart: {", ".join(uncertainty.blind)}')
@@ -86,6 +94,12 @@ def warn(
     )
     if np.isfinite(gap.median) and gap.median > _LARGE_GAP:
         warnings.append(f'a median gap of {1e3 * gap.median:.1f} mm is left on the body')
+    if placement < _HARDLY_POSSIBLE:
+        warnings.append(
+            'body or camera stand where the scene says that they are not (chance '
+            f'{placement:.0e}): correct placement, poses, or the standard deviations stated of '
+            'them (rigid_offset, pose); a wrong pose can look like another modulus'
+        )
     if gap.coverage_in_sight < _LOW_COVERAGE:
         warnings.append(
             f'only {gap.coverage_in_sight:.0%} of the rendered body was found in the depth image'

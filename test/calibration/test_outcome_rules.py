@@ -22,18 +22,18 @@ KNOWN = Uncertainty(SMALL, SMALL, NOTHING, NOTHING, SMALL, (), ())
 
 
 def _judge(
-    *, stop=Stop.CONVERGED, gap=GOOD, fitted=(MODULUS, BIAS), known=KNOWN, is_ambiguous=False
+    *, stop=Stop.CONVERGED, gap=GOOD, fitted=(MODULUS, BIAS), known=KNOWN, **others
 ) -> Outcome:
     square = np.eye(2)
     minimum = Minimum(
         np.zeros(2), Linearisation(1.0, np.zeros(2), square, square, square), 5, stop
     )
-    return judge(minimum, gap, fitted, known, is_ambiguous=is_ambiguous)
+    return judge(minimum, gap, fitted, known, **others)
 
 
 def test_a_fit_without_anything_amiss_has_converged() -> None:
     assert _judge() is Outcome.CONVERGED
-    assert warn(Outcome.CONVERGED, GOOD, (MODULUS, BIAS), KNOWN) == []
+    assert warn(GOOD, (MODULUS, BIAS), KNOWN) == []
 
 
 @pytest.mark.parametrize(
@@ -84,6 +84,15 @@ def test_only_a_converged_fit_may_be_used_unseen() -> None:
     assert len({outcome.remedy for outcome in Outcome}) == len(Outcome)
 
 
+def test_a_body_that_stands_where_it_cannot_is_not_called_converged():
+    assert _judge(placement=2e-4) is Outcome.CONVERGED
+    assert _judge(placement=5e-5) is Outcome.MODEL_DISAGREES
+    assert _judge(placement=5e-5, is_ambiguous=True) is Outcome.MODEL_DISAGREES
+    (warning,) = warn(GOOD, (MODULUS, BIAS), KNOWN, placement=5e-5)
+    assert 'where the scene says that they are not (chance 5e-05)' in warning
+    assert warn(GOOD, (MODULUS, BIAS), KNOWN, placement=2e-4) == []
+
+
 @pytest.mark.parametrize(
     ('gap', 'fitted', 'known', 'words'),
     [
@@ -97,14 +106,14 @@ def test_only_a_converged_fit_may_be_used_unseen() -> None:
     ],
 )
 def test_what_a_person_should_know_is_told(gap, fitted, known, words) -> None:
-    (warning,) = warn(Outcome.CONVERGED, gap, fitted, known)
+    (warning,) = warn(gap, fitted, known)
     assert words in warning
 
 
 def test_two_that_are_hard_to_tell_apart_are_named_unless_nobody_asked() -> None:
     tied = replace(KNOWN, statistical=1e-4 * np.array([[1.0, -0.97], [-0.97, 1.0]]))
     asked = (MODULUS, replace(BIAS, name='rigid_offset.x', is_nuisance=False))
-    (warning,) = warn(Outcome.CONVERGED, GOOD, asked, tied)
+    (warning,) = warn(GOOD, asked, tied)
     assert 'youngs_modulus and rigid_offset.x are hard to tell apart' in warning
     assert '-0.97' in warning
-    assert warn(Outcome.CONVERGED, GOOD, (MODULUS, BIAS), tied) == []
+    assert warn(GOOD, (MODULUS, BIAS), tied) == []

@@ -35,7 +35,10 @@ def test_profile_is_told_everywhere(calibrate, tmp_path):
         (['--profile', 'density'], "cannot profile 'density': fitted are youngs_modulus"),
         (['--profile', 'youngs_modulus', '--law', 'all'], 'leave out --field and --law all'),
         (['--profile', 'youngs_modulus', '--field'], 'leave out --field and --law all'),
-        (['--profile', 'youngs_modulus', '--loss', 'paper'], 'has no likelihood to profile'),
+        (
+            ['--profile', 'youngs_modulus', '--loss', 'paper'],
+            'a whole-image loss has no likelihood',
+        ),
     ],
 )
 def test_impossible_profiles_are_refused(calibrate, options, words):

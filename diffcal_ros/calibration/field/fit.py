@@ -20,6 +20,7 @@ from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
 from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
+from diffcal_ros.calibration.uncertainty.prior_chance import placement_chance
 from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
@@ -240,12 +241,14 @@ def _result(
     gap = objective.gap(coordinates)
     fitted = fitted_parameters(parameters, coordinates, uncertainty)
     stop = Stop.INTERRUPTED if is_stopped else Stop.CONVERGED
-    outcome = judge(Minimum(coordinates, linear, 0, stop), gap, fitted, uncertainty)
+    minimum = Minimum(coordinates, linear, 0, stop)
+    placement = placement_chance(parameters, coordinates)
+    outcome = judge(minimum, gap, fitted, uncertainty, placement=placement)
     return replace(
         uniform,
         outcome=outcome,
         parameters=fitted,
         gap_end=gap,
         correlation=uncertainty.correlation,
-        warnings=tuple(warn(outcome, gap, fitted, uncertainty)),
+        warnings=tuple(warn(gap, fitted, uncertainty, placement=placement)),
     )

@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a fit stands where the scene says that body and cameras are."""
+
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+FloatArray = NDArray[np.float64]
+
+_PLACEMENTS = (Kind.RIGID_OFFSET, Kind.CAMERA_POSE)
+
+
+def placement_chance(parameters: ParameterSet, coordinates: FloatArray) -> float:
+    """Return the chance that placement and poses lie so far off what is stated, or farther.
+
+    It is that of chi-square under the priors alone: the data pull a fit away from them, and a
+    model that lacks something, or a wrong pose, pulls without limit. 1 where nothing is stated.
+
+    Args:
+        parameters: with their priors.
+        coordinates: where the fit ended, shape (k,).
+    """
+    prior = parameters.prior()
+    places = [
+        place
+        for place, parameter in enumerate(parameters)
+        if parameter.kind in _PLACEMENTS and prior.precision[place, place] > 0.0
+    ]
+    if not places:
+        return 1.0
+    off = (np.asarray(coordinates) - prior.mean)[places]
+    return float(chi2.sf(off @ prior.precision[np.ix_(places, places)] @ off, len(places)))
