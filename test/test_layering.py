@@ -7,7 +7,7 @@ from pathlib import Path
 import subprocess
 import sys
 
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -10,7 +10,7 @@ from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.diagnosis.diagnose import Course
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, Verdict
-from diffcal_ros.effects.library import EFFECTS, what_settles
+from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.diagnosis_figure import residual_figure, score_figure
 from diffcal_ros.report.figure_png import data_uri, png_bytes
 from diffcal_ros.report.naming import shown, title

@@ -5,7 +5,7 @@
 import math
 
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect, Verdict
-from diffcal_ros.effects.library import EFFECTS, what_settles
+from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.naming import shown, title
 
 _WORDS = {

@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.effects.library import EFFECTS, effects_by_fit_name
+from diffcal_ros.effects.registry import EFFECTS, effects_by_fit_name
 from diffcal_ros.scene.model import ObservationSetup, Region
 from diffcal_ros.scene.problems import listed, suggestion
 from diffcal_ros.scene.quantities import QUANTITY_RULES

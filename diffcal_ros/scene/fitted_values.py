@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import copy
 from typing import Any
 
-from diffcal_ros.effects.library import effects_by_fit_name
+from diffcal_ros.effects.registry import effects_by_fit_name
 from diffcal_ros.scene.fit_names import (
     CABLE_NAMES,
     MATERIAL_NAMES,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import SceneError
 import yaml
 

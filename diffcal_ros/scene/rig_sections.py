@@ -8,7 +8,7 @@ import math
 
 from diffcal_ros.camera import PinholeCamera, SHORTEST_FOCAL_LENGTH
 from diffcal_ros.effects.effect import Effect
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.model import Masks, RigidOffset
 from diffcal_ros.scene.problems import shown
 from diffcal_ros.scene.section import as_number, Section, whole_numbers

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.calibration.forward.posture import clamped_body
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.effects.library import Amplitudes
+from diffcal_ros.effects.registry import Amplitudes
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError

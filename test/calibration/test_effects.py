@@ -9,7 +9,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 import numpy as np

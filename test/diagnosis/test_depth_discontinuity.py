@@ -10,7 +10,7 @@ from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
 from diffcal_ros.diagnosis.verdict.verdict import Verdict
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.detection.limits import upper_limits
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
 

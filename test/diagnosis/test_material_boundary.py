@@ -8,7 +8,7 @@ from diffcal_ros.diagnosis.detection.material_boundary import _best_border
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.verdict.verdict import Verdict
-from diffcal_ros.effects.library import border_effects
+from diffcal_ros.effects.registry import border_effects
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS

@@ -6,7 +6,7 @@ from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Projection
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
 from support.scenes import beam_scene

@@ -4,7 +4,7 @@
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
 from diffcal_ros.diagnosis.verdict.verdict_figures import named_effects
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 import pytest
 
 SURE = 0.99

@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.diagnose import Course, diagnose
 from diffcal_ros.diagnosis.verdict.acceptance import accept
 from diffcal_ros.diagnosis.verdict.verdict import save_verdict, Verdict
 from diffcal_ros.effects.effect import Component, Effect
-from diffcal_ros.effects.library import EFFECTS, what_settles
+from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.report.verdict_text import verdict_lines
 from diffcal_ros.scene.load import load_scene

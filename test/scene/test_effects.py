@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The library of effects as data: what would tell them apart."""
 
-from diffcal_ros.effects.library import EFFECTS, what_settles
+from diffcal_ros.effects.registry import EFFECTS, what_settles
 import pytest
 
 _ROLLED = 'rig rolled by 90 degrees'

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.cli.main import main
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.modulus_field import FIELD_FILE, write_modulus_field

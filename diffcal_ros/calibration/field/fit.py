@@ -25,7 +25,7 @@ from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
 )
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.scene.model import Scene

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.fem.conditions import CableState, Conditions
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.laws import find_law

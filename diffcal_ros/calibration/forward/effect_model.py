@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.effects.effect import Effect, Numbers
-from diffcal_ros.effects.library import Amplitudes, EFFECTS, seen_border
+from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_border
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import TypeVar
 
 from diffcal_ros.effects.effect import Component, Effect
-from diffcal_ros.effects.library import EFFECTS, effects_by_fit_name
+from diffcal_ros.effects.registry import EFFECTS, effects_by_fit_name
 from diffcal_ros.errors import SceneError
 from diffcal_ros.least_squares.normal_equations import Prior
 from diffcal_ros.scene.fit_names import CABLE_NAMES

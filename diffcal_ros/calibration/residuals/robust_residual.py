@@ -27,7 +27,7 @@ from diffcal_ros.calibration.residuals.measured_body import (
 )
 from diffcal_ros.depth.trace import Outline, Trace
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels
 from diffcal_ros.scene.model import Masks
 import numpy as np

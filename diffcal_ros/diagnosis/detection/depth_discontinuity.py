@@ -21,7 +21,7 @@ from diffcal_ros.diagnosis.patches.patches import averaged_by_cell, cell_numbers
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
 from diffcal_ros.diagnosis.screening.screening import Projection
-from diffcal_ros.effects.library import seen_border
+from diffcal_ros.effects.registry import seen_border
 import numpy as np
 from numpy.typing import NDArray
 

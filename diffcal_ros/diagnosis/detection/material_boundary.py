@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.diagnosis.patches.evidence import Evidence
-from diffcal_ros.effects.library import border_effects
+from diffcal_ros.effects.registry import border_effects
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np

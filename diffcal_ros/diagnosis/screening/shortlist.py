@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.screening.screening import Score, Screen
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 
 # Effects that are refitted, by the order of their scores; twins of those come on top.
 _FIRST = 4

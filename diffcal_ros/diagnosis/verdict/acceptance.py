@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model_file import (
     effects_in_force,

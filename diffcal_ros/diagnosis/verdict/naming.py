@@ -33,7 +33,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     parameter_table,
     times_detectable,
 )
-from diffcal_ros.effects.library import EFFECTS, what_settles
+from diffcal_ros.effects.registry import EFFECTS, what_settles
 import numpy as np
 
 # An effect is named by itself from this confidence on.

@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_share, Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 from numpy.typing import NDArray
 

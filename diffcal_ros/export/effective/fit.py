@@ -16,7 +16,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.effects.library import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.export.effective.run_posture import RunPosture
 from diffcal_ros.export.effective.shape_match import choose, match_shapes
