@@ -33,7 +33,7 @@ import joblib
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.measuring import machine, write
+from benchmarks.measuring import machine, RESULTS, write
 
 FloatArray = NDArray[np.float64]
 
@@ -58,9 +58,20 @@ def main() -> int:
         print(told, flush=True)
     fits = [json.loads(_file(given.out, *one).read_text()) for one in wanted]
     summary = [_summary([own for own in fits if own['case'] == case]) for case in chosen]
-    write('far_starts', {'machine': machine(), 'cases': summary, 'fits': fits})
+    write('far_starts', _with_earlier(summary, fits))
     print(json.dumps(summary, indent=1))
     return 0
+
+
+def _with_earlier(summary: list[dict[str, Any]], fits: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the figures, those of cases that were not run this time as they were."""
+    commit = machine()['commit']
+    done = {case['case']: {**case, 'commit': commit} for case in summary}
+    path = RESULTS / 'far_starts.json'
+    earlier = json.loads(path.read_text())['figures'] if path.is_file() else {}
+    kept = {case['case']: case for case in earlier.get('cases', ())}
+    left = [fit for fit in earlier.get('fits', ()) if fit['case'] not in done]
+    return {'cases': list((kept | done).values()), 'fits': [*left, *fits]}
 
 
 def _arguments() -> argparse.Namespace:

@@ -3,6 +3,7 @@
 """A node under test beside a probe that talks DDS to it, and nodes as processes of their own."""
 
 from collections.abc import Callable, Sequence
+import gc
 from pathlib import Path
 import signal
 import subprocess
@@ -54,7 +55,13 @@ class RosBench:
         for node in self.nodes:
             node.close()
         self.executor.shutdown()
+        # A node that is only forgotten goes on telling its latched messages until it is collected,
+        # to whatever test takes its domain next.
+        for node in (*self.nodes, self.probe):
+            node.destroy_node()
+        self.nodes.clear()
         rclpy.try_shutdown()
+        gc.collect()
 
     def until(self, is_true: Callable[[], Any], what: str, limit: float = _LIMIT) -> Any:
         """Spin until something is true, and return it."""
