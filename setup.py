@@ -37,6 +37,7 @@ setup(
     install_requires=REQUIREMENTS.read_text().split() if REQUIREMENTS.is_file() else [],
     extras_require={
         'cholmod': ['cvxopt>=1.3'],  # GPL: only on the user's own decision.
+        'cluster': ['distributed>=2024.5'],
         'fast': ['pypardiso>=0.4.6'],
         'mesh': ['pytetwild>=0.2', 'pyvista>=0.43'],
         'mujoco': ['mujoco>=4.0'],
@@ -63,7 +64,7 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'diffcal = diffcal_ros.cli.main:main',
+            'diffcal = diffcal_ros.cli.program:main',
             *([] if BUILDS_WHEEL else NODES),
         ]
     },

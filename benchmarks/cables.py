@@ -26,8 +26,8 @@ from diffcal_ros.reproduction.summary import summarise
 from diffcal_ros.scene.cables import cable_routes, start_cables
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.start_material import start_material
 from diffcal_ros.scene.yaml_document import read_yaml
-from diffcal_ros.synthetic.posed_body import start_material
 from measuring import write
 import numpy as np
 import yaml
@@ -43,7 +43,7 @@ def main() -> None:
         raise SystemExit('set DIFFCAL_DATA to a clone of the public DiffCal data set')
     out = Path(sys.argv[1] if len(sys.argv) > 1 else 'out/cables')
     row = load_row('cable')
-    run_row(row, Path(dataset), out, starts=_STARTS, draw=lambda *_: None, tell=print)
+    run_row(row, Path(dataset), out, starts=_STARTS, draw=lambda *_: None, report=print)
     fits: dict[str, Any] = {}
     for variant, summary in zip(row.variants, summarise(row, out, _STARTS), strict=True):
         assert variant.simulate is not None
@@ -80,11 +80,13 @@ def _cost(scene: Scene, element: Element) -> dict[str, Any]:
     works: dict[str, Callable[[], Any]] = {}
     for name, own in (('factor_without', plain), ('factor_with', body)):
         own.solve_equilibrium(material, gravity)
-        values = own.solver.stiffness_values(own.state.positions)
-        works[name] = partial(own.solver._solver.factor, values)
+        values = own.solver.stiffness.values(own.state.positions)
+        works[name] = partial(own.solver.stiffness._solver.factor, values)
     # What a low-rank update of every factorisation would take instead.
-    sides = np.random.default_rng(0).normal(size=(plain.solver.pattern.size, 3 * via_count))
-    works['solves_of_an_update'] = partial(plain.solver._solver.solve, sides)
+    sides = np.random.default_rng(0).normal(
+        size=(plain.solver.stiffness.pattern.size, 3 * via_count)
+    )
+    works['solves_of_an_update'] = partial(plain.solver.stiffness._solver.solve, sides)
 
     def settle(length_change: float) -> None:
         longer = tuple(
@@ -101,8 +103,8 @@ def _cost(scene: Scene, element: Element) -> dict[str, Any]:
     works['equilibrium_after_1_mm'] = lambda: settle(0.001)
     figures = {name: min(seconds) for name, seconds in _cpu_seconds(works).items()}
     entries = {
-        'without': plain.solver.pattern.entry_count,
-        'with': body.solver.pattern.entry_count,
+        'without': plain.solver.stiffness.pattern.entry_count,
+        'with': body.solver.stiffness.pattern.entry_count,
     }
     return {'cpu_s': figures, 'entries': entries}
 

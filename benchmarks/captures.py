@@ -18,7 +18,6 @@ import sys
 from typing import Any
 
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.depth.reference_compat import ray_length
 from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.offline.diagnose_recordings import run_diagnosis
@@ -49,7 +48,7 @@ def _as_seen(observation: Observation) -> Observation:
 def _against_ray_length(observation: Observation) -> Observation:
     """Let the data look to a z model as they do to a renderer that returns ray length."""
     depth = observation.depth
-    stretched = ray_length(np.ones(depth.shape), observation.camera)
+    stretched = np.linalg.norm(observation.camera.rays(), axis=-1)
     return replace(observation, depth=(depth / stretched).astype(depth.dtype))
 
 

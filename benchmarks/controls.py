@@ -81,8 +81,8 @@ def _arms(case: Path) -> dict[str, dict[str, Any]]:
 
     inputs = open_inputs(load_scene(case / 'scene.yaml'), [], pose_source='stored')
     random = np.random.default_rng(sum(case.name.encode()))
-    evidence, nominal = fit_nominal(inputs.scene, inputs.observations, None)
-    views = evidence.model.views(nominal.coordinates)
+    evaluator, nominal = fit_nominal(inputs.scene, inputs.observations, None)
+    views = evaluator.model.views(nominal.coordinates)
     exact = [_image(o.depth.shape, v) for o, v in zip(inputs.observations, views, strict=True)]
 
     def seen(error: Callable[[tuple[int, ...]], FloatArray]) -> list[Any]:
@@ -96,8 +96,8 @@ def _arms(case: Path) -> dict[str, dict[str, Any]]:
         return _SMOOTH * field / field.std()
 
     return {
-        'independent': _judged(evidence, nominal),
-        'independent, mesh not allowed for': _judged(*_without_mesh(evidence, nominal)),
+        'independent': _judged(evaluator, nominal),
+        'independent, mesh not allowed for': _judged(*_without_mesh(evaluator, nominal)),
         'same mesh': _judged_of_this_mesh(inputs.scene, seen(np.zeros)),
         'same mesh, smooth error': _judged_of_this_mesh(inputs.scene, seen(smooth)),
     }
@@ -110,26 +110,26 @@ def _judged_of_this_mesh(scene: Any, observations: list[Any]) -> dict[str, Any]:
     return _judged(*_without_mesh(*fit_nominal(scene, observations, None)))
 
 
-def _without_mesh(evidence: Any, nominal: Any) -> tuple[Any, Any]:
+def _without_mesh(evaluator: Any, nominal: Any) -> tuple[Any, Any]:
     """Refit without what is known of the mesh."""
     from diffcal_ros.diagnosis.model_comparison.refit import refit
-    from diffcal_ros.diagnosis.patches.evidence import Evidence
+    from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 
-    still = tuple(np.zeros_like(move) for move in evidence.numerics.moves)
-    nothing = replace(evidence.numerics, moves=still)
-    without = Evidence(
-        evidence.model, evidence.comparers, nothing, evidence.cell, evidence.left_out
+    still = tuple(np.zeros_like(move) for move in evaluator.discretisation_error.moves)
+    nothing = replace(evaluator.discretisation_error, moves=still)
+    without = PatchEvaluator(
+        evaluator.model, evaluator.comparers, nothing, evaluator.cell, evaluator.left_out
     ).with_measured_noise(nominal.coordinates)
     return without, refit(without, nominal.coordinates)
 
 
-def _judged(evidence: Any, nominal: Any) -> dict[str, Any]:
+def _judged(evaluator: Any, nominal: Any) -> dict[str, Any]:
     """Judge a nominal fit."""
     from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
     from diffcal_ros.diagnosis.screening.candidates import candidates
     from diffcal_ros.diagnosis.screening.screening import screen
 
-    scores = screen(evidence, nominal.coordinates, candidates(evidence.model.scene))
+    scores = screen(evaluator, nominal.coordinates, candidates(evaluator.model.scene))
     found = measure_disagreement(nominal, scores, margin=0.0005)
     return {'verdict': found.verdict.value, 'p_value': found.p_value}
 
@@ -167,17 +167,17 @@ def _rank(case: Path) -> dict[str, Any] | None:
     from diffcal_ros.scene.load import load_scene
 
     inputs = open_inputs(load_scene(case / 'scene.yaml'), [], pose_source='stored')
-    evidence, nominal = fit_nominal(inputs.scene, inputs.observations, None)
-    scores = screen(evidence, nominal.coordinates, candidates(inputs.scene))
+    evaluator, nominal = fit_nominal(inputs.scene, inputs.observations, None)
+    scores = screen(evaluator, nominal.coordinates, candidates(inputs.scene))
     if not measure_disagreement(nominal, scores, margin=0.0005).is_worth_naming:
         return None
     smooth = [s for s in scores.scores if s.candidate.identifier != 'contact_plane']
     best = max(smooth, key=lambda score: score.plain_gain)
     count = best.plain_columns.shape[1]
     random = np.random.default_rng(sum(case.name.encode()))
-    fields = _random_fields(evidence, nominal, count * _DIRECTIONS, random)
-    blocks = evidence.blocks(nominal.coordinates, fields)
-    columns = scores.project(whiten(blocks, Part.FIT).jacobian[:, len(nominal.coordinates) :])
+    fields = _random_fields(evaluator, nominal, count * _DIRECTIONS, random)
+    groups = evaluator.groups(nominal.coordinates, fields)
+    columns = scores.project(whiten(groups, Part.FIT).jacobian[:, len(nominal.coordinates) :])
     own = _explained(best.plain_columns, best.plain_residual)
     others = [
         _explained(columns[:, count * k : count * (k + 1)], best.plain_residual)
@@ -199,13 +199,13 @@ def _explained(columns: FloatArray, residual: FloatArray) -> float:
 
 
 def _random_fields(
-    evidence: Any, nominal: Any, count: int, random: np.random.Generator
+    evaluator: Any, nominal: Any, count: int, random: np.random.Generator
 ) -> list[FloatArray]:
     """Draw smooth motions of the body's points, zero at the clamp, (count, N, 3) each view.
 
     They are the same in the body's frame in every pose, as those of a cause in the body would be.
     """
-    model = evidence.model
+    model = evaluator.model
     powers = random.standard_normal((count, 3, (_WIGGLES + 1) ** 3))
     fields = []
     for observation in model.observations:
@@ -220,7 +220,7 @@ def _random_fields(
                 for k in range(_WIGGLES + 1)
             ]
         )
-        held = axes.share(rest)
+        held = axes.fraction(rest)
         moves = np.einsum('cat,tn->cna', powers, terms) * held[None, :, None]
         turn = observation.depth_from_world[:3, :3] @ axes.axes.T
         fields.append(0.01 * moves @ turn.T)

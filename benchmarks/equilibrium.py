@@ -58,9 +58,9 @@ def measure(mesh: Any, element: Element, solver: str, repeats: int) -> dict[str,
     sag = float((state.positions - body.discretisation.rest_nodes)[:, 1].max())
     return {
         'tets': mesh.tet_count,
-        'unknowns': body.solver.pattern.size,
+        'unknowns': body.solver.stiffness.pattern.size,
         'element': element.value,
-        'solver': body.solver.solver_name,
+        'solver': body.solver.stiffness.solver_name,
         'sag_mm': 1e3 * sag,
         'set_up_s': setup,
         'first_call_s': first_call,

@@ -56,8 +56,8 @@ def measure(name: str, solver: str) -> dict[str, Any]:
     return {
         'body': name,
         'tets': mesh.tet_count,
-        'unknowns': body.solver.pattern.size,
-        'solver': body.solver.solver_name,
+        'unknowns': body.solver.stiffness.pattern.size,
+        'solver': body.solver.stiffness.solver_name,
         'sag_mm': 1e3 * sag,
         'set_up_cpu_s': set_up,
         'cold_cpu_s': cold,

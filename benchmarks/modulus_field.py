@@ -193,17 +193,17 @@ def gradient(scenes: dict[str, Path]) -> dict[str, Any]:
     trace = view.trace
 
     def scalar() -> None:
-        model.factor_postures()
+        model.factor_bodies()
         change = Change(youngs_modulus=model.material(coordinates).youngs_modulus)
         (tangent,) = model.tangents_of(lambda *_: [change], coordinates)
-        by_depth = trace.push_depth(depth.places, tangent)
-        by_edge = trace.push_outline(edge.places, tangent)
+        by_depth = trace.push_depth(depth.indices, tangent)
+        by_edge = trace.push_outline(edge.indices, tangent)
         depth.values @ by_depth + edge.values @ by_edge
 
     def by_tets() -> None:
-        model.factor_postures()
-        by_points = trace.pull_depth(depth.places, depth.values)
-        by_points += trace.pull_outline(edge.places, edge.values)
+        model.factor_bodies()
+        by_points = trace.pull_depth(depth.indices, depth.values)
+        by_points += trace.pull_outline(edge.indices, edge.values)
         model.pull_back_to_tets([by_points], coordinates)
 
     def at(step: float) -> None:

@@ -108,7 +108,7 @@ def speed(mesh: Any, solver: str, repeats: int) -> dict[str, Any]:
     forward = timed(case.run, repeats=repeats)
     backward = timed(lambda: case.tip_gradient(motion), repeats=repeats)
     return {
-        'solver': case.body.static_body.solver.solver_name,
+        'solver': case.body.static_body.solver.stiffness.solver_name,
         'tets': mesh.tet_count,
         'steps': motion.step_count,
         'halvings': motion.halvings,

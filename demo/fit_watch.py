@@ -102,9 +102,9 @@ class FitWatch:
             if is_fit:
                 self.health = _values(status)
             if status.level == DiagnosticStatus.ERROR or (is_fit and not self.estimates):
-                self._tell(status)
+                self._show(status)
 
-    def _tell(self, status: DiagnosticStatus) -> None:
+    def _show(self, status: DiagnosticStatus) -> None:
         """Print a sentence when it is new; counts in it are no news."""
         sentence = ''.join(letter for letter in status.message if not letter.isdigit())
         if self._told.get(status.name) != sentence:

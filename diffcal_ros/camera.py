@@ -111,16 +111,3 @@ class PinholeCamera:
                 'check that camera_info matches the depth topic'
             )
         return self.rays() * depth[..., None]
-
-    def resized(self, width: int, height: int) -> 'PinholeCamera':
-        """Return the same view with another number of pixels."""
-        across, down = width / self.width, height / self.height
-        return PinholeCamera(
-            width=width,
-            height=height,
-            fx=self.fx * across,
-            fy=self.fy * down,
-            cx=(self.cx + 0.5) * across - 0.5,
-            cy=(self.cy + 0.5) * down - 0.5,
-            distortion=self.distortion,
-        )

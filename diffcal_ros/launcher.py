@@ -47,9 +47,9 @@ class Launcher:
             command, last = recorded
             if self._dims[kernel] != dim:
                 command.set_dim(dim)
-            for place, (new, old) in enumerate(zip(arguments, last, strict=True)):
+            for index, (new, old) in enumerate(zip(arguments, last, strict=True)):
                 if new is not old:
-                    command.set_param_at_index(place, new)
-                    last[place] = new
+                    command.set_param_at_index(index, new)
+                    last[index] = new
         self._dims[kernel] = dim
         command.launch()

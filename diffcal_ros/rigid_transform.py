@@ -4,6 +4,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 FloatArray = NDArray[np.float64]
 
@@ -11,34 +12,17 @@ _ORTHONORMAL_TOLERANCE = 1e-4  # Transforms in files carry six or more digits.
 
 
 def rotation_matrix(rotation_vector: FloatArray) -> FloatArray:
-    """Turn a rotation vector into a matrix (Rodrigues).
-
-    Args:
-        rotation_vector: axis times angle [rad], shape (3,).
-
-    Returns:
-        Rotation, shape (3, 3).
-    """
-    vector = np.asarray(rotation_vector, dtype=np.float64)
-    angle = float(np.linalg.norm(vector))
-    cross = cross_matrix(vector)
-    if angle < 1e-7:
-        return np.eye(3) + cross + 0.5 * cross @ cross
-    return (
-        np.eye(3)
-        + np.sin(angle) / angle * cross
-        + (1.0 - np.cos(angle)) / angle**2 * cross @ cross
-    )
+    """Turn axis times angle [rad], shape (3,), into a matrix, shape (3, 3)."""
+    matrix: FloatArray = Rotation.from_rotvec(rotation_vector).as_matrix()
+    return matrix
 
 
 def rotation_vector(rotation: FloatArray) -> FloatArray:
-    """Turn a rotation matrix into axis times angle [rad], shape (3,)."""
-    x, y, z, w = quaternion_xyzw(rotation)
-    sine = float(np.sqrt(x * x + y * y + z * z))
-    if sine < 1e-12:
-        return 2.0 * np.array([x, y, z])
-    angle = 2.0 * np.arctan2(sine, w)
-    return np.array([x, y, z]) * (angle / sine)
+    """Turn a rotation matrix into axis times angle [rad], shape (3,) (NaN of no finite one)."""
+    if not np.isfinite(rotation).all():
+        return np.full(3, np.nan)
+    vector: FloatArray = Rotation.from_matrix(rotation).as_rotvec()
+    return vector
 
 
 def cross_matrix(vector: FloatArray) -> FloatArray:
@@ -48,28 +32,14 @@ def cross_matrix(vector: FloatArray) -> FloatArray:
 
 
 def quaternion_xyzw(rotation: FloatArray) -> FloatArray:
-    """Turn a rotation matrix into a unit quaternion (x, y, z, w) with w >= 0."""
-    m = np.asarray(rotation, dtype=np.float64)
-    # Four candidates, each exact where its own component is large (Shepperd's method).
-    squares = np.array(
-        [
-            1.0 + m[0, 0] - m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] + m[1, 1] - m[2, 2],
-            1.0 - m[0, 0] - m[1, 1] + m[2, 2],
-            1.0 + m[0, 0] + m[1, 1] + m[2, 2],
-        ]
-    )
-    pick = int(np.argmax(squares))
-    rows = np.array(
-        [
-            [squares[0], m[1, 0] + m[0, 1], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
-            [m[1, 0] + m[0, 1], squares[1], m[2, 1] + m[1, 2], m[0, 2] - m[2, 0]],
-            [m[0, 2] + m[2, 0], m[2, 1] + m[1, 2], squares[2], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], squares[3]],
-        ]
-    )
-    quaternion = rows[pick] / np.linalg.norm(rows[pick])
-    return quaternion if quaternion[3] >= 0.0 else -quaternion
+    """Turn a rotation matrix into a unit quaternion (x, y, z, w) with w >= 0.
+
+    NaN where the matrix is not finite: whoever reads a quaternion refuses those.
+    """
+    if not np.isfinite(rotation).all():
+        return np.full(4, np.nan)
+    quaternion: FloatArray = Rotation.from_matrix(rotation).as_quat(canonical=True)
+    return quaternion
 
 
 def rotation_from_quaternion(quaternion: FloatArray) -> FloatArray:
@@ -78,14 +48,8 @@ def rotation_from_quaternion(quaternion: FloatArray) -> FloatArray:
     length = float(np.linalg.norm(q))
     if not np.isfinite(length) or length < 1e-9:
         raise ValueError(f'quaternion is {q.tolist()}: its length must be finite and not zero')
-    x, y, z, w = q / length
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    matrix: FloatArray = Rotation.from_quat(q).as_matrix()
+    return matrix
 
 
 def transform(rotation: FloatArray, translation: FloatArray) -> FloatArray:

@@ -8,19 +8,24 @@ import os
 import sys
 from typing import Any
 
+from diffcal_ros.errors import InputError
 from diffcal_ros.kernel_cache import settle_kernel_cache
 import warp as wp
 
 # A machine without a GPU is nothing to warn of; who asks for one that is missing is told.
 _EXPECTED = b'Could not find or load the NVIDIA CUDA driver'
+# Of address space the libraries take 1.3 GB before a small body is simulated. With less OpenBLAS
+# may ask for its buffers for ever [bytes].
+_ADDRESS_SPACE = 1536 << 20
 
 
 def start_warp() -> None:
     """Start it, once in a process; errors of its own are still said.
 
     Raises:
-        InputError: when there is no folder for compiled kernels.
+        InputError: when there is no folder for compiled kernels, or too little address space.
     """
+    _require_address_space()
     settle_kernel_cache()
     config: Any = wp.config
     if hasattr(config, 'log_level'):
@@ -29,6 +34,19 @@ def start_warp() -> None:
         config.quiet = True
     with _without_expected_lines():
         wp.init()
+
+
+def _require_address_space() -> None:
+    try:
+        import resource
+    except ImportError:  # Not on this system.
+        return
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if allowed != resource.RLIM_INFINITY and allowed < _ADDRESS_SPACE:
+        raise InputError(
+            f'this process may use {allowed / 2**30:.2g} GB of address space (ulimit -v), and '
+            f'simulating takes {_ADDRESS_SPACE / 2**30:.2g} GB at least: raise that limit'
+        )
 
 
 @contextmanager

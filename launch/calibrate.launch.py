@@ -56,6 +56,7 @@ CAMERAS = {
 }
 # One a topic of INPUTS: goes before what the camera says.
 TOPIC_ARGUMENTS = ('depth_topic', 'depth_info_topic', 'color_topic', 'color_info_topic')
+FLAGS = ('use_sim_time', 'loop', 'rviz')
 ARGUMENTS = (
     ('scene', None, 'scene file (whole path)'),
     ('bag', '', 'recording to replay (whole path); empty: the live camera'),
@@ -91,6 +92,7 @@ def generate_launch_description() -> LaunchDescription:
                 DeclareLaunchArgument(name, default_value=default, description=description)
                 for name, default, description in ARGUMENTS
             ),
+            OpaqueFunction(function=check_arguments),
             # Depth images are larger than Fast DDS's usual shared memory.
             SetEnvironmentVariable(
                 'FASTRTPS_DEFAULT_PROFILES_FILE',
@@ -107,6 +109,31 @@ def generate_launch_description() -> LaunchDescription:
             ),
         ]
     )
+
+
+def check_arguments(context: LaunchContext) -> None:
+    """Refuse what could not be used before anything is started, which would be left running.
+
+    Raises:
+        ValueError: for a value of another kind than is needed.
+    """
+
+    def given(name: str) -> str:
+        return str(LaunchConfiguration(name).perform(context))
+
+    for name in FLAGS:
+        if given(name).lower() not in ('true', 'false', ''):
+            raise ValueError(f'{name} is {given(name)!r}: use true or false')
+    if not given('rviz') or not given('use_sim_time'):
+        raise ValueError('rviz and use_sim_time must not be empty: use true or false')
+    if given('rate'):
+        try:
+            float(given('rate'))
+        except ValueError:
+            raise ValueError(f'rate is {given("rate")!r}: use a number, such as 0.5') from None
+    if not Path(given('params_file')).is_file():
+        raise ValueError(f'there is no file {given("params_file")!r}: check params_file')
+    camera_topics(context)
 
 
 def camera_topics(context: LaunchContext) -> tuple[str, ...]:
@@ -142,7 +169,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
         _node('marker_pose', scene),
         _node(
             'depth_source',
-            {**replay, 'subscribers': 2, 'wait_for_subscriber': 60.0},
+            {**replay, 'subscribers': 2, 'wait_for_subscriber': 300.0},
             [(f'in/{name}', topic) for name, topic in inputs],
         ),
     ]
@@ -174,6 +201,9 @@ def _node(name: str, parameters: dict, remappings: list | None = None) -> Node:
         parameters=[LaunchConfiguration('params_file'), parameters],
         remappings=remappings or [],
         output='screen',
+        # On a busy machine a node may take longer than the usual five to put itself in order [s].
+        sigterm_timeout='20',
+        sigkill_timeout='20',
     )
 
 

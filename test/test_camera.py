@@ -19,13 +19,6 @@ def test_back_projection_undoes_projection(random: np.random.Generator) -> None:
     np.testing.assert_allclose(points[..., 2], depth)
 
 
-def test_resizing_keeps_what_is_seen_at_a_corner() -> None:
-    half = CAMERA.resized(32, 24)
-    # The outer border of the image is at -0.5 in both.
-    ray = [(-0.5 - CAMERA.cx) / CAMERA.fx, (-0.5 - CAMERA.cy) / CAMERA.fy]
-    np.testing.assert_allclose([(-0.5 - half.cx) / half.fx, (-0.5 - half.cy) / half.fy], ray)
-
-
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [

@@ -17,7 +17,7 @@ def test_lame_numbers_give_back_youngs_modulus_and_poissons_ratio() -> None:
 
 
 def test_paper_convention_takes_lambda_as_49_mu_at_0_49() -> None:
-    numbers = _material(206_424.6, 0.49, LameConvention.PAPER).numbers()
+    numbers = _material(206_424.6, 0.49, LameConvention.PAPER).lame_parameters()
     np.testing.assert_allclose(numbers.neo_hookean_mu, 69_270.0)
     np.testing.assert_allclose(numbers.neo_hookean_lambda, 49 * numbers.neo_hookean_mu)
 
@@ -27,11 +27,11 @@ def test_derivatives_of_the_numbers(convention: LameConvention) -> None:
     modulus, nu = 83e3, 0.46
     material = _material(modulus, nu, convention)
     for step, derivative in (
-        ((1.0, 0.0), material.numbers_by_youngs_modulus()),
-        ((0.0, 1e-6), material.numbers_by_poissons_ratio()),
+        ((1.0, 0.0), material.lame_parameters_by_youngs_modulus()),
+        ((0.0, 1e-6), material.lame_parameters_by_poissons_ratio()),
     ):
-        above = _material(modulus + step[0], nu + step[1], convention).numbers()
-        below = _material(modulus - step[0], nu - step[1], convention).numbers()
+        above = _material(modulus + step[0], nu + step[1], convention).lame_parameters()
+        below = _material(modulus - step[0], nu - step[1], convention).lame_parameters()
         size = 2.0 * sum(step)
         for name in ('neo_hookean_mu', 'neo_hookean_lambda'):
             difference = (getattr(above, name) - getattr(below, name)) / size

@@ -107,3 +107,20 @@ def test_warp_starts_in_silence_and_other_words_are_kept():
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ('', 'Warp CUDA error: real\n')
+
+
+def test_too_little_address_space_is_told_before_a_library_waits_for_it(tmp_path):
+    code = (
+        'import resource; resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))\n'
+        'from diffcal_ros.errors import InputError\n'
+        'from diffcal_ros.warp_start import start_warp\n'
+        'try:\n    start_warp()\nexcept InputError as error:\n    print(error)'
+    )
+    done = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == (
+        'this process may use 1 GB of address space (ulimit -v), and simulating takes 1.5 GB at '
+        'least: raise that limit\n'
+    )
+    assert done.stderr == ''

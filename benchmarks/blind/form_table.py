@@ -9,14 +9,13 @@ DIR/<case>/verdict.json are the verdicts.
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 import sys
 
 import numpy as np
 
 from benchmarks.blind.answers import Answer
-from benchmarks.blind.scorer import read_answers
-from benchmarks.blind.seal import broken
+from benchmarks.blind.scorer import add_answers, read_answers
+from benchmarks.blind.seal import seal_complaint
 
 # A name from this confidence on is taken for one.
 _SAID = 0.6
@@ -108,12 +107,10 @@ def _cells(answer: Answer) -> tuple[str, ...]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--verdicts', type=Path, required=True)
-    parser.add_argument('--labels', type=Path, required=True)
-    parser.add_argument('--seal', type=Path, help='hashes of the labels, made before the run')
+    add_answers(parser)
     given = parser.parse_args(arguments)
-    if given.seal and (changed := broken(given.labels, given.seal.read_text())):
-        print(f'labels differ from their seal: {", ".join(changed[:5])}', file=sys.stderr)
+    if complaint := seal_complaint(given.labels, given.seal):
+        print(complaint, file=sys.stderr)
         return 2
     answers, missing = read_answers(given.verdicts, given.labels)
     print(table(answers), end='')

@@ -57,25 +57,34 @@ class Form:
         return Effect(self.truth, {'form': self.name, **told}, 'as the faults', changes)
 
 
+def _drawn(
+    truth: str,
+    name: str,
+    fixed: dict[str, Any],
+    key: str,
+    draw: Callable[[int, np.random.Generator], Any],
+) -> Form:
+    """Return a form of which one number or vector is drawn, by size."""
+    return Form(truth, name, lambda size, setup, random: {**fixed, key: draw(size, random)})
+
+
 def _stiffening(form: str, amounts: tuple[float, float, float]) -> Form:
-    return Form(
+    return _drawn(
         'strain_stiffening',
         form,
-        lambda size, setup, random: {
-            'stiffening_form': form,
-            'stiffening': number(amounts[size], random),
-        },
+        {'stiffening_form': form},
+        'stiffening',
+        lambda size, random: number(amounts[size], random),
     )
 
 
 def _contrast(mode: str) -> Form:
-    return Form(
+    return _drawn(
         'stiffness_contrast',
         mode,
-        lambda size, setup, random: {
-            'contrast_mode': mode,
-            'contrast': signed((0.4, 0.9, 1.8)[size], random),
-        },
+        {'contrast_mode': mode},
+        'contrast',
+        lambda size, random: signed((0.4, 0.9, 1.8)[size], random),
     )
 
 
@@ -103,46 +112,42 @@ def _give(form: str) -> Form:
 
 
 def _tilt(form: str) -> Form:
-    return Form(
+    return _drawn(
         'gravity_tilt',
         form,
-        lambda size, setup, random: {
-            'tilt_form': form,
-            'gravity_tilt': direction((4.0, 9.0, 18.0)[size], 2, random),
-        },
+        {'tilt_form': form},
+        'gravity_tilt',
+        lambda size, random: direction((4.0, 9.0, 18.0)[size], 2, random),
     )
 
 
 def _curvature(form: str) -> Form:
-    return Form(
+    return _drawn(
         'rest_curvature',
         form,
-        lambda size, setup, random: {
-            'curvature_form': form,
-            'rest_curvature': direction((0.4, 1.0, 2.5)[size], 2, random),
-        },
+        {'curvature_form': form},
+        'rest_curvature',
+        lambda size, random: direction((0.4, 1.0, 2.5)[size], 2, random),
     )
 
 
 def _depth(form: str) -> Form:
-    return Form(
+    return _drawn(
         'depth_affine',
         form,
-        lambda size, setup, random: {
-            'depth_form': form,
-            'depth_bias': signed((1.5, 4.0, 9.0)[size], random),
-        },
+        {'depth_form': form},
+        'depth_bias',
+        lambda size, random: signed((1.5, 4.0, 9.0)[size], random),
     )
 
 
 def _border(name: str, share: float) -> Form:
-    return Form(
+    return _drawn(
         'depth_bias_by_region',
         name,
-        lambda size, setup, random: {
-            'region_from': share,
-            'region_bias': signed((0.8, 2.0, 5.0)[size], random),
-        },
+        {'region_from': share},
+        'region_bias',
+        lambda size, random: signed((0.8, 2.0, 5.0)[size], random),
     )
 
 

@@ -23,10 +23,17 @@ import numpy as np
 from benchmarks.blind.amplitudes import LIBRARY, MOTION
 from benchmarks.blind.answers import Answer
 from benchmarks.blind.labels import write_json
-from benchmarks.blind.seal import broken
+from benchmarks.blind.seal import seal_complaint
 
 COLUMNS = (*LIBRARY, *MOTION, 'unknown', 'agree', 'abstain')
 _CLEAR, _TWIN = 3.0, 0.95
+
+
+def add_answers(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say where verdicts, labels and their seal are."""
+    parser.add_argument('--verdicts', type=Path, required=True)
+    parser.add_argument('--labels', type=Path, required=True)
+    parser.add_argument('--seal', type=Path, help='hashes of the labels, made before the run')
 
 
 def read_answers(verdicts: Path, labels: Path) -> tuple[list[Answer], list[str]]:
@@ -201,13 +208,11 @@ def report_text(rows: Sequence[dict[str, Any]], matrix: dict[str, dict[str, int]
 def main(arguments: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--verdicts', type=Path, required=True)
-    parser.add_argument('--labels', type=Path, required=True)
+    add_answers(parser)
     parser.add_argument('--out', type=Path, required=True)
-    parser.add_argument('--seal', type=Path, help='hashes of the labels, made before the run')
     given = parser.parse_args(arguments)
-    if given.seal and (changed := broken(given.labels, given.seal.read_text())):
-        print(f'labels differ from their seal: {", ".join(changed[:5])}', file=sys.stderr)
+    if complaint := seal_complaint(given.labels, given.seal):
+        print(complaint, file=sys.stderr)
         return 2
     answers, missing = read_answers(given.verdicts, given.labels)
     rows, matrix = score(answers), confusion(answers)

@@ -31,6 +31,12 @@ def broken(labels: Path, sealed: str) -> list[str]:
     return found
 
 
+def seal_complaint(labels: Path, seal_file: Path | None) -> str:
+    """Say which labels differ from their seal; empty where none does, or there is no seal."""
+    changed = [] if seal_file is None else broken(labels, seal_file.read_text())
+    return f'labels differ from their seal: {", ".join(changed[:5])}' if changed else ''
+
+
 def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 

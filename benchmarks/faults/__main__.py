@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Try the package as an unlucky user would, thousands of times, and count what comes of it.
 
-    python -m benchmarks.faults [--each 21] [--content 400] [--scenes 600] [--environments 40]
+    python -m benchmarks.faults [--each 21] [--content 400] [--scenes 600] [--environments 164]
                                 [--signals 24] [--seed 20] [--no-record]
 
 Bags of twelve layouts are damaged in eight ways (`--each` of each) and read strictly and with what
@@ -65,7 +65,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--each', type=int, default=CASES_EACH, help='of each layout and damage')
     parser.add_argument('--content', type=int, default=400, help='bags with odd messages')
     parser.add_argument('--scenes', type=int, default=600, help='damaged scenes')
-    parser.add_argument('--environments', type=int, default=40, help='odd machines')
+    parser.add_argument('--environments', type=int, default=164, help='odd machines')
     parser.add_argument('--signals', type=int, default=24, help='signals')
     parser.add_argument('--seed', type=int, default=SEED)
     parser.add_argument('--no-record', action='store_true', help='write no results')

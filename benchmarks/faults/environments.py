@@ -33,6 +33,9 @@ VARIABLES: dict[str, dict[str, str | None]] = {
     'an empty home': {'HOME': ''},
     'a cache that is a file': {'XDG_CACHE_HOME': '{folder}/file', 'HOME': '{folder}/file'},
     'a device as cache': {'XDG_CACHE_HOME': '/dev/null'},
+    'a file as cache of kernels': {'WARP_CACHE_PATH': '{folder}/file'},
+    'a file as folder of plots': {'MPLCONFIGDIR': '{folder}/file'},
+    'settings of plots that are none': {'MATPLOTLIBRC': '{folder}/file'},
     'no folder for temporary files': {'TMPDIR': '{folder}/nowhere'},
     'plain ASCII': {'LC_ALL': 'C', 'PYTHONIOENCODING': 'ascii', 'PYTHONUTF8': '0'},
     'an unknown locale': {'LC_ALL': 'xx_YY.UTF-99'},
@@ -42,6 +45,8 @@ VARIABLES: dict[str, dict[str, str | None]] = {
     'no threads': {'OMP_NUM_THREADS': '0'},
     'a thousand threads': {'OMP_NUM_THREADS': '1000'},
     'another back end of plots': {'MPLBACKEND': 'nonsense'},
+    'the back end of a notebook': {'MPLBACKEND': 'module://matplotlib_inline.backend_inline'},
+    'a GPU that is not there': {'CUDA_VISIBLE_DEVICES': '99'},
     'no path': {'PATH': ''},
     'warnings are errors of others': {'PYTHONWARNINGS': 'error::FutureWarning'},
     'optimised': {'PYTHONOPTIMIZE': '2'},
@@ -53,19 +58,23 @@ LIMITS: dict[str, Callable[[], None]] = {
     'sixteen open files': _limit(resource.RLIMIT_NOFILE, 16),
     'no core': _limit(resource.RLIMIT_CORE, 0),
     'a gigabyte of memory': _limit(resource.RLIMIT_AS, 1024 * _MEGABYTE),
+    'a gigabyte and a half': _limit(resource.RLIMIT_AS, 1536 * _MEGABYTE),
     'no permissions for others': lambda: (os.umask(0o777), None)[1],
 }
 STREAMS = ('closed input', 'closed output', 'full output', 'full errors', 'nobody reads')
+COMMANDS = ('check', 'calibrate', 'simulate', 'suggest')
 PLACES = ('a folder that is gone', 'results in a file', 'results in /dev/null', 'results nowhere')
 
 
 def environment_cases(scene: SmallScene, folder: Path, count: int, seed: int) -> Iterator[Outcome]:
-    """Run commands in `count` odd environments; yield what came of each."""
-    random = np.random.default_rng(seed)
-    kinds = [*VARIABLES, *LIMITS, *STREAMS, *PLACES]
-    for number, name in enumerate(itertools.islice(itertools.cycle(kinds), count)):
-        # Most are seen before much is done; some need a whole fit.
-        command = str(random.choice(['check', 'check', 'calibrate', 'simulate', 'suggest']))
+    """Run commands in `count` odd environments; yield what came of each.
+
+    Every command meets every environment once before any of them again.
+    """
+    pairs = list(itertools.product(COMMANDS, [*VARIABLES, *LIMITS, *STREAMS, *PLACES]))
+    order = np.random.default_rng(seed).permutation(len(pairs))
+    for number, place in enumerate(itertools.islice(itertools.cycle(order), count)):
+        command, name = pairs[place]
         own = folder / f'case_{number}'
         own.mkdir()
         (own / 'file').write_text('a file\n')

@@ -89,7 +89,7 @@ GONE = 'transform gone'
 
 
 class Watch:
-    """What the nodes tell, and how much memory they use."""
+    """What the nodes tell, and how much memory they have to themselves."""
 
     def __init__(self, node: Any, running: dict[str, Running]) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
@@ -133,7 +133,7 @@ class Watch:
         now = time.monotonic()
         if self.memory and now - self.memory[-1][0] < 1.0:
             return
-        sizes = {name: _resident(one.process.pid) for name, one in self._running.items()}
+        sizes = {name: _private(one.process.pid) for name, one in self._running.items()}
         self.memory.append((now, sizes))
 
     def _on_diagnostics(self, message: Any) -> None:
@@ -145,13 +145,17 @@ class Watch:
         self.estimates += 1
 
 
-def _resident(process: int) -> float:
-    """Return the memory of a process [MB]."""
+def _private(process: int) -> float:
+    """Return the memory that a process has to itself [MB].
+
+    Shared memory of DDS counts where it is looked at, in each of its readers, and is of a fixed
+    size: 64 MiB a process that sends, as config/fastdds_large_images.xml says.
+    """
     try:
-        pages = int(Path(f'/proc/{process}/statm').read_text().split()[1])
+        lines = Path(f'/proc/{process}/status').read_text().splitlines()
     except OSError:
         return 0.0
-    return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
+    return sum(int(line.split()[1]) * 1.024e-3 for line in lines if line.startswith('RssAnon:'))
 
 
 def try_fault(

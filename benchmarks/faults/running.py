@@ -17,7 +17,7 @@ import yaml
 
 # What `diffcal` may exit with; a signal that is not caught is minus its number.
 CODES = (0, 2, 3, 4, 5, 74, 130)
-_DIFFCAL = 'import sys; from diffcal_ros.cli.main import main; sys.exit(main())'
+_DIFFCAL = 'import sys; from diffcal_ros.cli.program import main; sys.exit(main())'
 # Longest that an undisturbed command may take on a busy machine [s].
 LIMIT = 180.0
 _TICK = 0.02  # [s]

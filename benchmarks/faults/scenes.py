@@ -23,7 +23,7 @@ _LONGEST = 4000
 _READ, _REFUSED = 0, 2
 # Of the beam that the example speaks of, its middle at the origin [mm].
 _SIZE_MM = np.array([200.0, 30.0, 30.0])
-# Every so manieth scene has its text damaged, the others a value.
+# One scene in so many has its text damaged, the others a value.
 _TEXTS = 5
 
 

@@ -30,8 +30,16 @@ def signal_cases(scene: SmallScene, folder: Path, count: int, seed: int) -> Iter
         yield Outcome('signal', title, *_run(command, name, after, scene, out))
 
 
+def _as_in_a_terminal() -> None:
+    """Ignore no signal: who runs the campaign under nohup, or behind a shell's &, ignores some."""
+    for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def _run(command: str, name: str, after: float, scene: SmallScene, out: Path) -> tuple[str, str]:
-    running = start(arguments_of(command, scene, out), out.with_suffix('.log'))
+    running = start(
+        arguments_of(command, scene, out), out.with_suffix('.log'), preexec_fn=_as_in_a_terminal
+    )
     try:
         is_over = running.ends_within(after)
         kind = signal.Signals[name.partition(' ')[0]]

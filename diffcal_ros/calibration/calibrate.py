@@ -10,17 +10,15 @@ from diffcal_ros.calibration.fit_method import FitEnd, FitMethod
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
 from diffcal_ros.calibration.parameters.slack_cables import taut_start
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.result_at import result_at
 from diffcal_ros.calibration.robust_fit import RobustFit
 from diffcal_ros.calibration.search.mirrored_pose import choose_mirrored
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
-from diffcal_ros.calibration.uncertainty.prior_chance import placement_chance
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.calibration.whole_image.image_fit import ImageFit
 from diffcal_ros.errors import InputError, NotSimulatedError
@@ -190,33 +188,20 @@ class Calibration:
             doubts.mesh_shift,
             one_sided=doubts.one_sided,
         )
-        gap_end = self.objective.gap(minimum.coordinates)
-        fitted = fitted_parameters(self.parameters, minimum.coordinates, uncertainty)
-        is_ambiguous = any(own.is_as_good for own in end.alternatives)
-        placement = placement_chance(self.parameters, minimum.coordinates)
-        outcome = judge(
+        result = result_at(
             minimum,
-            gap_end,
-            fitted,
+            self.parameters,
             uncertainty,
-            is_ambiguous=is_ambiguous,
-            placement=placement,
-        )
-        return CalibrationResult(
-            outcome=outcome,
-            parameters=fitted,
-            gap_start=end.gap_start,
-            gap_end=gap_end,
+            (end.gap_start, self.objective.gap(minimum.coordinates)),
+            history,
             loss=self.settings.loss,
-            history=tuple(history),
-            correlation=uncertainty.correlation,
-            warnings=(
-                *self._pose_notes,
-                *self._notes,
-                *warn(gap_end, fitted, uncertainty, placement=placement),
-                *self.model.warnings(),
-            ),
             seconds=seconds,
+            is_ambiguous=any(own.is_as_good for own in end.alternatives),
+        )
+        notes = (*self._pose_notes, *self._notes)
+        return replace(
+            result,
+            warnings=(*notes, *result.warnings, *self.model.warnings()),
             gap_held_out=self._held_out_gap(minimum.coordinates),
             alternatives=end.alternatives,
         )

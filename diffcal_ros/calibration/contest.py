@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 # Half chi-square that three standard errors make: what one minimum must be better by.
 _CLEARLY_BETTER = 0.5 * 3.0**2
-# What a model leaves is not noise alone; of a large misfit this share tells nothing.
+# What a model leaves is not noise alone; of a large cost this share tells nothing.
 _INDIFFERENT = 0.1
 # Where a body hides behind something, or a neighbour passes for it, the misfit counts what has no
 # counterpart in the one or the other way. Another place that leaves less than this share of the
@@ -35,7 +35,7 @@ _FINER, _SEEN, _EXPLAINED = 0.5, 0.5, 0.5
 # the interval of the best.
 _DIFFERENT = 0.03
 # A fit from another start is given up where it has not come near the best by so many steps.
-_PATIENCE, _HOPELESS, _MOST_STEPS = 4, 2.0, 30
+_PATIENCE, _HOPELESS, _MOST_STEPS = 4, 1.0, 30
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Contest:
         """Fit from another start, as far as it is worth it."""
         objective, best = self._objective, self.best
         objective.scales = best.scales
-        limit = _HOPELESS * objective.misfit(best.minimum.coordinates) + _CLEARLY_BETTER
+        lowest = objective.misfit(best.minimum.coordinates)
 
         def goes_on(iteration: Iteration) -> bool:
             if iteration.number < _PATIENCE:
@@ -77,7 +77,7 @@ class Contest:
             scales, objective.scales = objective.scales, best.scales
             misfit = objective.misfit(iteration.coordinates)
             objective.scales = scales
-            return misfit < limit
+            return not misfit.is_worse(lowest, _HOPELESS, _CLEARLY_BETTER)
 
         objective.scales = Scales()
         try:
@@ -99,48 +99,53 @@ class Contest:
     def alternatives(
         self, parameters: ParameterSet, are_same: Callable[..., bool]
     ) -> tuple[Alternative, ...]:
-        """Return the other fits, each place once, as they stand under the best one's scales."""
+        """Return the other fits, each place once, as they stand under the finest scales."""
         objective, kept = self._objective, [self.best.minimum.coordinates]
-        objective.scales = self.best.scales
-        lowest, gap_there = objective.misfit(kept[0]), objective.gap(kept[0])
+        objective.scales = self._finest()
+        best_gap, lowest = objective.gap_and_misfit(kept[0])
         found = []
         for entry in self.entries[1:]:
             there = entry.minimum.coordinates
             if any(are_same(there, known) for known in kept):
                 continue
             kept.append(there)
-            excess, gap = objective.misfit(there) - lowest, objective.gap(there)
-            is_near = excess < max(_CLEARLY_BETTER, _INDIFFERENT * lowest)
+            gap, misfit = objective.gap_and_misfit(there)
+            is_near = not misfit.is_worse(lowest, _INDIFFERENT, _CLEARLY_BETTER)
             errors = _errors(entry.minimum, parameters)
             found.append(
                 Alternative(
                     values=parameters.values(there),
                     std_errors=_in_units(parameters, there, errors),
                     gap=gap,
-                    misfit=float(excess),
-                    is_as_good=bool(is_near or _is_finer(gap, gap_there))
+                    misfit=misfit.above_absence - lowest.above_absence,
+                    is_as_good=bool(is_near or _is_finer(gap, best_gap))
                     and self._says_other(parameters, there),
                 )
             )
         return tuple(found)
 
+    def _finest(self) -> Scales:
+        """Return the scales of the fit with the least noise.
+
+        Noise is the data's: where one place leaves little, no other may count as much as noise.
+        A fit that was held far off, by a prior or by what stands in front, found a large one, and
+        under its own scales would be better than those that meet the data.
+        """
+        return min(self.entries, key=lambda own: own.scales.depth.noise).scales
+
     def _sort(self) -> None:
-        """Order by the misfit under the scales of whichever is best by them.
+        """Order by the misfit under the finest scales.
 
         A fit that ran out of steps is preferred to one that ended only where it is clearly better:
         of two that lead to one place, the one that arrived stands for it.
         """
-        for _ in self.entries:
-            self._objective.scales = self.best.scales
-            before = self.best
-            self.entries.sort(key=self._rank)
-            if self.best is before:
-                return
+        self._objective.scales = self._finest()
+        self.entries.sort(key=self._rank)
 
     def _rank(self, own: Entry) -> float:
         ran_out = own.minimum.stop is Stop.EXHAUSTED
         handicap = _CLEARLY_BETTER if ran_out else 0.0
-        return self._objective.misfit(own.minimum.coordinates) + handicap
+        return self._objective.misfit(own.minimum.coordinates).above_absence + handicap
 
     def _says_other(self, parameters: ParameterSet, there: FloatArray) -> bool:
         """Tell whether what is asked for lies outside the best fit's 95 % interval."""
@@ -148,8 +153,8 @@ class Contest:
         change = np.abs(there - best.coordinates)
         limits = np.maximum(_DIFFERENT, Z_95 * _errors(best, parameters))
         asked = [
-            place
-            for place, own in enumerate(parameters)
+            index
+            for index, own in enumerate(parameters)
             if not own.is_nuisance and own.kind is not Kind.RIGID_OFFSET
         ]
         return bool((change > limits)[asked].any())

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a calibration asks of its loss: a course from start to end, and doubts about the end."""
+"""What a calibration asks of its loss: a run from start to end, and doubts about the end."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

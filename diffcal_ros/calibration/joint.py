@@ -3,10 +3,10 @@
 """Several bodies fitted together, each in a scene of its own, with some parameters in common."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 import time
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.parameters.joint_parameters import (
     joint_parameters,
     JointParameters,
@@ -16,8 +16,7 @@ from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
-from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
-from diffcal_ros.calibration.uncertainty.prior_chance import placement_chance
+from diffcal_ros.calibration.result_at import result_at
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Minimum
@@ -43,8 +42,8 @@ class JointObjective:
     def own(self, coordinates: FloatArray) -> list[tuple[RobustObjective, FloatArray]]:
         """Return each member's objective and coordinates."""
         return [
-            (objective, coordinates[places])
-            for objective, places in zip(self._objectives, self._parameters.places, strict=True)
+            (objective, coordinates[indices])
+            for objective, indices in zip(self._objectives, self._parameters.indices, strict=True)
         ]
 
     def cost(self, coordinates: FloatArray) -> float:
@@ -54,10 +53,10 @@ class JointObjective:
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost to second order."""
         whole = Linearisation.nothing(len(coordinates))
-        for (objective, own), places in zip(
-            self.own(coordinates), self._parameters.places, strict=True
+        for (objective, own), indices in zip(
+            self.own(coordinates), self._parameters.indices, strict=True
         ):
-            whole += objective.linearise(own).placed(places, len(coordinates))
+            whole += objective.linearise(own).placed(indices, len(coordinates))
         return whole
 
     def anneal(self, coordinates: FloatArray) -> None:
@@ -73,10 +72,10 @@ class JointObjective:
     def mesh_shift(self, coordinates: FloatArray, linear: Linearisation) -> FloatArray:
         """Return how far better meshes would shift the minimum, to first order, shape (k,)."""
         pull = np.zeros(len(coordinates))
-        for (objective, own), places in zip(
-            self.own(coordinates), self._parameters.places, strict=True
+        for (objective, own), indices in zip(
+            self.own(coordinates), self._parameters.indices, strict=True
         ):
-            pull[places] += objective.mesh_pull(own)
+            pull[indices] += objective.mesh_pull(own)
         return linear.minimum_shift(pull, self._parameters.prior())
 
     def gaps(self, coordinates: FloatArray) -> list[Gap]:
@@ -132,7 +131,7 @@ class JointCalibration:
         begun = time.perf_counter()
         history: list[IterationRecord] = []
 
-        def tell(iteration: Iteration) -> bool:
+        def report(iteration: Iteration) -> bool:
             history.append(
                 IterationRecord(
                     number=iteration.number,
@@ -152,13 +151,13 @@ class JointCalibration:
                 self.parameters.bounds(),
                 longest_steps(self.parameters),
                 max_iterations=first.settings.max_iterations or 30,
-                on_iteration=tell,
+                on_iteration=report,
             )
         except NotSimulatedError as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
-        for member, places in zip(self.members.values(), self.parameters.places, strict=True):
-            member.coordinates = minimum.coordinates[places]
+        for member, indices in zip(self.members.values(), self.parameters.indices, strict=True):
+            member.coordinates = minimum.coordinates[indices]
         return self._result(minimum, history, time.perf_counter() - begun)
 
     def _result(
@@ -169,20 +168,14 @@ class JointCalibration:
         if all(member.settings.with_mesh_error for member in self.members.values()):
             shift = self.objective.mesh_shift(at, minimum.linearisation)
         uncertainty = estimate_uncertainty(minimum.linearisation, self.parameters, shift)
-        gap = self.objective.gap(at)
-        fitted = fitted_parameters(self.parameters, at, uncertainty)
-        placement = placement_chance(self.parameters, at)
-        outcome = judge(minimum, gap, fitted, uncertainty, placement=placement)
-        gaps = zip(self.members, self.objective.gaps(at), strict=True)
-        return CalibrationResult(
-            outcome=outcome,
-            parameters=fitted,
-            gap_start=history[0].gap,
-            gap_end=gap,
+        result = result_at(
+            minimum,
+            self.parameters,
+            uncertainty,
+            (history[0].gap, self.objective.gap(at)),
+            history,
             loss='robust',
-            history=tuple(history),
-            correlation=uncertainty.correlation,
-            warnings=tuple(warn(gap, fitted, uncertainty, placement=placement)),
             seconds=seconds,
-            details={'members': {name: own.as_dict() for name, own in gaps}},
         )
+        gaps = zip(self.members, self.objective.gaps(at), strict=True)
+        return replace(result, details={'members': {name: own.as_dict() for name, own in gaps}})

@@ -50,7 +50,7 @@ def rank_laws(
     settings: CalibrationSettings,
     *,
     laws: Sequence[str] | None = None,
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> tuple[LawFit, ...]:
     """Fit under each law and rank: what fits first, and of that the smallest held-out RMS gap.
 
@@ -59,7 +59,7 @@ def rank_laws(
         observations: that every law is fitted to.
         settings: how to fit; the loss must be the robust one.
         laws: names; default: all there are.
-        tell: told what is being done.
+        report: called with what is being done.
 
     Raises:
         InputError: when the loss is another, or no law can be fitted.
@@ -70,7 +70,7 @@ def rank_laws(
         )
     fits = []
     for law in law_names() if laws is None else laws:
-        tell(f'fitting under {law}')
+        report(f'fitting under {law}')
         fits.append(_fit(with_law(scene, law), observations, settings))
     if all(fit.result is None for fit in fits):
         raise InputError('no law can be fitted: ' + '; '.join(fit.failure for fit in fits))

@@ -114,7 +114,7 @@ def warn(
 
 
 def _strong_pairs(fitted: Sequence[FittedParameter], uncertainty: Uncertainty) -> list[str]:
-    asked = [place for place, p in enumerate(fitted) if not p.is_nuisance]
+    asked = [index for index, p in enumerate(fitted) if not p.is_nuisance]
     return [
         f'{fitted[i].name} and {fitted[j].name} are hard to tell apart '
         f'(correlation {uncertainty.correlation[i, j]:+.2f})'

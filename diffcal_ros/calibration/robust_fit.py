@@ -12,6 +12,7 @@ from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.slack_cables import barely_pulling
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.result import Alternative
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch, worth_fitting
 from diffcal_ros.calibration.settings import CalibrationSettings
@@ -79,26 +80,25 @@ class RobustFit:
         self, start: FloatArray, search: GlobalSearch, on_iteration: OnIteration
     ) -> tuple[list[FloatArray], Gap]:
         """Return where to fit from, the most promising first, and the gap at the start given."""
-        try:
-            gap, misfit = self.objective.standing(start)
-        except NotSimulatedError:
-            gap, misfit = _UNKNOWN, float('inf')
         starts = [basin.coordinates for basin in worth_fitting(search.basins())]
+        misfit = self._misfit(start)
+        gap = self.objective.gap(start) if misfit is not None else _UNKNOWN
         if not starts:
             return [start], gap
-        if misfit <= self._misfit(starts[0]):
-            others = [own for own in starts if not search.are_same(own, start)]
-            return [start, *others], gap
-        if np.isfinite(misfit):
-            on_iteration(Iteration(0, start, misfit))
+        if misfit is not None:
+            found = self._misfit(starts[0])
+            if found is None or not misfit.is_worse(found, fraction=0.0):
+                others = [own for own in starts if not search.are_same(own, start)]
+                return [start, *others], gap
+            on_iteration(Iteration(0, start, misfit.left))
         return starts, gap
 
-    def _misfit(self, coordinates: FloatArray) -> float:
-        """Return the misfit under scales that never change, infinite where there is none."""
+    def _misfit(self, coordinates: FloatArray) -> Misfit | None:
+        """Return the misfit before any fit, None where there is no equilibrium."""
         try:
-            return self.objective.standing(coordinates)[1]
+            return self.objective.misfit_at_start(coordinates)
         except NotSimulatedError:
-            return float('inf')
+            return None
 
     def _contest(
         self,

@@ -1,35 +1,3 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The command `diffcal`; each subcommand is a module with `add_parser` and `run`."""
-
-from types import ModuleType
-
-from diffcal_ros.cli import (
-    accept_command,
-    calibrate_command,
-    check_command,
-    diagnose_command,
-    export_command,
-    import_command,
-    predict_command,
-    reproduce_command,
-    revert_command,
-    schema_command,
-    simulate_command,
-    suggest_command,
-)
-
-COMMANDS: tuple[ModuleType, ...] = (
-    check_command,
-    import_command,
-    simulate_command,
-    calibrate_command,
-    export_command,
-    predict_command,
-    diagnose_command,
-    accept_command,
-    revert_command,
-    suggest_command,
-    reproduce_command,
-    schema_command,
-)
+"""The command `diffcal`."""

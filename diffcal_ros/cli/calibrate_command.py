@@ -17,7 +17,7 @@ from diffcal_ros.cli.field_options import (
     fit_asked_field,
     is_field_asked,
 )
-from diffcal_ros.cli.heartbeat import Heartbeat
+from diffcal_ros.cli.read_scene import read_scene
 from diffcal_ros.cli.recording_options import (
     add_input_options,
     add_recordings,
@@ -120,10 +120,8 @@ def run(args: argparse.Namespace) -> int:
     from diffcal_ros.cli.progress import Progress
     from diffcal_ros.errors import InputError
     from diffcal_ros.scene.law_choice import with_law
-    from diffcal_ros.scene.load import load_scene
 
-    with Heartbeat('reading the scene and its mesh'):
-        scene = load_scene(args.scene)
+    scene = read_scene(args.scene)
     if args.law is not None and args.law != _ALL_LAWS:
         scene = with_law(scene, args.law)
     settings = _settings(args, scene)
@@ -142,7 +140,7 @@ def run(args: argparse.Namespace) -> int:
             except InputError as error:  # The calibration itself is worth its report.
                 faults.append(f'--for: {error}')
         progress.say('writing scene and report')
-    return _write_and_tell(args.out, calibration, result, field, faults)
+    return _write_and_report(args.out, calibration, result, field, faults)
 
 
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
@@ -221,7 +219,7 @@ def _fit(
             calibration, field = fit_asked_field(args, inputs, settings, progress, on_iteration)
             return calibration, field.result, field
         fitted = run_calibration(
-            inputs, settings, args.out, on_iteration=on_iteration, tell=progress.say
+            inputs, settings, args.out, on_iteration=on_iteration, report=progress.say
         )
         return *fitted, None
     except ImportError as error:
@@ -243,7 +241,7 @@ def _rank(
     inputs = open_asked(args, scene)
     for note in (*scene.notes, *inputs.notes):
         progress.say(f'note: {note}')
-    ranking = run_law_ranking(inputs, settings, args.out, tell=progress.say)
+    ranking = run_law_ranking(inputs, settings, args.out, report=progress.say)
     print('\n'.join(law_lines(ranking)))
     print(f'\nranking   {args.out / RANKING_FILE}')
     first = ranking[0].result
@@ -266,7 +264,7 @@ def _remove_old_results(out: Path, scene: 'Scene') -> None:
                 (out / name).unlink(missing_ok=True)
 
 
-def _write_and_tell(
+def _write_and_report(
     out: Path,
     calibration: 'Calibration',
     result: 'CalibrationResult',

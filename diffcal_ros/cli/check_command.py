@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.cli.heartbeat import Heartbeat
 from diffcal_ros.cli.path_argument import path_argument
+from diffcal_ros.cli.read_scene import read_scene
 
 
 def add_parser(subparsers: Any) -> None:
@@ -33,10 +33,8 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the table and write the drawing; return the exit code."""
     from diffcal_ros.report.scene_table import format_rows, scene_rows
-    from diffcal_ros.scene.load import load_scene
 
-    with Heartbeat('reading the scene and its mesh'):
-        scene = load_scene(args.scene)
+    scene = read_scene(args.scene)
     rows = scene_rows(scene)
     if not args.no_draw:
         from diffcal_ros.report.scene_drawing import draw_scene

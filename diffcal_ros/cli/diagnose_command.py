@@ -80,17 +80,17 @@ def run(args: argparse.Namespace) -> int:
     inputs = open_asked(args, scene)
     for note in (*scene.notes, *inputs.notes):
         say(f'note: {note}')
-    course = run_diagnosis(inputs, settings, args.out, tell=say)
+    trace = run_diagnosis(inputs, settings, args.out, report=say)
     try:
-        write_diagnosis_page(args.out / _PAGE, scene.name, course)
+        write_diagnosis_page(args.out / _PAGE, scene.name, trace)
     finally:
-        print('\n'.join(verdict_lines(course.diagnosis)))
+        print('\n'.join(verdict_lines(trace.diagnosis)))
     print(f'\npage      {args.out / _PAGE}')
-    print(f'took      {course.diagnosis.seconds:.0f} s')
-    _suggest_solver(course.diagnosis.seconds)
-    if course.diagnosis.effects:
+    print(f'took      {trace.diagnosis.seconds:.0f} s')
+    _suggest_solver(trace.diagnosis.seconds)
+    if trace.diagnosis.effects:
         print(f'to add it to the model: diffcal accept {args.out}')
-    return _UNKNOWN if course.diagnosis.verdict is Verdict.CANNOT_TELL else 0
+    return _UNKNOWN if trace.diagnosis.verdict is Verdict.CANNOT_TELL else 0
 
 
 def _settings(args: argparse.Namespace, scene: Any) -> Any:

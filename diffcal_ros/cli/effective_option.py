@@ -60,7 +60,7 @@ def fit_asked_effective(
     fitted = load_scene(fitted_scene)
     fits = {
         name: fit_effective(
-            calibration, result, fitted, find_simulator(name), tell=progress.say
+            calibration, result, fitted, find_simulator(name), report=progress.say
         ).as_dict()
         for name in dict.fromkeys(args.simulators)
     }

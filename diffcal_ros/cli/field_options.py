@@ -76,7 +76,7 @@ def fit_asked_field(
         settings,
         args.out,
         FieldKind(args.field_spacing),
-        share=args.field_weight,
+        fraction=args.field_weight,
         on_iteration=on_iteration,
-        tell=progress.say,
+        report=progress.say,
     )

@@ -3,10 +3,11 @@
 """A sign of life from phases that take long and say nothing themselves."""
 
 from collections.abc import Callable
-from threading import Event, Thread
+from contextlib import ExitStack
 import time
 from types import TracebackType
 
+from diffcal_ros.cli.repeating import repeating
 from diffcal_ros.cli.say import say
 
 # Longer than anybody waits without wondering, and short beside what takes long [s].
@@ -27,18 +28,16 @@ class Heartbeat:
             say: takes a line.
         """
         self._phase, self._silence, self._say = phase, silence, say
-        self._begun = time.monotonic()
-        self._is_over, self._is_new = Event(), Event()
-        self._thread = Thread(target=self._beat, daemon=True)
+        self._begun, self._is_new = time.monotonic(), False
+        self._running = ExitStack()
 
-    def tell(self, text: str) -> None:
+    def report(self, text: str) -> None:
         """Announce another phase."""
-        self._phase, self._begun = text, time.monotonic()
-        self._is_new.set()
+        self._phase, self._begun, self._is_new = text, time.monotonic(), True
         self._say(text)
 
     def __enter__(self) -> 'Heartbeat':
-        self._thread.start()
+        self._running.enter_context(repeating(self._silence, self._beat, 'diffcal-heartbeat'))
         return self
 
     def __exit__(
@@ -47,12 +46,10 @@ class Heartbeat:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._is_over.set()
-        self._thread.join()
+        self._running.close()
 
     def _beat(self) -> None:
-        while not self._is_over.wait(self._silence):
-            if self._is_new.is_set():  # What was just announced needs no sign of life yet.
-                self._is_new.clear()
-                continue
-            self._say(f'{self._phase}: {time.monotonic() - self._begun:.0f} s so far')
+        if self._is_new:  # What was just announced needs no sign of life yet.
+            self._is_new = False
+            return
+        self._say(f'{self._phase}: {time.monotonic() - self._begun:.0f} s so far')

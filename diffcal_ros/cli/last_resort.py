@@ -5,6 +5,7 @@
 import argparse
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
+import errno
 from importlib import metadata
 import os
 from pathlib import Path
@@ -17,10 +18,12 @@ from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.errors import InputError
 
+# What the loader of libraries and Warp say without memory.
+_OF_MEMORY = ('failed to map segment from shared object', 'Failed to allocate')
 _LIBRARIES = ('numpy', 'scipy', 'warp-lang', 'opencv-python-headless', 'matplotlib', 'PyYAML')
 
 
-def tell_fault(error: Exception, args: argparse.Namespace, given: Sequence[str]) -> None:
+def report_fault(error: Exception, args: argparse.Namespace, given: Sequence[str]) -> None:
     """Say that something went wrong which should not, and where the log file is.
 
     Args:
@@ -29,20 +32,31 @@ def tell_fault(error: Exception, args: argparse.Namespace, given: Sequence[str])
         given: the same as they were typed.
     """
     what = f'{type(error).__name__}: {error}'.strip(': ').splitlines()[0]
-    if isinstance(error, MemoryError):
+    log = _write_log(_log_text(error, given), args)
+    if log is None:
+        traceback.print_exception(error)
+    if _is_of_memory(error):
         sentence = (
             f'there was not enough memory ({what}): use a coarser mesh, smaller or fewer images, '
             'or a machine with more'
         )
+        asked = 'where is told above' if log is None else f'where stands in {log}'
     else:
         sentence = f'stopped by a fault in diffcal itself ({what})'
-    log = _write_log(_log_text(error, given), args)
-    if log is None:
-        traceback.print_exception(error)
-        asked = 'please report it with the lines above'
-    else:
-        asked = f'please report it, with the file {log}'
+        where = ' with the lines above' if log is None else f', with the file {log}'
+        asked = f'please report it{where}'
     print(f'diffcal {args.command}: {sentence}; {asked}', file=sys.stderr)
+
+
+def _is_of_memory(error: BaseException | None) -> bool:
+    """Tell whether there was too little memory, also where a library or Warp says so."""
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, 'errno', None) == errno.ENOMEM:
+            return True
+        if any(words in str(error) for words in _OF_MEMORY):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _write_log(text: str, args: argparse.Namespace) -> Path | None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Entry point of `diffcal`."""
+"""Run a subcommand of `diffcal`, and say in a sentence whatever goes wrong."""
 
 import argparse
 from collections.abc import Sequence
@@ -9,9 +9,9 @@ import os
 import sys
 
 from diffcal_ros import __version__
-from diffcal_ros.cli import COMMANDS
+from diffcal_ros.cli.commands import COMMANDS
 from diffcal_ros.cli.interruption import Abandoned, run_interruptibly
-from diffcal_ros.cli.last_resort import tell_fault
+from diffcal_ros.cli.last_resort import report_fault
 from diffcal_ros.cli.lasting_stream import lasting_streams, LastingStream
 from diffcal_ros.cli.solve_progress import solve_progress
 from diffcal_ros.errors import InputError
@@ -38,9 +38,9 @@ def make_parser() -> argparse.ArgumentParser:
         description="Find a soft body's simulator parameters from depth images.",
         epilog='Exit codes: 0 done, 2 bad input; of a calibration 0 converged, 3 no usable fit, '
         '4 the model disagrees with the data, 5 several answers explain them about as well. '
-        '70: a fault in diffcal itself, told in a log file; 74: all files are written, but '
-        'standard output is full; 130: interrupted (a second Ctrl-C ends at once). A reader that '
-        'closes the pipe, such as `head`, changes neither files nor code.',
+        '70: a fault in diffcal itself, or too little memory, told in a log file; 74: all files '
+        'are written, but standard output is full; 130: interrupted (a second Ctrl-C ends at '
+        'once). A reader that closes the pipe, such as `head`, changes neither files nor code.',
     )
     parser.add_argument('--version', action='version', version=f'diffcal {__version__}')
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)
@@ -56,22 +56,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parsed = make_parser().parse_args(given)
         try:
             settle_home()
+            # Pictures go to files: what is stated for windows need not be there.
+            os.environ.pop('MPLBACKEND', None)
             with solve_progress():
                 code = run_interruptibly(lambda: int(parsed.run(parsed)))
         except InputError as error:
             print(f'diffcal {parsed.command}: {error}', file=sys.stderr)
             code = EXIT_BAD_INPUT
         except KeyboardInterrupt as interrupt:
-            _tell_interruption(parsed)
+            _report_interruption(parsed)
             code = EXIT_INTERRUPTED
             if isinstance(interrupt, Abandoned):
                 _end_now(code)
         except Exception as error:
-            code = _tell_unforeseen(error, parsed, given)
+            code = _report_unforeseen(error, parsed, given)
         return _code_once_said(output, code, parsed.command)
 
 
-def _tell_unforeseen(error: Exception, parsed: argparse.Namespace, given: Sequence[str]) -> int:
+def _report_unforeseen(error: Exception, parsed: argparse.Namespace, given: Sequence[str]) -> int:
     """Tell what the machine refused, or a fault of this program; return the exit code."""
     if isinstance(error, OSError) and error.errno in _OF_THE_MACHINE:
         where = f'{error.filename}: ' if error.filename else ''
@@ -81,11 +83,11 @@ def _tell_unforeseen(error: Exception, parsed: argparse.Namespace, given: Sequen
             file=sys.stderr,
         )
         return EXIT_BAD_INPUT
-    tell_fault(error, parsed, given)
+    report_fault(error, parsed, given)
     return EXIT_FAULT
 
 
-def _tell_interruption(parsed: argparse.Namespace) -> None:
+def _report_interruption(parsed: argparse.Namespace) -> None:
     """Say what is left, where the command knows."""
     what_is_left = getattr(parsed, 'what_is_left', lambda: 'interrupted')
     print(f'diffcal {parsed.command}: {what_is_left()}', file=sys.stderr)

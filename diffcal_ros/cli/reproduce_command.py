@@ -147,12 +147,12 @@ def _run_one(row: 'Row', dataset: Path | None, out: Path, starts: int, begun: fl
     from diffcal_ros.errors import InputError
     from diffcal_ros.reproduction.run_row import run_row
 
-    def tell(text: str) -> None:
+    def report(text: str) -> None:
         print(f'[{time.time() - begun:5.0f} s] {text}', file=sys.stderr, flush=True)
 
     try:
         with lasting_streams():
-            run_row(row, dataset, out, starts=starts, draw=_draw, tell=tell)
+            run_row(row, dataset, out, starts=starts, draw=_draw, report=report)
     except InputError as error:
         return str(error)
     return ''

@@ -9,10 +9,8 @@ from typing import Any
 from diffcal_ros.cli.heartbeat import Heartbeat
 from diffcal_ros.cli.number_argument import coordinate
 from diffcal_ros.cli.path_argument import path_argument
+from diffcal_ros.cli.read_scene import read_scene
 from diffcal_ros.cli.say import say
-
-# A surface is cut into tetrahedra then.
-_READING = 'reading the scene and its mesh'
 
 
 def add_parser(subparsers: Any) -> None:
@@ -143,13 +141,11 @@ def _add_camera_options(group: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Record and say what was written; return the exit code."""
     from diffcal_ros.fem.element import Element
-    from diffcal_ros.scene.load import load_scene
     from diffcal_ros.synthetic.filming import Timing
     from diffcal_ros.synthetic.lidar import lidar_of
     from diffcal_ros.synthetic.recorder import record, RecorderSettings
 
-    with Heartbeat(_READING):
-        scene = load_scene(args.scene)
+    scene = read_scene(args.scene)
     lidar = lidar_of(scene.sensor, encoding=args.encoding, noise=args.noise)
     settings = RecorderSettings(
         timing=Timing(
@@ -170,7 +166,7 @@ def run(args: argparse.Namespace) -> int:
         lidar=replace(lidar, bias=args.bias, farthest=args.max_range),
     )
     with Heartbeat('preparing the recording') as heartbeat:
-        made = record(scene, args.out, settings, overwrite=args.overwrite, tell=heartbeat.tell)
+        made = record(scene, args.out, settings, overwrite=args.overwrite, report=heartbeat.report)
     print(f'scene  {made.scene}')
     for bag in made.bags.values():
         print(f'bag    {bag}: {args.frames} depth, {settings.color_frames} colour frames')

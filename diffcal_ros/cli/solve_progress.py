@@ -2,31 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """A line every two seconds while a large body takes long: silence looks like a fault."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
+from functools import partial
 import sys
-from threading import Event, Thread
 
+from diffcal_ros.cli.repeating import repeating
 from diffcal_ros.cli.say import say
 
 _PERIOD = 2.0
 
 
-@contextmanager
-def solve_progress(period: float = _PERIOD) -> Iterator[None]:
+def solve_progress(period: float = _PERIOD) -> AbstractContextManager[None]:
     """Say on standard error what takes longer than a period [s], once a period."""
-    has_ended = Event()
-
-    def beat() -> None:
-        while not has_ended.wait(period):
-            _say_what_runs(period)
-
-    thread = Thread(target=beat, name='diffcal-solve-progress', daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        has_ended.set()
+    return repeating(period, partial(_say_what_runs, period), 'diffcal-solve-progress')
 
 
 def _say_what_runs(period: float) -> None:

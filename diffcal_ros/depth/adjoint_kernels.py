@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 # mypy: ignore-errors
-"""Warp kernels that pull weights of pixels and of outline pieces back to the vertices.
+"""Warp kernels that pull weights of pixels and of outline segments back to the vertices.
 
 They are the transposes of `push_centres` and `push_outline`.
 """
@@ -34,12 +34,12 @@ def pull_centres(
     gradient: wp.array[wp.vec3d],  # (N,) accumulated
 ):
     """Pull weights of the depth at pixel centres back to the corners of what they see."""
-    place = wp.tid()
-    pixel = pixels[place]
+    index = wp.tid()
+    pixel = pixels[index]
     face = faces[pixel]
     weights = weights_of_pixel(planes[face], window, pixel)
     m = plane_vector(triangles, points, face)
-    scale = by_depth[place] * depth[pixel] * depth[pixel]
+    scale = by_depth[index] * depth[pixel] * depth[pixel]
     for corner in range(3):
         vertex = triangles[face, corner]
         wp.atomic_add(gradient, vertex, (scale * weights[corner] * screen[vertex][2]) * m)
@@ -51,19 +51,21 @@ def pull_outline(
     points: wp.array[wp.vec3d],
     camera: Pinhole,
     edges: wp.array2d[wp.int32],
-    piece_edges: wp.array[wp.int32],
-    piece_shares: wp.array[wp.float64],
-    piece_normals: wp.array[wp.vec2d],
-    pieces: wp.array[wp.int32],  # (M,)
+    segment_edges: wp.array[wp.int32],
+    segment_fractions: wp.array[wp.float64],
+    segment_normals: wp.array[wp.vec2d],
+    segments: wp.array[wp.int32],  # (M,)
     by_motion: wp.array[wp.float64],  # (M,) [1/px]
     # Out:
     gradient: wp.array[wp.vec3d],  # (N,) accumulated
 ):
     """Pull weights of the outline's outward motion back to the ends of its edges."""
-    place = wp.tid()
-    piece = pieces[place]
-    edge = piece_edges[piece]
-    share = piece_shares[piece]
-    normal = piece_normals[piece]
-    weight = by_motion[place]
-    pull_to_ends(weight, share, normal, points, camera, edges[edge, 0], edges[edge, 1], gradient)
+    index = wp.tid()
+    segment = segments[index]
+    edge = segment_edges[segment]
+    fraction = segment_fractions[segment]
+    normal = segment_normals[segment]
+    weight = by_motion[index]
+    pull_to_ends(
+        weight, fraction, normal, points, camera, edges[edge, 0], edges[edge, 1], gradient
+    )

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from diffcal_ros.depth.trace import Trace
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 class _Parts:
@@ -36,55 +38,73 @@ class _Parts:
 class AreaImage:
     """A depth image whose outline pixels are area averages: the one that has a derivative.
 
-    A pixel that one straight piece of outline crosses, with one triangle on each side, is cut
+    A pixel that one straight segment of outline crosses, with one triangle on each side, is cut
     exactly; the others on the outline are sampled.
     """
 
     def __init__(self, trace: 'Trace', side: int, background: float) -> None:
         self._trace = trace
         self._background = float(background)
-        buffers, pieces = trace.buffers, trace.pieces
-        device = buffers.device
-        count = trace.pixel_count
+        marked, is_straight, last_segment = self._start()
+        straight = marked[is_straight]
+        is_cut = self._cut_straight(straight, last_segment)
+        self._sample(np.concatenate([marked[~is_straight], straight[~is_cut]]), side)
+
+    def _start(self) -> tuple[IntArray, BoolArray, Any]:
+        """Fill the image, and find the pixels on the outline.
+
+        Returns:
+            The pixels; which of them one segment crosses; and the last segment that crosses each
+            pixel of the window, on the device.
+        """
+        trace, buffers, segments = self._trace, self._trace.buffers, self._trace.segments
+        count, device = trace.pixel_count, buffers.device
         self._image = wp.empty(count, dtype=wp.float64, device=device)
-        self._marks, crossings, last_piece = (
+        self._marks, crossings, last_segment = (
             wp.empty(count, dtype=wp.int32, device=device) for _ in range(3)
         )
-        value = wp.float64(background)
         buffers.launch(
             area_kernels.start_image,
             count,
-            [buffers.depth, value],
+            [buffers.depth, wp.float64(self._background)],
             [self._image, self._marks, crossings],
         )
         buffers.launch(
             area_kernels.list_crossings,
-            pieces.count,
-            [pieces.points, pieces.lengths, trace.window],
-            [self._marks, crossings, last_piece],
+            segments.count,
+            [segments.points, segments.lengths, trace.window],
+            [self._marks, crossings, last_segment],
         )
         marked = np.flatnonzero(self._marks.numpy())
-        is_straight = crossings.numpy()[marked] == 1
-        straight = marked[is_straight]
-        self._cut = _Parts(straight, 2, device)
-        is_cut = zero_ints(len(straight), device)
+        return marked, crossings.numpy()[marked] == 1, last_segment
+
+    def _cut_straight(self, pixels: IntArray, last_segment: Any) -> BoolArray:
+        """Cut pixels that one segment crosses; tell which could be, shape (n,)."""
+        buffers, segments = self._trace.buffers, self._trace.segments
+        self._cut = _Parts(pixels, 2, buffers.device)
+        is_cut = zero_ints(len(pixels), buffers.device)
         buffers.launch(
             area_kernels.cut_pixels,
-            len(straight),
+            len(pixels),
             [
                 buffers.planes,
-                trace.window,
+                self._trace.window,
                 self._cut.pixels,
-                last_piece,
-                pieces.points,
-                pieces.normals,
-                pieces.faces,
-                value,
+                last_segment,
+                segments.points,
+                segments.normals,
+                segments.faces,
+                wp.float64(self._background),
             ],
             [self._cut.faces, self._cut.sums, self._image, is_cut],
         )
-        rest = np.concatenate([marked[~is_straight], straight[is_cut.numpy() == 0]])
-        self._sampled = _Parts(rest, int(area_kernels.PARTS), device)
+        found: BoolArray = is_cut.numpy() != 0
+        return found
+
+    def _sample(self, pixels: IntArray, side: int) -> None:
+        """Average the rest of the outline's pixels over `side` squared rays each."""
+        buffers = self._trace.buffers
+        self._sampled = _Parts(pixels, int(area_kernels.PARTS), buffers.device)
         buffers.launch(
             area_kernels.sample_pixels,
             self._sampled.count,
@@ -92,11 +112,11 @@ class AreaImage:
                 buffers.triangles,
                 buffers.screen,
                 buffers.planes,
-                trace.window,
-                *trace.tiles,
+                self._trace.window,
+                *self._trace.tiles,
                 self._sampled.pixels,
                 side,
-                value,
+                wp.float64(self._background),
             ],
             [self._sampled.faces, self._sampled.sums, self._image],
         )
@@ -137,7 +157,7 @@ class AreaImage:
             )
         buffers.launch(
             derivative_kernels.pull_back_outline,
-            trace.pieces.count,
+            trace.segments.count,
             [*self._outline_arguments(), weights],
             [gradient],
         )
@@ -178,7 +198,7 @@ class AreaImage:
             )
         buffers.launch(
             derivative_kernels.push_outline_area,
-            trace.pieces.count,
+            trace.segments.count,
             [*self._outline_arguments(), by_vertex],
             [device_rates],
         )
@@ -186,18 +206,18 @@ class AreaImage:
 
     def _outline_arguments(self) -> list[Any]:
         trace, buffers = self._trace, self._trace.buffers
-        pieces = trace.pieces
+        segments = trace.segments
         return [
             buffers.points,
             buffers.pinhole,
             trace.window,
             buffers.edges,
-            pieces.edges,
-            pieces.shares,
-            pieces.points,
-            pieces.normals,
-            pieces.lengths,
-            pieces.open,
-            pieces.behind,
+            segments.edges,
+            segments.fractions,
+            segments.points,
+            segments.normals,
+            segments.lengths,
+            segments.open,
+            segments.behind,
             wp.float64(self._background),
         ]

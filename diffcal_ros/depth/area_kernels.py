@@ -31,19 +31,19 @@ CROWDED = wp.constant(-2)
 @wp.kernel(enable_backward=False)
 def mark_outline(
     # In:
-    piece_points: wp.array[wp.vec3d],  # (P,)
-    piece_lengths: wp.array[wp.float64],  # (P,) 0 where hidden
+    segment_points: wp.array[wp.vec3d],  # (P,)
+    segment_lengths: wp.array[wp.float64],  # (P,) 0 where hidden
     window: Window,
     reach: wp.int32,  # [px]
     # Out:
     marks: wp.array[wp.int32],  # (window pixels,) 1 within reach of a visible outline
 ):
     """Mark the pixels around the visible outline."""
-    piece = wp.tid()
-    if piece_lengths[piece] <= wp.float64(0.0):
+    segment = wp.tid()
+    if segment_lengths[segment] <= wp.float64(0.0):
         return
-    column = cell_of(piece_points[piece][0])
-    row = cell_of(piece_points[piece][1])
+    column = cell_of(segment_points[segment][0])
+    row = cell_of(segment_points[segment][1])
     for down in range(-reach, reach + 1):
         for across in range(-reach, reach + 1):
             if is_in_window(window, column + across, row + down):
@@ -73,24 +73,24 @@ def start_image(
 @wp.kernel(enable_backward=False)
 def list_crossings(
     # In:
-    piece_points: wp.array[wp.vec3d],
-    piece_lengths: wp.array[wp.float64],
+    segment_points: wp.array[wp.vec3d],
+    segment_lengths: wp.array[wp.float64],
     window: Window,
     # Out:
-    marks: wp.array[wp.int32],  # (window pixels,) 1 where a visible piece crosses
-    crossings: wp.array[wp.int32],  # (window pixels,) pieces in the pixel, hidden ones included
-    last_piece: wp.array[wp.int32],  # (window pixels,) a visible one of them
+    marks: wp.array[wp.int32],  # (window pixels,) 1 where a visible segment crosses
+    crossings: wp.array[wp.int32],  # (window pixels,) segments in the pixel, hidden ones included
+    last_segment: wp.array[wp.int32],  # (window pixels,) a visible one of them
 ):
-    """Count the pieces in every pixel."""
-    piece = wp.tid()
-    column = cell_of(piece_points[piece][0])
-    row = cell_of(piece_points[piece][1])
+    """Count the segments in every pixel."""
+    segment = wp.tid()
+    column = cell_of(segment_points[segment][0])
+    row = cell_of(segment_points[segment][1])
     if is_in_window(window, column, row):
         pixel = (row - window.top) * window.width + column - window.left
         wp.atomic_add(crossings, pixel, 1)
-        if piece_lengths[piece] > wp.float64(0.0):
+        if segment_lengths[segment] > wp.float64(0.0):
             marks[pixel] = 1
-            last_piece[pixel] = piece
+            last_segment[pixel] = segment
 
 
 @wp.func
@@ -148,11 +148,11 @@ def cut_pixels(
     # In:
     planes: wp.array[Plane],
     window: Window,
-    pixels: wp.array[wp.int32],  # (M,) window pixels that one straight piece crosses
-    last_piece: wp.array[wp.int32],  # (window pixels,)
-    piece_points: wp.array[wp.vec3d],
-    piece_normals: wp.array[wp.vec2d],
-    piece_faces: wp.array2d[wp.int32],  # (P, 2) triangle in front and behind, -1 for none
+    pixels: wp.array[wp.int32],  # (M,) window pixels that one straight segment crosses
+    last_segment: wp.array[wp.int32],  # (window pixels,)
+    segment_points: wp.array[wp.vec3d],
+    segment_normals: wp.array[wp.vec2d],
+    segment_faces: wp.array2d[wp.int32],  # (P, 2) triangle in front and behind, -1 for none
     background: wp.float64,
     # Out:
     part_faces: wp.array2d[wp.int32],  # (M, 2) triangle in front and behind, -1 for none or uncut
@@ -161,18 +161,18 @@ def cut_pixels(
     is_cut: wp.array[wp.int32],  # (M,) 1 where one triangle is seen on each side of the outline
 ):
     """Replace pixels with one triangle on each side of the outline by their exact average."""
-    place = wp.tid()
-    pixel = pixels[place]
-    piece = last_piece[pixel]
+    index = wp.tid()
+    pixel = pixels[index]
+    segment = last_segment[pixel]
     one = wp.float64(1.0)
     column = wp.float64(window.left + pixel % window.width)
     row = wp.float64(window.top + pixel // window.width)
-    point = piece_points[piece]
-    normal = piece_normals[piece]
+    point = segment_points[segment]
+    normal = segment_normals[segment]
     offset = normal[0] * (point[0] - column) + normal[1] * (point[1] - row)
     inside = area_behind_line(normal, offset)
-    part_faces[place, 0] = -1
-    part_faces[place, 1] = -1
+    part_faces[index, 0] = -1
+    part_faces[index, 1] = -1
     total = wp.float64(0.0)
     for part in range(2):
         sums = inside
@@ -181,21 +181,21 @@ def cut_pixels(
         if sums[0] < wp.float64(1.0e-12):
             continue
         there = wp.vec2d(column + sums[1] / sums[0], row + sums[2] / sums[0])
-        face = piece_faces[piece, part]
+        face = segment_faces[segment, part]
         # Another triangle at the part's centre: the pixel shows more than two.
         outside = wp.bool(False)
         if face >= 0:
             outside = wp.min(weights_at(planes[face], there[0], there[1])) < wp.float64(-1.0e-9)
         if outside:
-            part_faces[place, 0] = -1
+            part_faces[index, 0] = -1
             return
-        part_faces[place, part] = face
-        part_sums[place, part] = sums[0] * wp.vec3d(one, there[0], there[1])
+        part_faces[index, part] = face
+        part_sums[index, part] = sums[0] * wp.vec3d(one, there[0], there[1])
         if face < 0:
             total += sums[0] * background
         else:
             total += sums[0] / inverse_depth_at(planes[face], there[0], there[1])
-    is_cut[place] = 1
+    is_cut[index] = 1
     image[pixel] = total
 
 
@@ -226,8 +226,8 @@ def touching_faces(
     """List the triangles that reach into a pixel, -1 after the last."""
     half = wp.float64(0.5)
     found = FaceList()
-    for place in range(PARTS):
-        found[place] = -1
+    for index in range(PARTS):
+        found[index] = -1
     count = wp.int32(0)
     for member in range(members[0], members[1]):
         face = tile_members[member]
@@ -283,8 +283,8 @@ def sample_pixels(
     The samples that one triangle owns are kept as a count and a centre: z is so nearly linear
     within a pixel that its derivative may be taken there.
     """
-    place = wp.tid()
-    pixel = pixels[place]
+    index = wp.tid()
+    pixel = pixels[index]
     zero = wp.float64(0.0)
     one = wp.float64(1.0)
     half = wp.float64(0.5)
@@ -299,7 +299,7 @@ def sample_pixels(
         # More triangles than parts: look at all of the tile's, and give the rest to the last.
         for part in range(PARTS):
             faces[part] = -1
-    share = one / wp.float64(side * side)
+    fraction = one / wp.float64(side * side)
     total = zero
     for sample in range(side * side):
         here = sample_point(sample, side)
@@ -328,7 +328,7 @@ def sample_pixels(
             total += background
         else:
             total += one / nearest
-            part_sums[place, owner] += share * wp.vec3d(one, column, row)
+            part_sums[index, owner] += fraction * wp.vec3d(one, column, row)
     for part in range(PARTS):
-        part_faces[place, part] = wp.where(part_sums[place, part][0] > zero, faces[part], -1)
-    image[pixel] = total * share
+        part_faces[index, part] = wp.where(part_sums[index, part][0] > zero, faces[part], -1)
+    image[pixel] = total * fraction

@@ -49,8 +49,8 @@ class TracerBuffers:
         tile_count = (camera.width // tile + 2) * (camera.height // tile + 2)
         self.tile_counts = zero_ints(tile_count, device)
         self.tile_ends = zero_ints(tile_count, device)
-        self.piece_counts = zero_ints(len(edge_vertices), device)
-        self.piece_ends = zero_ints(len(edge_vertices), device)
+        self.segment_counts = zero_ints(len(edge_vertices), device)
+        self.segment_ends = zero_ints(len(edge_vertices), device)
         self.pinhole: Any = derivative_kernels.Pinhole()
         for name in ('fx', 'fy', 'cx', 'cy'):
             setattr(self.pinhole, name, getattr(camera, name))

@@ -132,16 +132,16 @@ def pull_back_parts(
     gradient: wp.array[wp.vec3d],
 ):
     """Pull the inside of the area-averaged pixels back to the vertices."""
-    place = wp.tid()
+    index = wp.tid()
     for part in range(part_faces.shape[1]):
-        face = part_faces[place, part]
+        face = part_faces[index, part]
         if face < 0:
             continue
-        area = part_sums[place, part][0]
-        column = part_sums[place, part][1] / area
-        row = part_sums[place, part][2] / area
+        area = part_sums[index, part][0]
+        column = part_sums[index, part][1] / area
+        row = part_sums[index, part][2] / area
         nearness = inverse_depth_at(planes[face], column, row)
-        scale = by_image[pixels[place]] * area / (nearness * nearness)
+        scale = by_image[pixels[index]] * area / (nearness * nearness)
         add_to_corners(
             triangles,
             points,
@@ -163,17 +163,17 @@ def screen_rate(points: wp.array[wp.vec3d], camera: Pinhole, vertex: wp.int32, n
 
 
 @wp.func
-def depth_behind(open_share: wp.float64, behind: wp.float64, background: wp.float64):
-    """Return the mean z [m] behind a piece of outline."""
+def depth_behind(open_fraction: wp.float64, behind: wp.float64, background: wp.float64):
+    """Return the mean z [m] behind a segment of outline."""
     if wp.isnan(behind):
         return background
-    return open_share * background + (wp.float64(1.0) - open_share) * behind
+    return open_fraction * background + (wp.float64(1.0) - open_fraction) * behind
 
 
 @wp.func
 def pull_to_ends(
     scale: wp.float64,
-    share: wp.float64,
+    fraction: wp.float64,
     normal: wp.vec2d,
     points: wp.array[wp.vec3d],
     camera: Pinhole,
@@ -182,9 +182,9 @@ def pull_to_ends(
     gradient: wp.array[wp.vec3d],
 ):
     """Pull a weight of the outward motion of a point on an edge back to the ends of that."""
-    rest = wp.float64(1.0) - share
+    rest = wp.float64(1.0) - fraction
     wp.atomic_add(gradient, a, (scale * rest) * screen_rate(points, camera, a, normal))
-    wp.atomic_add(gradient, b, (scale * share) * screen_rate(points, camera, b, normal))
+    wp.atomic_add(gradient, b, (scale * fraction) * screen_rate(points, camera, b, normal))
 
 
 @wp.func
@@ -202,31 +202,31 @@ def pull_back_outline(
     camera: Pinhole,
     window: Window,
     edges: wp.array2d[wp.int32],
-    piece_edges: wp.array[wp.int32],
-    piece_shares: wp.array[wp.float64],
-    piece_points: wp.array[wp.vec3d],
-    piece_normals: wp.array[wp.vec2d],
-    piece_lengths: wp.array[wp.float64],
-    piece_open: wp.array[wp.float64],
-    piece_behind: wp.array[wp.float64],
+    segment_edges: wp.array[wp.int32],
+    segment_fractions: wp.array[wp.float64],
+    segment_points: wp.array[wp.vec3d],
+    segment_normals: wp.array[wp.vec2d],
+    segment_lengths: wp.array[wp.float64],
+    segment_open: wp.array[wp.float64],
+    segment_behind: wp.array[wp.float64],
     background: wp.float64,
     by_image: wp.array[wp.float64],
     # Out:
     gradient: wp.array[wp.vec3d],
 ):
     """Pull the area swept by the outline back to the ends of its edges."""
-    piece = wp.tid()
-    length = piece_lengths[piece]
+    segment = wp.tid()
+    length = segment_lengths[segment]
     if length <= wp.float64(0.0):
         return
-    here = piece_points[piece]
+    here = segment_points[segment]
     pixel = (cell_of(here[1]) - window.top) * window.width + cell_of(here[0]) - window.left
-    behind = depth_behind(piece_open[piece], piece_behind[piece], background)
+    behind = depth_behind(segment_open[segment], segment_behind[segment], background)
     scale = by_image[pixel] * (here[2] - behind) * length
-    edge = piece_edges[piece]
-    share = piece_shares[piece]
-    normal = piece_normals[piece]
-    pull_to_ends(scale, share, normal, points, camera, edges[edge, 0], edges[edge, 1], gradient)
+    edge = segment_edges[segment]
+    fraction = segment_fractions[segment]
+    normal = segment_normals[segment]
+    pull_to_ends(scale, fraction, normal, points, camera, edges[edge, 0], edges[edge, 1], gradient)
 
 
 @wp.kernel(enable_backward=False)
@@ -245,14 +245,14 @@ def push_centres(
     rates: wp.array2d[wp.float64],  # (M, k) change of z [m]
 ):
     """Push tangents to the depth at pixel centres."""
-    place = wp.tid()
-    pixel = pixels[place]
+    index = wp.tid()
+    pixel = pixels[index]
     face = faces[pixel]
     weights = weights_of_pixel(planes[face], window, pixel)
     m = plane_vector(triangles, points, face)
     square = depth[pixel] * depth[pixel]
     for parameter in range(tangents.shape[1]):
-        rates[place, parameter] = square * pushed(
+        rates[index, parameter] = square * pushed(
             triangles, screen, tangents, face, weights, m, parameter
         )
 
@@ -272,20 +272,20 @@ def push_parts(
     rates: wp.array2d[wp.float64],  # (window pixels, k), accumulated
 ):
     """Push tangents to the inside of the area-averaged pixels."""
-    place = wp.tid()
+    index = wp.tid()
     for part in range(part_faces.shape[1]):
-        face = part_faces[place, part]
+        face = part_faces[index, part]
         if face < 0:
             continue
-        area = part_sums[place, part][0]
-        column = part_sums[place, part][1] / area
-        row = part_sums[place, part][2] / area
+        area = part_sums[index, part][0]
+        column = part_sums[index, part][1] / area
+        row = part_sums[index, part][2] / area
         nearness = inverse_depth_at(planes[face], column, row)
         scale = area / (nearness * nearness)
         weights = weights_at(planes[face], column, row)
         m = plane_vector(triangles, points, face)
         for parameter in range(tangents.shape[1]):
-            rates[pixels[place], parameter] += scale * pushed(
+            rates[pixels[index], parameter] += scale * pushed(
                 triangles, screen, tangents, face, weights, m, parameter
             )
 
@@ -297,34 +297,34 @@ def push_outline_area(
     camera: Pinhole,
     window: Window,
     edges: wp.array2d[wp.int32],
-    piece_edges: wp.array[wp.int32],
-    piece_shares: wp.array[wp.float64],
-    piece_points: wp.array[wp.vec3d],
-    piece_normals: wp.array[wp.vec2d],
-    piece_lengths: wp.array[wp.float64],
-    piece_open: wp.array[wp.float64],
-    piece_behind: wp.array[wp.float64],
+    segment_edges: wp.array[wp.int32],
+    segment_fractions: wp.array[wp.float64],
+    segment_points: wp.array[wp.vec3d],
+    segment_normals: wp.array[wp.vec2d],
+    segment_lengths: wp.array[wp.float64],
+    segment_open: wp.array[wp.float64],
+    segment_behind: wp.array[wp.float64],
     background: wp.float64,
     tangents: wp.array2d[wp.vec3d],
     # Out:
     rates: wp.array2d[wp.float64],  # (window pixels, k), accumulated
 ):
     """Push tangents to the area that the outline sweeps in each pixel."""
-    piece = wp.tid()
-    length = piece_lengths[piece]
+    segment = wp.tid()
+    length = segment_lengths[segment]
     if length <= wp.float64(0.0):
         return
-    here = piece_points[piece]
+    here = segment_points[segment]
     pixel = (cell_of(here[1]) - window.top) * window.width + cell_of(here[0]) - window.left
-    behind = depth_behind(piece_open[piece], piece_behind[piece], background)
+    behind = depth_behind(segment_open[segment], segment_behind[segment], background)
     scale = (here[2] - behind) * length
-    edge = piece_edges[piece]
-    share = piece_shares[piece]
-    normal = piece_normals[piece]
+    edge = segment_edges[segment]
+    fraction = segment_fractions[segment]
+    normal = segment_normals[segment]
     a = edges[edge, 0]
     b = edges[edge, 1]
-    at_a = (wp.float64(1.0) - share) * screen_rate(points, camera, a, normal)
-    at_b = share * screen_rate(points, camera, b, normal)
+    at_a = (wp.float64(1.0) - fraction) * screen_rate(points, camera, a, normal)
+    at_b = fraction * screen_rate(points, camera, b, normal)
     for parameter in range(tangents.shape[1]):
         moved = wp.dot(at_a, tangents[a, parameter]) + wp.dot(at_b, tangents[b, parameter])
         wp.atomic_add(rates, pixel, parameter, scale * moved)
@@ -336,25 +336,25 @@ def push_outline(
     points: wp.array[wp.vec3d],
     camera: Pinhole,
     edges: wp.array2d[wp.int32],
-    piece_edges: wp.array[wp.int32],
-    piece_shares: wp.array[wp.float64],
-    piece_normals: wp.array[wp.vec2d],
-    pieces: wp.array[wp.int32],  # (M,)
+    segment_edges: wp.array[wp.int32],
+    segment_fractions: wp.array[wp.float64],
+    segment_normals: wp.array[wp.vec2d],
+    segments: wp.array[wp.int32],  # (M,)
     tangents: wp.array2d[wp.vec3d],
     # Out:
     rates: wp.array2d[wp.float64],  # (M, k) outward motion of the outline [px]
 ):
     """Push tangents to the outline's motion along its normal."""
-    place = wp.tid()
-    piece = pieces[place]
-    edge = piece_edges[piece]
-    share = piece_shares[piece]
-    normal = piece_normals[piece]
+    index = wp.tid()
+    segment = segments[index]
+    edge = segment_edges[segment]
+    fraction = segment_fractions[segment]
+    normal = segment_normals[segment]
     a = edges[edge, 0]
     b = edges[edge, 1]
-    at_a = (wp.float64(1.0) - share) * screen_rate(points, camera, a, normal)
-    at_b = share * screen_rate(points, camera, b, normal)
+    at_a = (wp.float64(1.0) - fraction) * screen_rate(points, camera, a, normal)
+    at_b = fraction * screen_rate(points, camera, b, normal)
     for parameter in range(tangents.shape[1]):
-        rates[place, parameter] = wp.dot(at_a, tangents[a, parameter]) + wp.dot(
+        rates[index, parameter] = wp.dot(at_a, tangents[a, parameter]) + wp.dot(
             at_b, tangents[b, parameter]
         )

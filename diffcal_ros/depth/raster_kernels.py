@@ -313,8 +313,8 @@ def nearest_face(
     nearest = zero
     found = wp.int32(-1)
     span = tile_span(window, ends, column, row)
-    for place in range(span[0], span[1]):
-        face = members[place]
+    for index in range(span[0], span[1]):
+        face = members[index]
         plane = planes[face]
         weights = weights_at(plane, column, row)
         if weights[0] >= zero and weights[1] >= zero and weights[2] >= zero:

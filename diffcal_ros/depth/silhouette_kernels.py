@@ -4,9 +4,9 @@
 """Warp kernels that walk silhouette edges through the pixel grid.
 
 A silhouette edge lies between a triangle that faces the camera and one that does not. It is cut
-at the borders of the pixels it crosses; each piece gets one node in its middle and one ray just
-outside the body, which tells whether the piece is visible and what lies behind it
-(Arnavaz et al. 2023, equation 8, integrated piece by piece).
+at the borders of the pixels it crosses; each segment gets one node in its middle and one ray just
+outside the body, which tells whether the segment is visible and what lies behind it
+(Arnavaz et al. 2023, equation 8, integrated segment by segment).
 """
 
 from diffcal_ros.depth.raster_kernels import (
@@ -59,7 +59,7 @@ def is_beside(window: Window, a: wp.vec3d, b: wp.vec3d):
 
 
 @wp.kernel(enable_backward=False)
-def count_pieces(
+def count_segments(
     # In:
     screen: wp.array[wp.vec3d],  # (N,) [px, px, 1/m]
     planes: wp.array[Plane],  # (F,)
@@ -95,7 +95,7 @@ def next_crossing(start: wp.float64, rate: wp.float64, cell: wp.int32):
 
 
 @wp.struct
-class Look:
+class Visibility:
     """What one ray just outside an edge sees.
 
     Attributes are whether the edge is visible there, the triangle behind it (-1 for none) and
@@ -109,7 +109,7 @@ class Look:
 
 @wp.struct
 class Sums:
-    """Lengths of one piece [px]: visible, with nothing behind; length times z behind [px m]."""
+    """Lengths of one segment [px]: visible, with nothing behind; length times z behind [px m]."""
 
     visible: wp.float64
     open: wp.float64
@@ -117,10 +117,10 @@ class Sums:
 
 
 @wp.func
-def look_past(
+def visibility_at(
     screen_a: wp.vec3d,
     screen_b: wp.vec3d,
-    share: wp.float64,
+    fraction: wp.float64,
     normal: wp.vec2d,
     planes: wp.array[Plane],
     window: Window,
@@ -129,8 +129,8 @@ def look_past(
 ):
     """Cast a ray just outside a point of an edge."""
     one = wp.float64(1.0)
-    result = Look()
-    here = screen_a + share * (screen_b - screen_a)
+    result = Visibility()
+    here = screen_a + fraction * (screen_b - screen_a)
     result.is_visible = is_in_window(window, cell_of(here[0]), cell_of(here[1]))
     result.face = -1
     if result.is_visible:
@@ -145,8 +145,8 @@ def look_past(
 
 
 @wp.func
-def are_alike(first: Look, second: Look, depth: wp.float64):
-    """Tell whether nothing comes or goes between two looks along an edge."""
+def are_alike(first: Visibility, second: Visibility, depth: wp.float64):
+    """Tell whether nothing comes or goes between two places along an edge."""
     if first.is_visible != second.is_visible:
         return False
     if not first.is_visible:
@@ -160,15 +160,15 @@ def are_alike(first: Look, second: Look, depth: wp.float64):
 
 
 @wp.func
-def added(sums: Sums, length: wp.float64, look: Look):
+def added(sums: Sums, length: wp.float64, visibility: Visibility):
     """Add a stretch that looks the same all along."""
     result = sums
-    if look.is_visible and length > wp.float64(0.0):
+    if visibility.is_visible and length > wp.float64(0.0):
         result.visible = sums.visible + length
-        if look.face < 0:
+        if visibility.face < 0:
             result.open = sums.open + length
         else:
-            result.behind = sums.behind + length * look.behind
+            result.behind = sums.behind + length * visibility.behind
     return result
 
 
@@ -176,19 +176,19 @@ def added(sums: Sums, length: wp.float64, look: Look):
 def write_sums(
     record: wp.int32,
     sums: Sums,
-    piece_lengths: wp.array[wp.float64],
-    piece_open: wp.array[wp.float64],
-    piece_behind: wp.array[wp.float64],
+    segment_lengths: wp.array[wp.float64],
+    segment_open: wp.array[wp.float64],
+    segment_behind: wp.array[wp.float64],
 ):
-    """Turn sums into a piece's visible length, open share and mean depth behind."""
-    piece_lengths[record] = sums.visible
-    piece_open[record] = wp.float64(0.0)
-    piece_behind[record] = wp.float64(wp.nan)
+    """Turn sums into a segment's visible length, open share and mean depth behind."""
+    segment_lengths[record] = sums.visible
+    segment_open[record] = wp.float64(0.0)
+    segment_behind[record] = wp.float64(wp.nan)
     if sums.visible > wp.float64(0.0):
-        piece_open[record] = sums.open / sums.visible
+        segment_open[record] = sums.open / sums.visible
         closed = sums.visible - sums.open
         if closed > wp.float64(1.0e-9) * sums.visible:
-            piece_behind[record] = sums.behind / closed
+            segment_behind[record] = sums.behind / closed
 
 
 @wp.func
@@ -217,7 +217,7 @@ def place_of_change(
     b: wp.vec3d,
     low: wp.float64,
     high: wp.float64,
-    look: Look,
+    visibility: Visibility,
     normal: wp.vec2d,
     planes: wp.array[Plane],
     window: Window,
@@ -230,8 +230,8 @@ def place_of_change(
     far = high
     for _ in range(7):
         middle = wp.float64(0.5) * (near + far)
-        between = look_past(a, b, middle, normal, planes, window, tile_ends, tile_members)
-        if are_alike(look, between, one / (a[2] + middle * (b[2] - a[2]))):
+        between = visibility_at(a, b, middle, normal, planes, window, tile_ends, tile_members)
+        if are_alike(visibility, between, one / (a[2] + middle * (b[2] - a[2]))):
             near = middle
         else:
             far = middle
@@ -251,20 +251,20 @@ def walk_edges(
     tile_ends: wp.array[wp.int32],
     tile_members: wp.array[wp.int32],
     # Out:
-    piece_edges: wp.array[wp.int32],  # (P,) edge
-    piece_shares: wp.array[wp.float64],  # (P,) place on the edge, 0 to 1
-    piece_points: wp.array[wp.vec3d],  # (P,) column, row [px] and z [m] of the outline
-    piece_normals: wp.array[wp.vec2d],  # (P,) unit, pointing out of the body
-    piece_lengths: wp.array[wp.float64],  # (P,) visible length [px]
-    piece_open: wp.array[wp.float64],  # (P,) share of it with nothing behind
-    piece_behind: wp.array[wp.float64],  # (P,) mean z [m] behind the rest, NaN where all is open
-    piece_faces: wp.array2d[wp.int32],  # (P, 2) triangle in front and behind, -1 for none
+    segment_edges: wp.array[wp.int32],  # (P,) edge
+    segment_fractions: wp.array[wp.float64],  # (P,) place on the edge, 0 to 1
+    segment_points: wp.array[wp.vec3d],  # (P,) column, row [px] and z [m] of the outline
+    segment_normals: wp.array[wp.vec2d],  # (P,) unit, pointing out of the body
+    segment_lengths: wp.array[wp.float64],  # (P,) visible length [px]
+    segment_open: wp.array[wp.float64],  # (P,) share of it with nothing behind
+    segment_behind: wp.array[wp.float64],  # (P,) mean z [m] behind the rest, NaN where all is open
+    segment_faces: wp.array2d[wp.int32],  # (P, 2) triangle in front and behind, -1 for none
 ):
-    """Write one record a piece.
+    """Write one record a segment.
 
-    Between the nodes of neighbouring pieces the view past the edge may change: where the edge
+    Between the nodes of neighbouring segments the view past the edge may change: where the edge
     passes behind another part of the body, or another outline passes behind it. The place is
-    found by bisection, so that such pieces count for their visible part.
+    found by bisection, so that such segments count for their visible part.
     """
     edge = wp.tid()
     first = wp.int32(0)
@@ -284,54 +284,65 @@ def walk_edges(
     normal = outward_normal(triangles, screen, seen, a, b)
     column = cell_of(a[0])
     row = cell_of(a[1])
-    share = zero
+    fraction = zero
     last_node = zero
     # Not at the very ends, where the neighbouring edges take over.
-    last_look = look_past(a, b, wp.float64(0.01), normal, planes, window, tile_ends, tile_members)
+    last_visibility = visibility_at(
+        a, b, wp.float64(0.01), normal, planes, window, tile_ends, tile_members
+    )
     sums = Sums()
-    for place in range(count + 1):
+    for index in range(count + 1):
         leave = one
         node = wp.float64(0.99)
         to_column = one
         to_row = one
-        if place < count:
+        if index < count:
             to_column = next_crossing(a[0], rate[0], column)
             to_row = next_crossing(a[1], rate[1], row)
-            leave = wp.clamp(wp.min(to_column, to_row), share, one)
-            if place == count - 1:
+            leave = wp.clamp(wp.min(to_column, to_row), fraction, one)
+            if index == count - 1:
                 leave = one
-            node = half * (share + leave)
-        look = look_past(a, b, node, normal, planes, window, tile_ends, tile_members)
-        if place == count:
+            node = half * (fraction + leave)
+        visibility = visibility_at(a, b, node, normal, planes, window, tile_ends, tile_members)
+        if index == count:
             node = one
         depth = one / (a[2] + node * (b[2] - a[2]))
         change = node
-        if not are_alike(last_look, look, depth):
+        if not are_alike(last_visibility, visibility, depth):
             change = place_of_change(
-                a, b, last_node, node, last_look, normal, planes, window, tile_ends, tile_members
+                a,
+                b,
+                last_node,
+                node,
+                last_visibility,
+                normal,
+                planes,
+                window,
+                tile_ends,
+                tile_members,
             )
-        # The stretch from the last node belongs to the last piece up to `share`.
-        border = share
-        if place == count:
+        # The stretch from the last node belongs to the last segment up to `fraction`.
+        border = fraction
+        if index == count:
             border = one
-        sums = added(sums, length * (wp.min(change, border) - last_node), last_look)
-        sums = added(sums, length * (border - wp.max(change, last_node)), look)
-        if place > 0:
-            write_sums(first + place - 1, sums, piece_lengths, piece_open, piece_behind)
-        if place < count:
+        sums = added(sums, length * (wp.min(change, border) - last_node), last_visibility)
+        sums = added(sums, length * (border - wp.max(change, last_node)), visibility)
+        if index > 0:
+            write_sums(first + index - 1, sums, segment_lengths, segment_open, segment_behind)
+        if index < count:
             sums = Sums()
-            sums = added(sums, length * (change - border), last_look)
-            sums = added(sums, length * (node - wp.max(change, border)), look)
-            record = first + place
-            piece_edges[record] = edge
-            piece_shares[record] = node
-            piece_points[record] = wp.vec3d(a[0] + node * rate[0], a[1] + node * rate[1], depth)
-            piece_normals[record] = normal
-            piece_faces[record, 0] = seen
-            piece_faces[record, 1] = look.face
+            sums = added(sums, length * (change - border), last_visibility)
+            sums = added(sums, length * (node - wp.max(change, border)), visibility)
+            record = first + index
+            segment_edges[record] = edge
+            segment_fractions[record] = node
+            segment_points[record] = wp.vec3d(a[0] + node * rate[0], a[1] + node * rate[1], depth)
+            segment_normals[record] = normal
+            segment_faces[record, 0] = seen
+            segment_faces[record, 1] = visibility.face
             last_node = node
-            last_look = look
-            share = leave
+            last_visibility = visibility
+            fraction = leave
             if to_column < to_row:
                 column += wp.where(rate[0] > zero, 1, -1)
             else:

@@ -15,7 +15,7 @@ from diffcal_ros.depth import (
 )
 from diffcal_ros.depth.area_image import AreaImage
 from diffcal_ros.depth.buffers import TracerBuffers
-from diffcal_ros.depth.pieces import Pieces
+from diffcal_ros.depth.silhouette_segments import SilhouetteSegments
 from diffcal_ros.device_array import (
     download,
     float_array,
@@ -37,15 +37,15 @@ class Outline:
     """The visible outline, cut at pixel borders.
 
     Attributes:
-        pieces: number of each piece in the walk, shape (P,).
-        points: column and row [px] and z [m] in the middle of each piece, shape (P, 3).
+        segments: number of each segment in the walk, shape (P,).
+        points: column and row [px] and z [m] in the middle of each segment, shape (P, 3).
         normals: unit, out of the body, shape (P, 2).
         lengths: [px], shape (P,).
         behind: z of the body behind [m], NaN for none, shape (P,).
-        edges: surface edge of each piece, shape (P,).
+        edges: surface edge of each segment, shape (P,).
     """
 
-    pieces: IntArray
+    segments: IntArray
     points: FloatArray
     normals: FloatArray
     lengths: FloatArray
@@ -114,16 +114,16 @@ class Trace:
     @cached_property
     def outline(self) -> Outline:
         """The visible outline."""
-        pieces = self.pieces
-        lengths = download(pieces.lengths)
+        segments = self.segments
+        lengths = download(segments.lengths)
         seen = np.flatnonzero(lengths > 0.0).astype(np.int32)
         return Outline(
-            pieces=seen,
-            points=pieces.points.numpy()[seen],
-            normals=pieces.normals.numpy()[seen],
+            segments=seen,
+            points=segments.points.numpy()[seen],
+            normals=segments.normals.numpy()[seen],
             lengths=lengths[seen],
-            behind=pieces.behind.numpy()[seen],
-            edges=pieces.edges.numpy()[seen],
+            behind=segments.behind.numpy()[seen],
+            edges=segments.edges.numpy()[seen],
         )
 
     def outline_band(self, reach: int) -> NDArray[np.bool_]:
@@ -153,20 +153,20 @@ class Trace:
         )
         return download(rates)
 
-    def push_outline(self, pieces: IntArray, tangents: FloatArray) -> FloatArray:
-        """Push tangents to the outward motion of outline pieces [px], shape (M, k).
+    def push_outline(self, segments: IntArray, tangents: FloatArray) -> FloatArray:
+        """Push tangents to the outward motion of outline segments [px], shape (M, k).
 
         Args:
-            pieces: entries of `Outline.pieces`, shape (M,).
+            segments: entries of `Outline.segments`, shape (M,).
             tangents: camera-frame displacement per unit of each parameter, shape (k, N, 3).
         """
         self.check_current()
         buffers = self.buffers
-        rates = zero_floats((len(pieces), len(tangents)), buffers.device)
+        rates = zero_floats((len(segments), len(tangents)), buffers.device)
         buffers.launch(
             derivative_kernels.push_outline,
-            len(pieces),
-            [*self._pieces_of(pieces), self.by_vertex(tangents)],
+            len(segments),
+            [*self._segments_of(segments), self.by_vertex(tangents)],
             [rates],
         )
         return download(rates)
@@ -189,11 +189,11 @@ class Trace:
         )
         return download(buffers.gradient)
 
-    def pull_outline(self, pieces: IntArray, by_motion: FloatArray) -> FloatArray:
+    def pull_outline(self, segments: IntArray, by_motion: FloatArray) -> FloatArray:
         """Pull weights of the outline's motion back to the nodes: `push_outline`'s transpose.
 
         Args:
-            pieces: entries of `Outline.pieces`, shape (M,).
+            segments: entries of `Outline.segments`, shape (M,).
             by_motion: derivative of a scalar by the outward motion of each [1/px], shape (M,).
         """
         self.check_current()
@@ -201,8 +201,8 @@ class Trace:
         buffers.gradient.zero_()
         buffers.launch(
             adjoint_kernels.pull_outline,
-            len(pieces),
-            [*self._pieces_of(pieces), float_array(by_motion, buffers.device)],
+            len(segments),
+            [*self._segments_of(segments), float_array(by_motion, buffers.device)],
             [buffers.gradient],
         )
         return download(buffers.gradient)
@@ -221,17 +221,17 @@ class Trace:
             int_array(pixels, buffers.device),
         ]
 
-    def _pieces_of(self, pieces: IntArray) -> list[Any]:
-        """Return what kernels of outline pieces read."""
-        buffers, walked = self.buffers, self.pieces
+    def _segments_of(self, segments: IntArray) -> list[Any]:
+        """Return what kernels of outline segments read."""
+        buffers, walked = self.buffers, self.segments
         return [
             buffers.points,
             buffers.pinhole,
             buffers.edges,
             walked.edges,
-            walked.shares,
+            walked.fractions,
             walked.normals,
-            int_array(pieces, buffers.device),
+            int_array(segments, buffers.device),
         ]
 
     def area_image(self, *, side: int = 8, background: float = 0.0) -> AreaImage:
@@ -262,47 +262,47 @@ class Trace:
         return ends, members
 
     @cached_property
-    def pieces(self) -> Pieces:
-        """The walk along every silhouette edge, hidden pieces included."""
+    def segments(self) -> SilhouetteSegments:
+        """The walk along every silhouette edge, hidden segments included."""
         self.check_current()
         buffers = self.buffers
         ends, members = self.tiles
         edge_count = buffers.edge_count
         edges = [buffers.screen, buffers.planes, buffers.edges, buffers.edge_faces]
         buffers.launch(
-            silhouette_kernels.count_pieces,
+            silhouette_kernels.count_segments,
             edge_count,
             [*edges, self.window],
-            [buffers.piece_counts],
+            [buffers.segment_counts],
         )
-        wp.utils.array_scan(buffers.piece_counts, buffers.piece_ends, inclusive=True)
-        total = int(buffers.piece_ends[edge_count - 1 : edge_count].numpy()[0])
-        pieces = Pieces(total, buffers.device)
+        wp.utils.array_scan(buffers.segment_counts, buffers.segment_ends, inclusive=True)
+        total = int(buffers.segment_ends[edge_count - 1 : edge_count].numpy()[0])
+        segments = SilhouetteSegments(total, buffers.device)
         buffers.launch(
             silhouette_kernels.walk_edges,
             edge_count,
-            [buffers.triangles, *edges, buffers.piece_ends, self.window, ends, members],
+            [buffers.triangles, *edges, buffers.segment_ends, self.window, ends, members],
             [
-                pieces.edges,
-                pieces.shares,
-                pieces.points,
-                pieces.normals,
-                pieces.lengths,
-                pieces.open,
-                pieces.behind,
-                pieces.faces,
+                segments.edges,
+                segments.fractions,
+                segments.points,
+                segments.normals,
+                segments.lengths,
+                segments.open,
+                segments.behind,
+                segments.faces,
             ],
         )
-        return pieces
+        return segments
 
     def mark(self, reach: int) -> Any:
         """Return device marks of the pixels within `reach` of the visible outline."""
-        buffers, pieces = self.buffers, self.pieces
+        buffers, segments = self.buffers, self.segments
         marks = zero_ints(self.pixel_count, buffers.device)
         buffers.launch(
             area_kernels.mark_outline,
-            pieces.count,
-            [pieces.points, pieces.lengths, self.window, reach],
+            segments.count,
+            [segments.points, segments.lengths, self.window, reach],
             [marks],
         )
         return marks

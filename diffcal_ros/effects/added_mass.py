@@ -32,6 +32,6 @@ class AddedMass(Effect):
     def stand_ins(self, site: Site) -> tuple[Change, ...]:
         """Return a mass at each place that is screened."""
         return tuple(
-            Change(conditions=Conditions(added_masses=site.weights_at(place, _SCREENED_WIDTH)))
-            for place in self.screened_at
+            Change(conditions=Conditions(added_masses=site.weights_at(at, _SCREENED_WIDTH)))
+            for at in self.screened_at
         )

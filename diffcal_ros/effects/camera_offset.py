@@ -9,7 +9,7 @@ of the scene; see `calibration.camera_offsets`.
 from collections.abc import Mapping
 
 from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
-from diffcal_ros.effects.rigid import RIGID_AXES, rigid_components, ROLLED, SHIFT, six_of
+from diffcal_ros.effects.rigid import RIGID_AXES, rigid_components, ROLLED, SHIFT, twist_of
 from diffcal_ros.effects.site import Site
 
 
@@ -33,4 +33,4 @@ class CameraOffset(Effect):
 
 def stated_offset(effects: Mapping[str, Numbers]) -> FloatArray:
     """Return the offset that a scene's effects state: shift [m] and turn [rad], shape (6,)."""
-    return six_of(effects.get(CameraOffset.identifier, {}))
+    return twist_of(effects.get(CameraOffset.identifier, {}))

@@ -3,7 +3,7 @@
 """The body sits elsewhere in its clamp than the scene says."""
 
 from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
-from diffcal_ros.effects.rigid import RIGID_AXES, rigid_components, ROLLED, SHIFT, six_of, TURN
+from diffcal_ros.effects.rigid import RIGID_AXES, rigid_components, ROLLED, SHIFT, TURN, twist_of
 from diffcal_ros.effects.site import Site
 from diffcal_ros.fem.conditions import Conditions
 
@@ -21,7 +21,7 @@ class ClampOffset(Effect):
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the clamp's motion."""
-        return Conditions(clamp_motion=_in_world(six_of(own), site))
+        return Conditions(clamp_motion=_in_world(twist_of(own), site))
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """It turns `about` a point in the object's frame."""

@@ -25,7 +25,7 @@ _NORMAL_STEP = 1e-5  # Of a finite difference that is exact to rounding [rad].
 _PUSHED, _PUSHED_WIDTH = (0.25, 0.5, 0.75, 1.0), 0.05
 # A plane is first tried at the lowest point seen, and so much above it [m].
 _RISES = (0.0, 0.003)
-_LOWEST_SHARE = 0.01
+_LOWEST_FRACTION = 0.01
 
 
 class ContactPlane(Effect):
@@ -70,13 +70,13 @@ class ContactPlane(Effect):
     def stand_ins(self, site: Site) -> tuple[Change, ...]:
         """Return upward forces, which have a tangent before the body touches."""
         return tuple(
-            Change(conditions=Conditions(added_masses=-site.weights_at(place, _PUSHED_WIDTH)))
-            for place in _PUSHED
+            Change(conditions=Conditions(added_masses=-site.weights_at(at, _PUSHED_WIDTH)))
+            for at in _PUSHED
         )
 
     def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
         """Propose planes at the lowest point of the body, and above it."""
-        lowest = min(float(np.quantile(view, _LOWEST_SHARE)) for view in seen.heights())
+        lowest = min(float(np.quantile(view, _LOWEST_FRACTION)) for view in seen.heights())
         return [{self.amplitude_name('height'): lowest + rise} for rise in _RISES]
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:

@@ -26,7 +26,7 @@ class DepthBiasByRegion(Effect):
     settles = ('both materials flat on one plane',)
     twins = ('camera_offset', 'clamp_offset')
     settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
-    has_border = True
+    has_boundary = True
     beyond_robust_fit = ('bias',)
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:

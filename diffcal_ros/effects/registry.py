@@ -50,14 +50,14 @@ def effects_by_fit_name() -> dict[str, Effect]:
     return {effect.fit_name: effect for effect in EFFECTS.values()}
 
 
-def border_effects() -> list[Effect]:
-    """Return the effects of two materials, whose border is a setting."""
-    return [effect for effect in EFFECTS.values() if effect.has_border]
+def boundary_effects() -> list[Effect]:
+    """Return the effects of two materials, whose boundary is a setting."""
+    return [effect for effect in EFFECTS.values() if effect.has_boundary]
 
 
-def seen_border() -> Effect:
-    """Return the one of those whose border the depth camera sees."""
-    return next(effect for effect in border_effects() if effect.group == 'sensor')
+def seen_boundary() -> Effect:
+    """Return the one of those whose boundary the depth camera sees."""
+    return next(effect for effect in boundary_effects() if effect.group == 'sensor')
 
 
 def what_settles(identifiers: Iterable[str]) -> str:

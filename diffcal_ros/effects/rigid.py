@@ -26,7 +26,7 @@ def tilt_components(scale: float) -> tuple[Component, ...]:
     return tuple(Component(a, 'rad', -most, most, scale, 'deg', shown) for a in ('a', 'b'))
 
 
-def six_of(own: Numbers) -> FloatArray:
+def twist_of(own: Numbers) -> FloatArray:
     """Return shift [m] and turn [rad], shape (6,)."""
     return np.array([own.get(axis, 0.0) for axis in RIGID_AXES])
 

@@ -54,16 +54,16 @@ class Site:
         """Turn vectors of the object frame into the world frame, shape (..., 3)."""
         return vectors @ self.world_from_object[:3, :3].T
 
-    def weights_at(self, place: float, width: float) -> FloatArray:
+    def weights_at(self, at: float, width: float) -> FloatArray:
         """Return weights of the free nodes around a place; they sum to one, shape (N,).
 
         Args:
-            place: share of the free length.
+            at: share of the free length.
             width: standard deviation, as a share of it.
         """
-        share = self.axes.share(self.rest_nodes)
-        weights: FloatArray = np.exp(-0.5 * ((share - place) / width) ** 2)
-        weights[share == 0.0] = 0.0
+        fraction = self.axes.fraction(self.rest_nodes)
+        weights: FloatArray = np.exp(-0.5 * ((fraction - at) / width) ** 2)
+        weights[fraction == 0.0] = 0.0
         return weights / weights.sum()
 
 
@@ -72,20 +72,20 @@ class Tets:
     """The body's tetrahedra.
 
     Attributes:
-        share: how far along the free part each is, 0 at the clamp, 1 at the tip, shape (T,).
+        fraction: how far along the free part each is, 0 at the clamp, 1 at the tip, shape (T,).
         is_second: which are of another region than the first, shape (T,); None: there is one.
     """
 
-    share: FloatArray
+    fraction: FloatArray
     is_second: BoolArray | None
 
-    def second(self, border: float) -> BoolArray:
+    def second(self, boundary: float) -> BoolArray:
         """Tell which are of another material than the first, shape (T,).
 
         Args:
-            border: share of the free part at which a scene of one region is split.
+            boundary: share of the free part at which a scene of one region is split.
         """
-        return self.share > border if self.is_second is None else self.is_second
+        return self.fraction > boundary if self.is_second is None else self.is_second
 
 
 class SeenPixels(NamedTuple):

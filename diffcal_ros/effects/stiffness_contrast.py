@@ -19,11 +19,11 @@ class StiffnessContrast(Effect):
     settles = ('a twist besides the bend',)
     twins = ('added_mass', 'compliant_clamp')
     settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
-    has_border = True
+    has_boundary = True
     variants = (('split',), ('along',))
 
     def log_modulus_mode(self, component: str, own: Numbers, tets: Tets) -> FloatArray:
-        """Return a step at the border, or a gradient, shape (T,)."""
+        """Return a step at the boundary, or a gradient, shape (T,)."""
         if component == 'along':
-            return tets.share - 0.5
+            return tets.fraction - 0.5
         return np.where(tets.second(own['at']), 0.5, -0.5)

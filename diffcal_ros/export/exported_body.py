@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every simulator needs to know of a body: mesh, clamp, material, gravity."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.laws import find_law
 from diffcal_ros.material import lame_lambda, lame_mu, Material
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
+from diffcal_ros.scene.start_material import start_material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -109,27 +109,17 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
     Raises:
         InputError: when nothing holds the body for good.
     """
-    columns = {
-        name: np.empty(scene.mesh.tet_count)
-        for name in ('youngs_modulus', 'poissons_ratio', 'density', 'damping')
-    }
+    damping = np.zeros(scene.mesh.tet_count)
     region = np.empty(scene.mesh.tet_count, dtype=np.int32)
     for number, own in enumerate(scene.regions):
         region[own.tets] = number
-        for name, column in columns.items():
-            quantity = getattr(own, name)
-            column[own.tets] = 0.0 if quantity is None else quantity.start
-    material = Material(
-        youngs_modulus=columns['youngs_modulus'],
-        poissons_ratio=columns['poissons_ratio'],
-        density=columns['density'],
-        convention=scene.convention,
-        shares=find_law(scene.law).SHARES,
-    )
-    columns['youngs_modulus'], columns['poissons_ratio'] = constants_at_rest(material)
-    moduli = tuple(float(columns['youngs_modulus'][own.tets[0]]) for own in scene.regions)
+        if own.damping is not None:
+            damping[own.tets] = own.damping.start
+    material = start_material(replace(scene, relative_modulus=None))
+    modulus, ratio = constants_at_rest(material)
+    moduli = tuple(float(modulus[own.tets[0]]) for own in scene.regions)
     if scene.relative_modulus is not None:
-        columns['youngs_modulus'] *= scene.relative_modulus
+        modulus = modulus * scene.relative_modulus
     rest = world_positions(scene.mesh, setup)
     held = _held_for_good(setup)
     targets = held_targets(setup, rest)
@@ -142,23 +132,26 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
         held=held,
         held_positions=targets.positions[where],
         gravity=setup.gravity,
+        youngs_modulus=modulus,
+        poissons_ratio=ratio,
+        density=material.density,
+        damping=damping,
         region=region,
         region_names=tuple(own.name for own in scene.regions),
         region_moduli=moduli,
         notes=_left_out(scene, setup),
-        **columns,
     )
 
 
 def constants_at_rest(material: Material) -> tuple[FloatArray, FloatArray]:
     """Return Young's modulus [Pa] and Poisson's ratio that a small stretch measures, shape (T,).
 
-    With the consistent convention these are the material's own. The plain Lame numbers of the
+    With the consistent convention these are the material's own. The plain Lame parameters of the
     other one are undone as Smith et al. 2018, section 3.4, puts them in.
     """
-    numbers, shares = material.numbers(), material.shares
-    mu = numbers.neo_hookean_mu / shares.mu
-    lam = numbers.neo_hookean_lambda - shares.added * mu
+    lame, conversion = material.lame_parameters(), material.conversion
+    mu = lame.neo_hookean_mu / conversion.mu
+    lam = lame.neo_hookean_lambda - conversion.added * mu
     return mu * (3.0 * lam + 2.0 * mu) / (lam + mu), lam / (2.0 * (lam + mu))
 
 

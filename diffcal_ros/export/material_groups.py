@@ -43,8 +43,8 @@ def material_groups(body: ExportedBody) -> tuple[MaterialGroup, ...]:
         logs = np.log(body.youngs_modulus[tets])
         steps = np.floor((logs - logs.min()) / np.log1p(_STEP) + 1e-9).astype(int)
         used = np.unique(steps)
-        for place, step in enumerate(used):
-            own = name if len(used) == 1 else f'{name}_{place}'
+        for index, step in enumerate(used):
+            own = name if len(used) == 1 else f'{name}_{index}'
             groups.append(_group(body, own, tets[steps == step]))
     return tuple(groups)
 

@@ -14,7 +14,7 @@ from diffcal_ros.export.effective_numbers import read_effective, with_effective
 from diffcal_ros.export.exported_body import exported_body, ExportedBody
 from diffcal_ros.export.targets import find_target
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.observation_choice import observation_index
 
 _SCENES = ('fitted_scene.yaml', 'scene.yaml')
 _LIST = 'export.json'
@@ -59,7 +59,8 @@ def export_fit(
     """
     scene_file = find_scene(fit)
     scene = load_scene(scene_file)
-    body = exported_body(scene, find_setup(scene, observation))
+    setup = scene.observations[observation_index(scene, observation or '')]
+    body = exported_body(scene, setup)
     writer = find_target(target)
     moduli = 'material'
     if takes_effective and writer.SIMULATOR and fit.is_dir():
@@ -96,35 +97,20 @@ def find_scene(fit: Path) -> Path:
     )
 
 
-def find_setup(scene: Scene, name: str | None) -> ObservationSetup:
-    """Return an observation of a scene by its name; None: the first one.
-
-    Raises:
-        InputError: when the scene has none of that name.
-    """
-    if name is None:
-        return scene.observations[0]
-    for setup in scene.observations:
-        if setup.name == name:
-            return setup
-    known = ', '.join(setup.name for setup in scene.observations)
-    raise InputError(f'observation is {name!r}: the scene has {known}')
-
-
 def describe(body: ExportedBody) -> dict[str, Any]:
     """Return what an asset holds, for its list, in SI units."""
     weights = body.mesh.volumes
     regions = {}
     for number, name in enumerate(body.region_names):
         own = body.region == number
-        share = weights[own] / weights[own].sum()
+        fraction = weights[own] / weights[own].sum()
         regions[name] = {
             'tetrahedra': int(own.sum()),
-            'youngs_modulus': float(share @ body.youngs_modulus[own]),
-            'poissons_ratio': float(share @ body.poissons_ratio[own]),
-            'density': float(share @ body.density[own]),
-            'strain_rate_damping': float(share @ body.damping[own]),
-            'stiffness_damping': float(share @ body.stiffness_damping[own]),
+            'youngs_modulus': float(fraction @ body.youngs_modulus[own]),
+            'poissons_ratio': float(fraction @ body.poissons_ratio[own]),
+            'density': float(fraction @ body.density[own]),
+            'strain_rate_damping': float(fraction @ body.damping[own]),
+            'stiffness_damping': float(fraction @ body.stiffness_damping[own]),
         }
     return {
         'name': body.name,

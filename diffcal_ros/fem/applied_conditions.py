@@ -7,10 +7,10 @@ from collections.abc import Hashable, Sequence
 from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.cable import CableTerm
 from diffcal_ros.fem.conditions import CableState, Conditions, NO_CONDITIONS
-from diffcal_ros.fem.equilibrium import EquilibriumSolver
 from diffcal_ros.fem.potential_terms import AddedTerm, Potential
 from diffcal_ros.fem.rest_shape import bent_discretisation
-from diffcal_ros.material import NeoHookeanNumbers
+from diffcal_ros.fem.tangent_stiffness import TangentStiffness
+from diffcal_ros.material import LameParameters
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ _BEND_STEP = 1e-4
 
 
 class AppliedConditions:
-    """Keeps a body's equilibrium solver up to date with the effects on it.
+    """Keeps the terms of a body's stiffness up to date with the effects on it.
 
     Attributes:
         now: the effects.
@@ -33,7 +33,7 @@ class AppliedConditions:
     def __init__(
         self,
         mesh: TetMesh,
-        solver: EquilibriumSolver,
+        stiffness: TangentStiffness,
         axes: BodyAxes,
         cables: Sequence[CableTerm],
         origin: FloatArray,
@@ -42,7 +42,7 @@ class AppliedConditions:
 
         Args:
             mesh: the body at rest, like all positions here in the body's own frame.
-            solver: of its equilibria.
+            stiffness: of the body and its terms.
             axes: of the body.
             cables: that run through it.
             origin: of its own frame in the world [m], shape (3,): potentials are given there.
@@ -52,11 +52,11 @@ class AppliedConditions:
         self._origin = origin
         self.cables = tuple(cables)
         self._mesh = mesh
-        self._solver = solver
+        self._stiffness = stiffness
         self._terms: dict[Hashable, AddedTerm] = {}
         self._acting: list[AddedTerm] = []
         self._shear_moduli = np.zeros(0)
-        self._shape = solver.body.discretisation  # Without stress.
+        self._shape = stiffness.body.discretisation  # Without stress.
         self._axes = axes
         self._curvature = np.zeros(2)
 
@@ -71,11 +71,11 @@ class AppliedConditions:
         if self._curvature.any():
             self._bend(self._curvature)
 
-    def apply(self, conditions: Conditions, numbers: NeoHookeanNumbers) -> None:
+    def apply(self, conditions: Conditions, lame_parameters: LameParameters) -> None:
         """Put effects to work; the material is set already."""
         self.now = conditions
         self.count += 1
-        self._shear_moduli = numbers.neo_hookean_mu
+        self._shear_moduli = lame_parameters.neo_hookean_mu
         terms = {p.kind: self._term(p) for p in conditions.potentials}
         if len(terms) < len(conditions.potentials):
             raise ValueError(f'two potentials of one kind act at once: {conditions.potentials}')
@@ -83,7 +83,7 @@ class AppliedConditions:
             own = potential.seen_from(self._origin)
             terms[potential.kind].take(own, self._shear_moduli)
         self._acting = list(terms.values())
-        self._solver.terms = (*self._acting, *self._pulling_cables(conditions))
+        self._stiffness.terms = (*self._acting, *self._pulling_cables(conditions))
         if not np.array_equal(conditions.rest_curvature, self._curvature):
             self._bend(conditions.rest_curvature)
 
@@ -126,8 +126,8 @@ class AppliedConditions:
     def _term(self, potential: Potential) -> AddedTerm:
         """Return the term of a potential's kind, prepared once."""
         if potential.kind not in self._terms:
-            body = self._solver.body
-            term = potential.term(body.discretisation, self._solver.pattern, body.device)
+            body = self._stiffness.body
+            term = potential.term(body.discretisation, self._stiffness.pattern, body.device)
             term.set_rest_shape(self._shape)
             self._terms[potential.kind] = term
         return self._terms[potential.kind]
@@ -145,7 +145,7 @@ class AppliedConditions:
         return [cable for cable in self.cables if cable.state.stiffness != 0.0]
 
     def _bend(self, curvature: FloatArray) -> None:
-        body = self._solver.body
+        body = self._stiffness.body
         shape = bent_discretisation(self._mesh, body.discretisation, self._axes, curvature)
         body.set_rest_shape(shape)
         self._shape = shape
@@ -158,6 +158,6 @@ class AppliedConditions:
         forces = []
         for sign in (1.0, -1.0):
             self._bend(here + sign * step * direction)
-            forces.append(self._solver.forces(positions))
+            forces.append(self._stiffness.forces(positions))
         self._bend(here)
         return (forces[0] - forces[1]) / (2.0 * step)

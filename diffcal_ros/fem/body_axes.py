@@ -27,7 +27,7 @@ class BodyAxes:
     length: float
     center: FloatArray
 
-    def share(self, points: FloatArray) -> FloatArray:
+    def fraction(self, points: FloatArray) -> FloatArray:
         """Return how far along the free part points are, 0 at the clamp, 1 at the tip."""
         return np.clip((points - self.root) @ self.axes[0] / self.length, 0.0, 1.0)
 

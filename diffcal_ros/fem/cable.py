@@ -42,10 +42,10 @@ class CableTerm:
         self.route_length = route.length
         self.smoothing = _SMOOTHING * route.length
         nodes, weights = route.nodes_and_weights(discretisation)
-        self.nodes, places = np.unique(nodes, return_inverse=True)
+        self.nodes, indices = np.unique(nodes, return_inverse=True)
         self._weights = np.zeros((len(nodes), len(self.nodes)))  # (n, u)
         rows = np.arange(len(nodes))[:, None]
-        np.add.at(self._weights, (rows, places.reshape(nodes.shape)), weights)
+        np.add.at(self._weights, (rows, indices.reshape(nodes.shape)), weights)
         self._slots: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
         self._entry_count = 0
 
@@ -124,8 +124,8 @@ class CableTerm:
             return 0.0, 0.0, 0.0
         if stretch < 0.5 * width:
             above = stretch + 0.5 * width
-            share = above / width
-            return above**2 * share / 6.0, 0.5 * above * share, share
+            fraction = above / width
+            return above**2 * fraction / 6.0, 0.5 * above * fraction, fraction
         return 0.5 * (stretch**2 + width**2 / 12.0), stretch, 1.0
 
     def _legs(self, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -146,9 +146,9 @@ class CableTerm:
         _, pull, rate = self._law(self.length(positions))
         gradient = self._via_gradient(positions).ravel()
         hessian = rate * np.outer(gradient, gradient)
-        for place, (direction, length) in enumerate(zip(directions, lengths, strict=True)):
+        for index, (direction, length) in enumerate(zip(directions, lengths, strict=True)):
             across = pull / length * (np.eye(3) - np.outer(direction, direction))
-            here, there = slice(3 * place, 3 * place + 3), slice(3 * place + 3, 3 * place + 6)
+            here, there = slice(3 * index, 3 * index + 3), slice(3 * index + 3, 3 * index + 6)
             hessian[here, here] += across
             hessian[there, there] += across
             hessian[here, there] -= across

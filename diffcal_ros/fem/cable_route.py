@@ -29,21 +29,21 @@ class CableRoute:
 
     Attributes:
         tets: tetrahedron around each via point, shape (n,).
-        shares: its barycentric coordinates there, shape (n, 4).
+        fractions: its barycentric coordinates there, shape (n, 4).
         length: of the cable through the body at rest [m].
     """
 
     tets: IntArray
-    shares: FloatArray
+    fractions: FloatArray
     length: float
 
     def nodes_and_weights(self, discretisation: Discretisation) -> tuple[IntArray, FloatArray]:
         """Return nodes around each via point, shape (n, m), and their shape functions there."""
-        nodes, shares = discretisation.nodes[self.tets], self.shares
+        nodes, fractions = discretisation.nodes[self.tets], self.fractions
         if discretisation.element is Element.LINEAR:
-            return nodes, shares
-        first, second = shares[:, TET_EDGES[:, 0]], shares[:, TET_EDGES[:, 1]]
-        return nodes, np.hstack([shares * (2.0 * shares - 1.0), 4.0 * first * second])
+            return nodes, fractions
+        first, second = fractions[:, TET_EDGES[:, 0]], fractions[:, TET_EDGES[:, 1]]
+        return nodes, np.hstack([fractions * (2.0 * fractions - 1.0), 4.0 * first * second])
 
 
 def route_through(
@@ -68,11 +68,11 @@ def route_through(
     legs = np.linalg.norm(np.diff(points, axis=0), axis=1)
     size = float((mesh.extent[1] - mesh.extent[0]).max())
     if legs.min() < _SLACK * size:
-        place = int(legs.argmin())
+        index = int(legs.argmin())
         raise RouteError(
-            f'has via points {place} and {place + 1} at the same place: leave one of them out'
+            f'has via points {index} and {index + 1} at the same place: leave one of them out'
         )
-    tets, shares, depths = _locate(mesh, points)
+    tets, fractions, depths = _locate(mesh, points)
     outside = np.flatnonzero(depths < -_SLACK)
     if len(outside):
         raise RouteError(
@@ -81,21 +81,21 @@ def route_through(
         )
     if not may_cross_gaps:
         _require_inside(mesh, points)
-    return CableRoute(tets, shares, float(legs.sum()))
+    return CableRoute(tets, fractions, float(legs.sum()))
 
 
 def _require_inside(mesh: TetMesh, points: FloatArray) -> None:
     edges, _ = mesh.edges
     ends = mesh.rest_positions[edges]
     spacing = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()) / _LOOKS_AN_EDGE
-    for place, (start, end) in enumerate(pairwise(points)):
+    for index, (start, end) in enumerate(pairwise(points)):
         count = max(int(np.ceil(np.linalg.norm(end - start) / spacing)), 2)
         between = start + np.linspace(0.0, 1.0, count + 1)[1:-1, None] * (end - start)
         _, _, depths = _locate(mesh, between)
         outside = np.flatnonzero(depths < -_SLACK)
         if len(outside):
             raise RouteError(
-                f'leaves the body between via points {place} and {place + 1}, at '
+                f'leaves the body between via points {index} and {index + 1}, at '
                 f'{_text(between[outside[0]])}: move them, add one that leads around, or write '
                 '`crosses_gaps: true` where it is meant to hang free'
             )
@@ -106,13 +106,13 @@ def _locate(mesh: TetMesh, points: FloatArray) -> tuple[IntArray, FloatArray, Fl
     corners = mesh.rest_positions[mesh.tets]
     inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
     tets = np.empty(len(points), dtype=np.int32)
-    shares = np.empty((len(points), 4))
+    fractions = np.empty((len(points), 4))
     for number, point in enumerate(points):
         last_three = np.einsum('tij,tj->ti', inverse, point - corners[:, 0])
         every = np.hstack([1.0 - last_three.sum(axis=1, keepdims=True), last_three])
         tets[number] = every.min(axis=1).argmax()
-        shares[number] = every[tets[number]]
-    return tets, shares, shares.min(axis=1)
+        fractions[number] = every[tets[number]]
+    return tets, fractions, fractions.min(axis=1)
 
 
 def _text(point: FloatArray) -> str:

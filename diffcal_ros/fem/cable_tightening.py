@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 # Of the routed length, taken up by one step: what a straight finger needs to bend by 20 degrees.
-_FIRST_SHARE = 0.03
-_LARGEST_SHARE = 0.08
+_FIRST_FRACTION = 0.03
+_LARGEST_FRACTION = 0.08
 _GROWTH = 1.5
 _SMALLEST_STEP = 1e-3  # Of the whole way.
 
@@ -23,7 +23,7 @@ _SMALLEST_STEP = 1e-3  # Of the whole way.
 def needs_steps(cables: Sequence[CableTerm], positions: FloatArray) -> bool:
     """Tell whether some cable would shorten by more than one step's share."""
     return any(
-        cable.length(positions) - cable.state.rest_length > _FIRST_SHARE * cable.route_length
+        cable.length(positions) - cable.state.rest_length > _FIRST_FRACTION * cable.route_length
         for cable in cables
         if cable.state.stiffness != 0.0
     )
@@ -59,9 +59,9 @@ def tighten(
     """
     taut = [cable.length(start) for cable in cables]
     ways = [length - state.rest_length for length, state in zip(taut, wanted, strict=True)]
-    shares = [way / cable.route_length for way, cable in zip(ways, cables, strict=True)]
-    whole = max(*shares, _FIRST_SHARE)
-    done, step, positions = 0.0, _FIRST_SHARE / whole, start
+    fractions = [way / cable.route_length for way, cable in zip(ways, cables, strict=True)]
+    whole = max(*fractions, _FIRST_FRACTION)
+    done, step, positions = 0.0, _FIRST_FRACTION / whole, start
     while True:
         trial = min(1.0, done + step)
         for cable, state, way in zip(cables, wanted, ways, strict=True):
@@ -79,4 +79,4 @@ def tighten(
         if trial == 1.0:
             return found
         done, positions = trial, found.positions
-        step = min(_GROWTH * step, _LARGEST_SHARE / whole)
+        step = min(_GROWTH * step, _LARGEST_FRACTION / whole)

@@ -20,7 +20,7 @@ from diffcal_ros.fem.element_kernels import ElementKernels, make_element_kernels
 from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.fem.sparse_pattern import SparsePattern
 from diffcal_ros.launcher import Launcher
-from diffcal_ros.material import NeoHookeanNumbers
+from diffcal_ros.material import LameParameters
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp
@@ -62,12 +62,12 @@ class ElasticBody:
         self._gradients = point_array(discretisation.gradients, device)
         self._weights = float_array(discretisation.weights, device)
 
-    def set_numbers(self, numbers: NeoHookeanNumbers) -> None:
+    def set_lame_parameters(self, lame_parameters: LameParameters) -> None:
         """Set the material of every tetrahedron."""
-        upload(self._mu, numbers.neo_hookean_mu)
-        upload(self._lam, numbers.neo_hookean_lambda)
+        upload(self._mu, lame_parameters.neo_hookean_mu)
+        upload(self._lam, lame_parameters.neo_hookean_lambda)
         self.material_count += 1
-        self._mean_shear_modulus = float(np.mean(numbers.neo_hookean_mu))
+        self._mean_shear_modulus = float(np.mean(lame_parameters.neo_hookean_mu))
 
     def set_rest_shape(self, discretisation: Discretisation) -> None:
         """Take the shape without stress from other nodes of the same elements."""
@@ -85,7 +85,7 @@ class ElasticBody:
         return [self._nodes, self._gradients, self._weights]
 
     @property
-    def numbers_on_device(self) -> list[Any]:
+    def lame_parameters_on_device(self) -> list[Any]:
         """The energy's mu and lambda for kernels."""
         return [self._mu, self._lam]
 
@@ -112,20 +112,22 @@ class ElasticBody:
         )
         return download(self._internal)
 
-    def force_of_numbers(self, positions: FloatArray, change: NeoHookeanNumbers) -> FloatArray:
+    def force_of_lame_parameters(
+        self, positions: FloatArray, change: LameParameters
+    ) -> FloatArray:
         """Return the derivative of the forces along a change of the material, shape (N, 3)."""
         upload(self._positions, positions)
         upload(self._dmu, change.neo_hookean_mu)
         upload(self._dlam, change.neo_hookean_lambda)
         self._internal.zero_()
         self._launch(
-            self._kernels.force_of_numbers,
+            self._kernels.force_of_lame_parameters,
             [self._dmu, self._dlam, self._positions],
             [self._internal],
         )
         return download(self._internal)
 
-    def number_gradient(self, positions: FloatArray, adjoint: FloatArray) -> NeoHookeanNumbers:
+    def number_gradient(self, positions: FloatArray, adjoint: FloatArray) -> LameParameters:
         """Return adjoint . d forces / d (mu, lambda) of every tetrahedron, shape (T,) each."""
         upload(self._positions, positions)
         upload(self._direction, adjoint)
@@ -134,7 +136,7 @@ class ElasticBody:
             [self._positions, self._direction],
             [self._dmu, self._dlam],
         )
-        return NeoHookeanNumbers(download(self._dmu), download(self._dlam))
+        return LameParameters(download(self._dmu), download(self._dlam))
 
     def diagonal_blocks(self, positions: FloatArray) -> FloatArray:
         """Return the guarded stiffness of each node with itself [N/m], shape (N, 3, 3)."""

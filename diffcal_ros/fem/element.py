@@ -41,7 +41,7 @@ class Discretisation:
         nodes: node indices of each tetrahedron, shape (T, n), n = 4 or 10.
         gradients: shape gradients at rest [1/m], shape (T, q, n, 3).
         weights: volume of each quadrature point [m^3], shape (T, q).
-        load_shares: integral of each shape function [m^3], shape (T, n).
+        load_fractions: integral of each shape function [m^3], shape (T, n).
         node_parents: the two vertices whose mean each node is at rest, shape (N, 2).
         surface_triangles: outward triangles between nodes, shape (F, 3).
     """
@@ -51,7 +51,7 @@ class Discretisation:
     nodes: IntArray
     gradients: FloatArray
     weights: FloatArray
-    load_shares: FloatArray
+    load_fractions: FloatArray
     node_parents: IntArray
     surface_triangles: IntArray
 
@@ -81,26 +81,26 @@ def discretise(mesh: TetMesh, element: Element) -> Discretisation:
 def reshaped(known: Discretisation, mesh: TetMesh) -> Discretisation:
     """Discretise a mesh that differs in its positions only from one that was discretised."""
     integrals = _linear_integrals if known.element is Element.LINEAR else _quadratic_integrals
-    gradients, weights, load_shares = integrals(mesh)
+    gradients, weights, load_fractions = integrals(mesh)
     return replace(
         known,
         rest_nodes=mesh.rest_positions[known.node_parents].mean(axis=1),
         gradients=gradients,
         weights=weights,
-        load_shares=load_shares,
+        load_fractions=load_fractions,
     )
 
 
 def _linear(mesh: TetMesh) -> Discretisation:
     own = np.arange(mesh.vertex_count, dtype=np.int32)
-    gradients, weights, load_shares = _linear_integrals(mesh)
+    gradients, weights, load_fractions = _linear_integrals(mesh)
     return Discretisation(
         element=Element.LINEAR,
         rest_nodes=mesh.rest_positions,
         nodes=mesh.tets,
         gradients=gradients,
         weights=weights,
-        load_shares=load_shares,
+        load_fractions=load_fractions,
         node_parents=np.stack([own, own], axis=1),
         surface_triangles=mesh.surface_triangles,
     )
@@ -115,14 +115,14 @@ def _linear_integrals(mesh: TetMesh) -> tuple[FloatArray, FloatArray, FloatArray
 def _quadratic(mesh: TetMesh) -> Discretisation:
     edges, sides = mesh.edges
     own = np.arange(mesh.vertex_count, dtype=np.int32)
-    gradients, weights, load_shares = _quadratic_integrals(mesh)
+    gradients, weights, load_fractions = _quadratic_integrals(mesh)
     return Discretisation(
         element=Element.QUADRATIC,
         rest_nodes=np.vstack([mesh.rest_positions, mesh.rest_positions[edges].mean(axis=1)]),
         nodes=np.hstack([mesh.tets, sides + mesh.vertex_count]).astype(np.int32),
         gradients=gradients,
         weights=weights,
-        load_shares=load_shares,
+        load_fractions=load_fractions,
         node_parents=np.vstack([np.stack([own, own], axis=1), edges]).astype(np.int32),
         surface_triangles=_quadratic_surface(mesh),
     )
@@ -140,10 +140,10 @@ def _quadratic_integrals(mesh: TetMesh) -> tuple[FloatArray, FloatArray, FloatAr
             )
     volumes = mesh.volumes[:, None]
     # Integrals of the quadratic shape functions: -V/20 at corners, V/5 at mid-edges.
-    load_shares = np.hstack(
+    load_fractions = np.hstack(
         [np.repeat(-volumes / 20.0, 4, axis=1), np.repeat(volumes / 5.0, 6, axis=1)]
     )
-    return gradients, np.repeat(volumes / 4.0, 4, axis=1), load_shares
+    return gradients, np.repeat(volumes / 4.0, 4, axis=1), load_fractions
 
 
 def _quadratic_surface(mesh: TetMesh) -> IntArray:

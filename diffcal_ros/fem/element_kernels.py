@@ -68,7 +68,7 @@ class ElementKernels:
     energy: Any
     forces: Any
     force_tangent: Any
-    force_of_numbers: Any
+    force_of_lame_parameters: Any
     number_gradient: Any
     stiffness: Any
     diagonal: Any
@@ -80,7 +80,7 @@ def make_element_kernels(law: ModuleType) -> ElementKernels:
         energy=_energy_kernel(law),
         forces=_forces_kernel(law),
         force_tangent=_force_tangent_kernel(law),
-        force_of_numbers=_force_of_numbers_kernel(law),
+        force_of_lame_parameters=_force_of_lame_parameters_kernel(law),
         number_gradient=_number_gradient_kernel(law),
         stiffness=_stiffness_kernel(law),
         diagonal=_diagonal_kernel(law),
@@ -162,11 +162,11 @@ def _force_tangent_kernel(law: ModuleType) -> Any:
     return force_tangent
 
 
-def _force_of_numbers_kernel(law: ModuleType) -> Any:
-    stress_of_numbers = law.stress_of_numbers
+def _force_of_lame_parameters_kernel(law: ModuleType) -> Any:
+    stress_of_lame_parameters = law.stress_of_lame_parameters
 
     @wp.kernel(module='unique', enable_backward=False)
-    def force_of_numbers(
+    def force_of_lame_parameters(
         # In:
         nodes: wp.array2d[wp.int32],
         gradients: wp.array3d[wp.vec3d],
@@ -182,14 +182,16 @@ def _force_of_numbers_kernel(law: ModuleType) -> Any:
         tet = wp.tid()
         for point in range(weights.shape[1]):
             F = gradient_at(positions, nodes, gradients, tet, point)
-            P = weights[tet, point] * stress_of_numbers(F, mu[tet], lam[tet], dmu[tet], dlam[tet])
+            P = weights[tet, point] * stress_of_lame_parameters(
+                F, mu[tet], lam[tet], dmu[tet], dlam[tet]
+            )
             scatter_stress(P, nodes, gradients, tet, point, internal)
 
-    return force_of_numbers
+    return force_of_lame_parameters
 
 
 def _number_gradient_kernel(law: ModuleType) -> Any:
-    stress_of_numbers = law.stress_of_numbers
+    stress_of_lame_parameters = law.stress_of_lame_parameters
 
     @wp.kernel(module='unique', enable_backward=False)
     def number_gradient(
@@ -213,8 +215,8 @@ def _number_gradient_kernel(law: ModuleType) -> Any:
         for point in range(weights.shape[1]):
             F = gradient_at(positions, nodes, gradients, tet, point)
             A = weights[tet, point] * gradient_at(adjoint, nodes, gradients, tet, point)
-            total_mu += wp.ddot(A, stress_of_numbers(F, mu[tet], lam[tet], one, zero))
-            total_lam += wp.ddot(A, stress_of_numbers(F, mu[tet], lam[tet], zero, one))
+            total_mu += wp.ddot(A, stress_of_lame_parameters(F, mu[tet], lam[tet], one, zero))
+            total_lam += wp.ddot(A, stress_of_lame_parameters(F, mu[tet], lam[tet], zero, one))
         by_mu[tet] = total_mu
         by_lam[tet] = total_lam
 

@@ -1,19 +1,16 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Static equilibrium by a guarded Newton iteration, and exact linear solves at it."""
+"""Static equilibrium by a guarded Newton iteration."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.activity import during
-from diffcal_ros.fem.conjugate_gradient import conjugate_gradient
 from diffcal_ros.fem.elastic_body import ElasticBody
-from diffcal_ros.fem.potential_terms import PotentialTerm
 from diffcal_ros.fem.rotation_step import RotationStep
 from diffcal_ros.fem.rounding import rounding_of_forces
-from diffcal_ros.fem.sparse_pattern import make_pattern
-from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError
+from diffcal_ros.fem.tangent_stiffness import EquilibriumError as EquilibriumError
+from diffcal_ros.fem.tangent_stiffness import TangentStiffness
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,19 +43,6 @@ _UNRESOLVED = 1e-7
 _STEP_TOLERANCE = 0.03
 _MAX_STEP_STEPS = 8
 _FORCING = 0.5
-# Of derivatives: what they leave is what an adjoint and a tangent differ by.
-_LINEAR_TOLERANCE = 1e-10
-_LEAST_TOLERANCE = 1e-8
-# With a factorisation in single precision each iteration gains two digits.
-_ROUNDED_TOLERANCE = 1e-4
-_SOLVED_TOLERANCE = 1e-11
-_MAX_LINEAR_STEPS = 25
-_MAX_PATIENT_STEPS = 200
-_MAX_SHIFTS = 12
-
-
-class EquilibriumError(NotSimulatedError):
-    """No equilibrium was found; the message says what to change."""
 
 
 @dataclass(frozen=True)
@@ -104,26 +88,12 @@ class EquilibriumSolver:
             )
         self.body = body
         self.held_nodes = np.asarray(held_nodes, dtype=np.int32)
-        node_count = body.discretisation.node_count
-        with during(f'ordering the unknowns of {node_count:,} nodes', 3 * node_count):
-            self.pattern = make_pattern(
-                body.discretisation, self.held_nodes, coupled_nodes=coupled_nodes
-            )
-            self._free = self.pattern.free_nodes
-            self._stiffness = body.make_stiffness(self.pattern)
-            self._solver = make_solver(self.pattern, solver)
-            self._step = RotationStep(body.discretisation, self.pattern, body.device)
-        self._factor_positions: FloatArray | None = None
-        self._factor_material = -1
-        self._has_factor = False
-        self._iterations = 0  # Since the last factorisation, or since a solution was begun.
-        self._stiffest = 0.0  # Entry of the last stiffness that was factored [N/m].
-        self.terms: tuple[PotentialTerm, ...] = ()
-
-    @property
-    def solver_name(self) -> str:
-        """Name of the sparse solver in use."""
-        return self._solver.name
+        self.stiffness = TangentStiffness(
+            body, self.held_nodes, solver=solver, coupled_nodes=coupled_nodes
+        )
+        pattern = self.stiffness.pattern
+        self._free, self._size = pattern.free_nodes, pattern.size
+        self._step = RotationStep(body.discretisation, pattern, body.device)
 
     def solve(
         self,
@@ -151,58 +121,12 @@ class EquilibriumSolver:
             if np.abs(change).max(initial=0.0) > 0.0:
                 positions = self._step.advance(positions, self._step.extend(change), 1.0)
         tolerance = self._tolerance(loads)
-        with during(f'equilibrium of {self.pattern.size:,} unknowns', self.pattern.size):
-            return self._newton(positions, loads, tolerance, is_warm and self._has_factor)
+        with during(f'equilibrium of {self._size:,} unknowns', self._size):
+            return self._newton(positions, loads, tolerance, is_warm and self.stiffness.has_factor)
 
     def advance(self, positions: FloatArray, displacement: FloatArray) -> FloatArray:
         """Add a displacement [m], shape (N, 3), turning elements instead of stretching them."""
         return self._advance(positions, displacement, 1.0)
-
-    def linear_solve(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
-        """Solve stiffness times x = b at an equilibrium, exactly.
-
-        The last factorisation serves as preconditioner when it was made at other positions.
-
-        Args:
-            positions: the equilibrium [m], shape (N, 3).
-            right_sides: [N], shape (k, N, 3); entries of held nodes are ignored.
-
-        Returns:
-            Displacements [m], shape (k, N, 3), zero on held nodes.
-        """
-        with during(f'derivatives of {self.pattern.size:,} unknowns', self.pattern.size):
-            return self._solve_sides(positions, right_sides)
-
-    def _solve_sides(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
-        free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
-        is_stale = not self._is_factor_new(positions)
-        if not self._has_factor or (is_stale and len(right_sides) > self._solver.few_sides):
-            self._make_factor(positions)
-        solution = np.zeros_like(right_sides)
-        if self._solver.is_exact and self._is_factor_new(positions):
-            found = self._solver.solve(np.ascontiguousarray(free_sides.T)).T
-        else:
-            found = np.stack([self._iterate(positions, side) for side in free_sides])
-        solution[:, self._free] = found.reshape(len(right_sides), -1, 3)
-        return solution
-
-    def factor_at(self, positions: FloatArray) -> None:
-        """Factor the stiffness at an equilibrium [m], shape (N, 3), unless that was done."""
-        if not self._is_factor_new(positions):
-            self._make_factor(positions)
-
-    def apply_factor(self, forces: FloatArray) -> FloatArray:
-        """Solve with the last factorisation as it is, for preconditioning; shape (N, 3)."""
-        solution = np.zeros_like(forces)
-        solution[self._free] = self._solver.solve(forces[self._free].ravel()).reshape(-1, 3)
-        return solution
-
-    def _is_factor_new(self, positions: FloatArray) -> bool:
-        return (
-            self._factor_positions is not None
-            and self._factor_material == self.body.material_count
-            and np.array_equal(self._factor_positions, positions)
-        )
 
     def _tolerance(self, loads: FloatArray) -> float:
         """Return the largest force [N] that may be left on a node."""
@@ -214,54 +138,7 @@ class EquilibriumSolver:
 
     def _unbalanced(self, positions: FloatArray, loads: FloatArray) -> FloatArray:
         """Return the force left on the free nodes [N], shape (3 M,)."""
-        return (loads - self.forces(positions))[self._free].ravel()
-
-    def forces(self, positions: FloatArray) -> FloatArray:
-        """Return the gradient of the body's energy and of all terms [N], shape (N, 3)."""
-        forces = self.body.forces(positions)
-        for term in self.terms:
-            forces += term.forces(positions)
-        return forces
-
-    def force_tangent(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
-        """Return stiffness times a direction [N], shape (N, 3)."""
-        forces = self.body.force_tangent(positions, direction)
-        for term in self.terms:
-            forces += term.force_tangent(positions, direction)
-        return forces
-
-    def stiffness_values(self, positions: FloatArray, *, is_guarded: bool = False) -> FloatArray:
-        """Return the stiffness of the body and of all terms in the pattern [N/m], shape (nnz,)."""
-        values = self._stiffness.values(positions, is_guarded=is_guarded)
-        for term in self.terms:
-            values += term.stiffness(positions, is_guarded=is_guarded)
-        return values
-
-    def _make_factor(self, positions: FloatArray) -> None:
-        """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be."""
-        self._factor_positions = None
-        values = self.stiffness_values(positions)
-        diagonal = self.pattern.diagonal_slots
-        self._stiffest = float(values[diagonal].max())
-        shift = 0.0
-        for attempt in range(_MAX_SHIFTS):
-            try:
-                self._solver.factor(values)
-            except NotPositiveDefiniteError:
-                values = self.stiffness_values(positions, is_guarded=True)
-                if attempt > 0:
-                    shift = max(4.0 * shift, 1e-4 * float(np.abs(values[diagonal]).mean()))
-                    values[diagonal] += shift
-                continue
-            self._has_factor = True
-            if attempt == 0:
-                self._factor_positions = positions.copy()
-                self._factor_material = self.body.material_count
-            return
-        raise EquilibriumError(
-            'the stiffness stays indefinite: the body may be turned inside out; start from a '
-            'stiffer material'
-        )
+        return (loads - self.stiffness.forces(positions))[self._free].ravel()
 
     def _newton(
         self, positions: FloatArray, loads: FloatArray, tolerance: float, is_warm: bool
@@ -271,7 +148,7 @@ class EquilibriumSolver:
         newton_steps = held_steps = poor_steps = 0
         before, last, is_rounded = float('inf'), positions, False
         promise = float('inf')
-        self._iterations = 0
+        self.stiffness.begin()
         for _ in range(_MAX_STEPS):
             force = self._unbalanced(positions, loads)
             largest = float(np.abs(force).max())
@@ -282,25 +159,22 @@ class EquilibriumSolver:
             if is_rounded and largest > 0.5 * before:
                 calmer = positions if largest < before else last
                 return self._finish(calmer, loads, newton_steps, held_steps)
-            is_rounded = largest < rounding_of_forces(self._stiffest, positions)
-            step = None
-            if is_warm and self._iterations < self._solver.patience:
+            is_rounded = largest < rounding_of_forces(self.stiffness.stiffest, positions)
+            is_held = newton_steps > 0 and promise < _HELD_PROMISE * abs(energy)
+            goal = _step_goal(largest, before, tolerance)
+            if is_warm and self.stiffness.is_patient:
                 # Iterations begin with the old factorisation as it is, and say if that will do.
-                goal = _step_goal(largest, before, tolerance)
-                step = self._with_old_factor(
-                    positions, force, goal, _MAX_STEP_STEPS, enough=_STEP_TOLERANCE
+                step = self.stiffness.iterate(
+                    positions, force, goal, _MAX_STEP_STEPS, _STEP_TOLERANCE
                 )
-            elif (
-                newton_steps
-                and largest < _HELD_CONTRACTION * before
-                and promise < _HELD_PROMISE * abs(energy)
-            ):
-                step = self._solver.solve(force)
-            if step is None:
-                step = self._with_new_factor(positions, force)
-                newton_steps += 1
+            elif is_held and largest < _HELD_CONTRACTION * before:
+                step = self.stiffness.solve_by_last_factor(force)
             else:
-                held_steps += 1
+                step = None
+            held_steps += step is not None
+            newton_steps += step is None
+            if step is None:
+                step = self.stiffness.solve_by_new_factor(positions, force)
             before = largest
             direction = np.zeros_like(positions)
             direction[self._free] = step.reshape(-1, 3)
@@ -319,15 +193,6 @@ class EquilibriumSolver:
             f'no equilibrium after {newton_steps + held_steps} Newton steps: the body may be too '
             "soft for its load (raise the start of Young's modulus) or its held part too small"
         )
-
-    def _with_new_factor(self, positions: FloatArray, force: FloatArray) -> FloatArray:
-        """Return a Newton step by a factorisation made for it; shape (3 M,)."""
-        self._make_factor(positions)
-        self._iterations = 0
-        if self._solver.is_exact or not self._is_factor_new(positions):
-            return self._solver.solve(force)
-        found = self._with_old_factor(positions, force, _ROUNDED_TOLERANCE, _MAX_STEP_STEPS)
-        return self._solver.solve(force) if found is None else found
 
     def _line_search(
         self,
@@ -367,51 +232,17 @@ class EquilibriumSolver:
     def _potential(self, positions: FloatArray, loads: FloatArray) -> float:
         """Return elastic energy less the work of the loads [J]."""
         moved = positions - self.body.discretisation.rest_nodes
-        energy = self.body.energy(positions) + sum(term.energy(positions) for term in self.terms)
+        energy = self.body.energy(positions) + sum(
+            term.energy(positions) for term in self.stiffness.terms
+        )
         return energy - float((loads * moved).sum())
 
     def _finish(
         self, positions: FloatArray, loads: FloatArray, newton_steps: int, held_steps: int
     ) -> Equilibrium:
         reactions = np.zeros_like(positions)
-        reactions[self.held_nodes] = (self.forces(positions) - loads)[self.held_nodes]
+        reactions[self.held_nodes] = (self.stiffness.forces(positions) - loads)[self.held_nodes]
         return Equilibrium(positions, reactions, newton_steps, held_steps)
-
-    def _iterate(self, positions: FloatArray, right_side: FloatArray) -> FloatArray:
-        """Solve at `positions` for a right side of any size: the squares of small ones vanish."""
-        largest = float(np.abs(right_side).max(initial=0.0))
-        if largest == 0.0:
-            return np.zeros_like(right_side)
-        scaled = right_side / largest
-        is_new = self._is_factor_new(positions)
-        tolerance = _SOLVED_TOLERANCE if is_new else _LINEAR_TOLERANCE
-        found = self._with_old_factor(positions, scaled, tolerance, _MAX_LINEAR_STEPS)
-        if found is None:
-            self.factor_at(positions)
-            found = self._with_old_factor(
-                positions, scaled, _SOLVED_TOLERANCE, _MAX_PATIENT_STEPS, _LEAST_TOLERANCE
-            )
-        return largest * (self._solver.solve(scaled) if found is None else found)
-
-    def _with_old_factor(
-        self,
-        positions: FloatArray,
-        right_side: FloatArray,
-        tolerance: float,
-        max_steps: int,
-        enough: float = 0.0,
-    ) -> FloatArray | None:
-        """Solve stiffness times x = b at `positions`, see `conjugate_gradient`."""
-        direction = np.zeros_like(positions)
-
-        def product(vector: FloatArray) -> FloatArray:
-            self._iterations += 1
-            direction[self._free] = vector.reshape(-1, 3)
-            return self.force_tangent(positions, direction)[self._free].ravel()
-
-        return conjugate_gradient(
-            product, self._solver.solve, right_side, tolerance, max_steps, enough
-        )
 
 
 def _step_goal(force: float, before: float, tolerance: float) -> float:

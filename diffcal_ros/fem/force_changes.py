@@ -8,7 +8,7 @@ from typing import ClassVar, TYPE_CHECKING
 
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.element import Discretisation
-from diffcal_ros.material import Material, NeoHookeanNumbers
+from diffcal_ros.material import LameParameters, Material
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,7 +51,7 @@ class StaticGradient:
         density: [m^3/kg], shape (T,).
         gravity: [s^2/m], shape (3,).
         by_effects: returns the derivative along a change of effects, which are too many to have
-            one number each; as long as the body has not been settled anew. None: not known.
+            one number each; as long as the body has not been solved anew. None: not known.
     """
 
     youngs_modulus: FloatArray
@@ -90,10 +90,10 @@ def gravity_loads(
     discretisation: Discretisation, density: FloatArray, gravity: FloatArray
 ) -> FloatArray:
     """Return nodal weights [N], shape (N, 3), of a density per tetrahedron [kg/m^3]."""
-    shares = discretisation.load_shares * density[:, None]
+    fractions = discretisation.load_fractions * density[:, None]
     masses = np.bincount(
         discretisation.nodes.ravel(),
-        weights=shares.ravel(),
+        weights=fractions.ravel(),
         minlength=discretisation.node_count,
     )
     return masses[:, None] * gravity
@@ -112,13 +112,21 @@ class ForceChanges:
         """Return the change of the force on each node [N], shape (N, 3)."""
         force = np.zeros_like(positions)
         if change.youngs_modulus is not None:
-            numbers = _scaled(material.numbers_by_youngs_modulus(), change.youngs_modulus)
-            force -= self._elastic.force_of_numbers(positions, numbers)
-            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
+            lame_parameters = _scaled(
+                material.lame_parameters_by_youngs_modulus(), change.youngs_modulus
+            )
+            force -= self._elastic.force_of_lame_parameters(positions, lame_parameters)
+            force -= self._conditions.force_of_shear_moduli(
+                positions, lame_parameters.neo_hookean_mu
+            )
         if change.poissons_ratio is not None:
-            numbers = _scaled(material.numbers_by_poissons_ratio(), change.poissons_ratio)
-            force -= self._elastic.force_of_numbers(positions, numbers)
-            force -= self._conditions.force_of_shear_moduli(positions, numbers.neo_hookean_mu)
+            lame_parameters = _scaled(
+                material.lame_parameters_by_poissons_ratio(), change.poissons_ratio
+            )
+            force -= self._elastic.force_of_lame_parameters(positions, lame_parameters)
+            force -= self._conditions.force_of_shear_moduli(
+                positions, lame_parameters.neo_hookean_mu
+            )
         if change.density is not None:
             force += gravity_loads(self._elastic.discretisation, change.density, gravity)
         if change.gravity is not None:
@@ -145,15 +153,17 @@ class ForceChanges:
             material: one value per tetrahedron.
             gravity: [m/s^2], shape (3,).
         """
-        return self.collect(self.by_numbers(positions, adjoint), adjoint, material, gravity)
+        return self.collect(
+            self.by_lame_parameters(positions, adjoint), adjoint, material, gravity
+        )
 
-    def by_numbers(self, positions: FloatArray, adjoint: FloatArray) -> NeoHookeanNumbers:
-        """Return adjoint . d internal forces by the energy's numbers, shape (T,) each."""
+    def by_lame_parameters(self, positions: FloatArray, adjoint: FloatArray) -> LameParameters:
+        """Return adjoint . d internal forces by the energy's constants, shape (T,) each."""
         elastic = self._elastic.number_gradient(positions, adjoint)
         stiffening = self.stiffening_by_mu(positions, adjoint)
         if stiffening is None:
             return elastic
-        return NeoHookeanNumbers(elastic.neo_hookean_mu + stiffening, elastic.neo_hookean_lambda)
+        return LameParameters(elastic.neo_hookean_mu + stiffening, elastic.neo_hookean_lambda)
 
     def stiffening_by_mu(self, positions: FloatArray, adjoint: FloatArray) -> FloatArray | None:
         """Return the part of strain stiffening in that by mu, shape (T,); None for none."""
@@ -161,33 +171,39 @@ class ForceChanges:
 
     def collect(
         self,
-        by_numbers: NeoHookeanNumbers,
+        by_lame_parameters: LameParameters,
         adjoint: FloatArray,
         material: Material,
         gravity: FloatArray,
     ) -> StaticGradient:
-        """Return the gradient of `pull_back` from sums of `by_numbers` and of adjoints."""
+        """Return the gradient of `pull_back` from sums of `by_lame_parameters` and of adjoints."""
         discretisation = self._elastic.discretisation
-        nodes, shares = discretisation.nodes, discretisation.load_shares
+        nodes, fractions = discretisation.nodes, discretisation.load_fractions
         # Work of a unit acceleration on each tetrahedron's mass, along the adjoint.
-        volume_adjoint = np.einsum('ta,tai->ti', shares, adjoint[nodes])
+        volume_adjoint = np.einsum('ta,tai->ti', fractions, adjoint[nodes])
         by_gravity = material.density @ volume_adjoint
         if self._conditions.now.added_masses is not None:
             by_gravity = by_gravity + self._conditions.now.added_masses @ adjoint
         return StaticGradient(
-            youngs_modulus=-_chain(by_numbers, material.numbers_by_youngs_modulus()),
-            poissons_ratio=-_chain(by_numbers, material.numbers_by_poissons_ratio()),
+            youngs_modulus=-_chain(
+                by_lame_parameters, material.lame_parameters_by_youngs_modulus()
+            ),
+            poissons_ratio=-_chain(
+                by_lame_parameters, material.lame_parameters_by_poissons_ratio()
+            ),
             density=volume_adjoint @ gravity,
             gravity=by_gravity,
         )
 
 
-def _scaled(numbers: NeoHookeanNumbers, factor: FloatArray) -> NeoHookeanNumbers:
-    return NeoHookeanNumbers(numbers.neo_hookean_mu * factor, numbers.neo_hookean_lambda * factor)
+def _scaled(lame_parameters: LameParameters, factor: FloatArray) -> LameParameters:
+    return LameParameters(
+        lame_parameters.neo_hookean_mu * factor, lame_parameters.neo_hookean_lambda * factor
+    )
 
 
-def _chain(by_numbers: NeoHookeanNumbers, numbers_by: NeoHookeanNumbers) -> FloatArray:
+def _chain(by_lame_parameters: LameParameters, lame_parameters_by: LameParameters) -> FloatArray:
     return (
-        by_numbers.neo_hookean_mu * numbers_by.neo_hookean_mu
-        + by_numbers.neo_hookean_lambda * numbers_by.neo_hookean_lambda
+        by_lame_parameters.neo_hookean_mu * lame_parameters_by.neo_hookean_mu
+        + by_lame_parameters.neo_hookean_lambda * lame_parameters_by.neo_hookean_lambda
     )

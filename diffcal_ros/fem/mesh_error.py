@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the mesh costs: where a better discretisation would put the nodes of this one.
 
-Linear elements lock so badly that only the quadratic ones on the same mesh, settled anew, tell.
+Linear elements lock so badly that only the quadratic ones on the same mesh, solved anew, tell.
 For quadratic elements it is one Newton step at half the mesh size from the interpolated
 equilibrium, solved by conjugate gradients with two levels: the coarse factorisation and the fine
 diagonal. A few percent of accuracy are enough for an error bar. Where the step leaves the region
@@ -18,7 +18,7 @@ from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation, Element
 from diffcal_ros.fem.prolongation import Enrichment, refine
 from diffcal_ros.fem.static_body import HeldPath, StaticBody
-from diffcal_ros.material import Material, NeoHookeanNumbers
+from diffcal_ros.material import LameParameters, Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +65,7 @@ class MeshError:
         """Return how far a better discretisation would move each node [m], shape (N, 3).
 
         Args:
-            material: of the tetrahedra; the body must have settled under it.
+            material: of the tetrahedra; the body must be in equilibrium under it.
             gravity: [m/s^2], shape (3,).
             held_path: motion of the clamp, as the body was given.
             cables: their states, as the body was given.
@@ -101,13 +101,16 @@ class _RefinedBody:
     ) -> FloatArray:
         """Take one Newton step on the fine nodes; return it at the coarse ones."""
         enrichment, fine = self._enrichment, self._enrichment.fine
-        numbers, parents = material.numbers(), enrichment.parents
-        self._elastic.set_numbers(
-            NeoHookeanNumbers(numbers.neo_hookean_mu[parents], numbers.neo_hookean_lambda[parents])
+        lame_parameters, parents = material.lame_parameters(), enrichment.parents
+        self._elastic.set_lame_parameters(
+            LameParameters(
+                lame_parameters.neo_hookean_mu[parents],
+                lame_parameters.neo_hookean_lambda[parents],
+            )
         )
         positions = enrichment.fine_from_coarse @ self._body.own_state.positions
-        shares = fine.load_shares * material.density[parents][:, None]
-        masses = np.bincount(fine.nodes.ravel(), shares.ravel(), fine.node_count)
+        fractions = fine.load_fractions * material.density[parents][:, None]
+        masses = np.bincount(fine.nodes.ravel(), fractions.ravel(), fine.node_count)
         unbalanced = masses[:, None] * gravity - self._elastic.forces(positions)
         for cable, state in zip(self._cables, cables, strict=bool(cables)):
             cable.state = state
@@ -133,7 +136,7 @@ class _RefinedBody:
             image[~self._free] = 0.0
             curvature = float((search * image).sum())
             length = weight / curvature if curvature > 0.0 else np.inf
-            rest = _largest_share(solution, search, self._trusted)
+            rest = _largest_fraction(solution, search, self._trusted)
             if length > rest:
                 return solution + rest * search
             solution += length * search
@@ -147,16 +150,16 @@ class _RefinedBody:
         fine_from_coarse = self._enrichment.fine_from_coarse
         result = np.einsum('nij,nj->ni', smoother, residual)
         result[~self._free] = 0.0
-        coarse = self._body.solver.apply_factor(fine_from_coarse.T @ residual)
+        coarse = self._body.solver.stiffness.apply_factor(fine_from_coarse.T @ residual)
         return result + fine_from_coarse @ coarse
 
     def _find_coarse_places(self) -> NDArray[np.int64]:
         """Return the fine node at each coarse node."""
         interpolation = self._enrichment.fine_from_coarse.tocoo()
-        places = np.full(interpolation.shape[1], -1, dtype=np.int64)
+        indices = np.full(interpolation.shape[1], -1, dtype=np.int64)
         exact = interpolation.data == 1.0
-        places[interpolation.col[exact]] = interpolation.row[exact]
-        return places
+        indices[interpolation.col[exact]] = interpolation.row[exact]
+        return indices
 
 
 def _cables_through(body: StaticBody, fine: Discretisation) -> tuple[CableTerm, ...]:
@@ -171,7 +174,7 @@ def _cables_through(body: StaticBody, fine: Discretisation) -> tuple[CableTerm, 
     return tuple(CableTerm(route, fine) for route in routes)
 
 
-def _largest_share(moves: FloatArray, further: FloatArray, limit: float) -> float:
+def _largest_fraction(moves: FloatArray, further: FloatArray, limit: float) -> float:
     """Return how much of a further move takes the first node to a limit [m], shape (N, 3) each.
 
     Args:

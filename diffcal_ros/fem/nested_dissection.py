@@ -36,12 +36,12 @@ class Dissection:
     parents: list[int]
 
 
-def dissect(graph: csr_matrix, places: FloatArray, leaf_size: int = _LEAF_SIZE) -> Dissection:
+def dissect(graph: csr_matrix, positions: FloatArray, leaf_size: int = _LEAF_SIZE) -> Dissection:
     """Part a graph until its pieces are small.
 
     Args:
         graph: which nodes are joined, both ways and without themselves, shape (M, M).
-        places: of the nodes [m], shape (M, 3); neighbours should be close to each other.
+        positions: of the nodes [m], shape (M, 3); neighbours should be close to each other.
         leaf_size: nodes of a piece that is parted no further.
     """
     groups: list[LongArray] = []
@@ -52,7 +52,7 @@ def dissect(graph: csr_matrix, places: FloatArray, leaf_size: int = _LEAF_SIZE) 
             below: tuple[int, ...] = ()
             own = nodes
         else:
-            side = _best_cut(edges, places[nodes])
+            side = _best_cut(edges, positions[nodes])
             first, second = np.flatnonzero(side == 0), np.flatnonzero(side == 1)
             below = part(nodes[first], _within(edges, first))
             below += part(nodes[second], _within(edges, second))
@@ -63,7 +63,7 @@ def dissect(graph: csr_matrix, places: FloatArray, leaf_size: int = _LEAF_SIZE) 
         children.append(below)
         return (len(groups) - 1,)
 
-    part(np.arange(len(places)), graph)
+    part(np.arange(len(positions)), graph)
     parents = [-1] * len(groups)
     for parent, below in enumerate(children):
         for child in below:
@@ -76,11 +76,11 @@ def _within(edges: csr_matrix, kept: LongArray) -> csr_matrix:
     return edges[kept][:, kept]
 
 
-def _best_cut(edges: csr_matrix, places: FloatArray) -> NDArray[np.int8]:
+def _best_cut(edges: csr_matrix, positions: FloatArray) -> NDArray[np.int8]:
     """Tell the side of each node, 0 or 1, and 2 for the separator."""
-    _, axes = np.linalg.eigh(np.cov(places.T))
-    count = 3 if len(places) >= _TRIED_FROM else 1
-    cuts = [_cut(edges, places @ axis) for axis in axes.T[::-1][:count]]
+    _, axes = np.linalg.eigh(np.cov(positions.T))
+    count = 3 if len(positions) >= _TRIED_FROM else 1
+    cuts = [_cut(edges, positions @ axis) for axis in axes.T[::-1][:count]]
     return min(cuts, key=_cost)
 
 

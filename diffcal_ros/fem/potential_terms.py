@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from diffcal_ros.fem.element import Discretisation
 from diffcal_ros.fem.sparse_pattern import SparsePattern
-from diffcal_ros.material import NeoHookeanNumbers
+from diffcal_ros.material import LameParameters
 import numpy as np
 from numpy.typing import NDArray
 
@@ -126,7 +126,7 @@ class ShearRatioTerm(AddedTerm):
         """Take the ratio, and the shear modulus of each tetrahedron [Pa], shape (T,)."""
         self._ratio = potential.ratio
         mu = self._ratio * shear_moduli
-        self._body.set_numbers(NeoHookeanNumbers(mu, np.zeros_like(mu)))
+        self._body.set_lame_parameters(LameParameters(mu, np.zeros_like(mu)))
 
     def set_rest_shape(self, discretisation: Discretisation) -> None:
         """Follow a change of the shape without stress."""
@@ -136,14 +136,14 @@ class ShearRatioTerm(AddedTerm):
         self, positions: FloatArray, direction: Any, shear_moduli: FloatArray
     ) -> FloatArray:
         """Return how the forces follow the ratio [N], shape (N, 3)."""
-        unit = NeoHookeanNumbers(shear_moduli, np.zeros_like(shear_moduli))
-        force: FloatArray = direction.ratio * self._body.force_of_numbers(positions, unit)
+        unit = LameParameters(shear_moduli, np.zeros_like(shear_moduli))
+        force: FloatArray = direction.ratio * self._body.force_of_lame_parameters(positions, unit)
         return force
 
     def force_of_shear_moduli(self, positions: FloatArray, change: FloatArray) -> FloatArray:
         """Return how the forces follow the shear moduli [N], shape (N, 3)."""
-        numbers = NeoHookeanNumbers(change, np.zeros_like(change))
-        return self._ratio * self._body.force_of_numbers(positions, numbers)
+        lame_parameters = LameParameters(change, np.zeros_like(change))
+        return self._ratio * self._body.force_of_lame_parameters(positions, lame_parameters)
 
     def shear_modulus_gradient(self, positions: FloatArray, adjoint: FloatArray) -> FloatArray:
         """Return adjoint . d forces by each shear modulus, shape (T,)."""
@@ -172,6 +172,6 @@ def surface_areas(discretisation: Discretisation) -> FloatArray:
     corners = discretisation.rest_nodes[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1) / 6.0
-    shares = np.zeros(discretisation.node_count)
-    np.add.at(shares, triangles.ravel(), np.repeat(areas, 3))
-    return shares
+    fractions = np.zeros(discretisation.node_count)
+    np.add.at(fractions, triangles.ravel(), np.repeat(areas, 3))
+    return fractions

@@ -53,9 +53,9 @@ def _interpolation(
 ) -> csr_matrix:
     """Evaluate the coarse quadratic shape functions at the fine nodes."""
     # Any tetrahedron that holds a fine node will do: the shape functions agree on shared faces.
-    place = np.empty(fine.node_count, dtype=np.int64)
-    place[fine.nodes.ravel()] = np.arange(fine.nodes.size)
-    owner = parents[place // fine.nodes.shape[1]]
+    index = np.empty(fine.node_count, dtype=np.int64)
+    index[fine.nodes.ravel()] = np.arange(fine.nodes.size)
+    owner = parents[index // fine.nodes.shape[1]]
     corners = mesh.rest_positions[mesh.tets[owner]]
     offset = fine.rest_nodes - corners[:, 0]
     matrix = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)

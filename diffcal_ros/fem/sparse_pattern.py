@@ -28,7 +28,7 @@ class SparsePattern:
         row_indices: ascending within a column, diagonal first, shape (nnz,).
         slots: place of each entry of each element block, -1 where it is held or belongs to the
             other triangle, shape (T, pairs, 9). Pairs run over nodes a <= b of a tetrahedron.
-        places: of the free nodes at rest [m], shape (M, 3).
+        positions: of the free nodes at rest [m], shape (M, 3).
         block_starts: first of each free node's blocks in `neighbours`, shape (M + 1,).
         neighbours: number of the free node that each block joins it to: itself first, then
             ascending, higher ones only.
@@ -38,7 +38,7 @@ class SparsePattern:
     column_starts: IntArray
     row_indices: IntArray
     slots: IntArray
-    places: FloatArray
+    positions: FloatArray
     block_starts: IntArray
     neighbours: IntArray
 
@@ -66,7 +66,7 @@ class SparsePattern:
     @cached_property
     def dissection(self) -> Dissection:
         """An order in which to eliminate the free nodes."""
-        return dissect(self.graph, self.places)
+        return dissect(self.graph, self.positions)
 
     @cached_property
     def diagonal_slots(self) -> IntArray:
@@ -106,24 +106,8 @@ def make_pattern(
 
     block_counts = np.bincount(owner, minlength=len(free_nodes))
     block_starts = np.concatenate([[0], np.cumsum(block_counts)])
-    # Column c of an owner holds 3 - c entries of its own block, then 3 of each neighbour.
-    own = np.arange(3)
-    column_sizes = (3 - own)[None, :] + 3 * (block_counts - 1)[:, None]
-    column_starts = np.concatenate([[0], np.cumsum(column_sizes.ravel())])
-
-    rank = np.arange(len(unique)) - block_starts[owner]
-    pair_slots = np.full((len(unique), 3, 3), -1, dtype=np.int64)  # [column c, row r]
-    for c in range(3):
-        start = column_starts[3 * owner + c]
-        for r in range(3):
-            diagonal = np.where(r >= c, start + r - c, -1)
-            pair_slots[:, c, r] = np.where(rank == 0, diagonal, start + 3 * rank - c + r)
-
-    row_indices = np.empty(column_starts[-1], dtype=np.int32)
-    for r in range(3):
-        for c in range(3):
-            stored = pair_slots[:, c, r] >= 0
-            row_indices[pair_slots[stored, c, r]] = 3 * neighbour[stored] + r
+    column_starts = _column_starts(block_counts)
+    pair_slots = _pair_slots(owner, block_starts, column_starts)
 
     slots = np.full((*low.shape, 3, 3), -1, dtype=np.int32)  # [i of a, j of b]
     found = pair_slots[position]
@@ -133,12 +117,50 @@ def make_pattern(
     return SparsePattern(
         free_nodes=free_nodes,
         column_starts=column_starts.astype(np.int32),
-        row_indices=row_indices,
+        row_indices=_row_indices(pair_slots, neighbour, int(column_starts[-1])),
         slots=slots.reshape(*low.shape, 9),
-        places=discretisation.rest_nodes[free_nodes],
+        positions=discretisation.rest_nodes[free_nodes],
         block_starts=block_starts.astype(np.int32),
         neighbours=neighbour.astype(np.int32),
     )
+
+
+def _column_starts(block_counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return where each column begins in the stored values, and their number, (3 M + 1,).
+
+    Column c of a node holds 3 - c entries of its own block, then 3 of each neighbour.
+    """
+    column_sizes = (3 - np.arange(3))[None, :] + 3 * (block_counts - 1)[:, None]
+    return np.concatenate([[0], np.cumsum(column_sizes.ravel())])
+
+
+def _pair_slots(
+    owner: NDArray[np.int64], block_starts: NDArray[np.int64], column_starts: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return where the entries of each pair of nodes are stored, (P, 3, 3): [column c, row r].
+
+    Those of a node with itself above the diagonal are not: -1.
+    """
+    rank = np.arange(len(owner)) - block_starts[owner]
+    slots = np.full((len(owner), 3, 3), -1, dtype=np.int64)
+    for c in range(3):
+        start = column_starts[3 * owner + c]
+        for r in range(3):
+            diagonal = np.where(r >= c, start + r - c, -1)
+            slots[:, c, r] = np.where(rank == 0, diagonal, start + 3 * rank - c + r)
+    return slots
+
+
+def _row_indices(
+    pair_slots: NDArray[np.int64], neighbour: NDArray[np.int64], count: int
+) -> NDArray[np.int32]:
+    """Return the row of each stored entry, shape (count,)."""
+    rows = np.empty(count, dtype=np.int32)
+    for r in range(3):
+        for c in range(3):
+            stored = pair_slots[:, c, r] >= 0
+            rows[pair_slots[stored, c, r]] = 3 * neighbour[stored] + r
+    return rows
 
 
 def _pair_keys(numbers: NDArray[np.int64], count: int) -> NDArray[np.int64]:

@@ -5,6 +5,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from types import ModuleType
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions
@@ -15,7 +16,7 @@ from diffcal_ros.fem.cable_tightening import loosen, needs_steps, tighten
 from diffcal_ros.fem.clamp import Clamp
 from diffcal_ros.fem.conditions import CableState, Conditions, NO_CONDITIONS
 from diffcal_ros.fem.elastic_body import ElasticBody
-from diffcal_ros.fem.element import discretise, Element
+from diffcal_ros.fem.element import Discretisation, discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
 from diffcal_ros.fem.force_changes import Change, ForceChanges, gravity_loads, StaticGradient
 from diffcal_ros.fem.laws import stable_neo_hookean
@@ -79,11 +80,7 @@ class StaticBody:
             self.own_discretisation, rest_nodes=self.own_discretisation.rest_nodes + self.origin
         )
         self.held_vertices = np.unique(held_vertices).astype(np.int32)
-        is_held = np.zeros(mesh.vertex_count, dtype=bool)
-        is_held[self.held_vertices] = True
-        self.held_nodes = np.flatnonzero(
-            is_held[self.discretisation.node_parents].all(axis=1)
-        ).astype(np.int32)
+        self.held_nodes = _held_nodes(self.discretisation, self.held_vertices)
         self.elastic = ElasticBody(self.own_discretisation, law=law, device=device)
         self.cable_routes = tuple(cables)
         self.cables = tuple(CableTerm(route, self.discretisation) for route in cables)
@@ -94,24 +91,21 @@ class StaticBody:
             coupled_nodes=[cable.nodes for cable in self.cables],
         )
         for cable in self.cables:
-            cable.use_pattern(self.solver.pattern)
+            cable.use_pattern(self.solver.stiffness.pattern)
         rest = self.own_discretisation.rest_nodes
         self._conditions = AppliedConditions(
-            self.own_mesh, self.solver, body_axes(rest, self.held_nodes), self.cables, self.origin
+            self.own_mesh,
+            self.solver.stiffness,
+            body_axes(rest, self.held_nodes),
+            self.cables,
+            self.origin,
         )
         self.force_changes = ForceChanges(self.elastic, self._conditions)
         self.clamp = Clamp(rest[self.held_nodes])
         self._clamp_was_moved = False
         self._held_path: HeldPath | None = None
-        self._make_guide: Callable[[], StaticBody] = lambda: StaticBody(
-            mesh,
-            Element.LINEAR,
-            self.held_vertices,
-            law=law,
-            solver=solver,
-            device=device,
-            cables=cables,
-        )
+        like_this = partial(StaticBody, law=law, solver=solver, device=device, cables=cables)
+        self._make_guide = partial(like_this, mesh, Element.LINEAR, self.held_vertices)
         self._material: Material | None = None
         self._gravity = np.zeros(3)
         self._state: Equilibrium | None = None
@@ -207,11 +201,11 @@ class StaticBody:
         self, material: Material, gravity: FloatArray, conditions: Conditions = NO_CONDITIONS
     ) -> FloatArray:
         """Take a material, gravity and effects without settling; return the loads [N], (N, 3)."""
-        material.require_shares(self.elastic.law.SHARES)
+        material.require_conversion(self.elastic.law.CONVERSION)
         self._material, self._gravity = material, np.asarray(gravity, dtype=np.float64)
-        numbers = material.numbers()
-        self.elastic.set_numbers(numbers)
-        self._conditions.apply(conditions, numbers)
+        lame_parameters = material.lame_parameters()
+        self.elastic.set_lame_parameters(lame_parameters)
+        self._conditions.apply(conditions, lame_parameters)
         loads = self.gravity_loads(material.density, self._gravity)
         if conditions.added_masses is not None:
             loads += conditions.added_masses[:, None] * self._gravity
@@ -280,7 +274,7 @@ class StaticBody:
 
     def factor(self) -> None:
         """Factor the stiffness at the last equilibrium: pays before many single solves."""
-        self.solver.factor_at(self.own_state.positions)
+        self.solver.stiffness.factor_at(self.own_state.positions)
 
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by node positions back to the inputs, effects included.
@@ -295,7 +289,7 @@ class StaticBody:
     def _derivatives(self) -> StaticDerivatives:
         return StaticDerivatives(
             state=self.own_state,
-            solver=self.solver,
+            stiffness=self.solver.stiffness,
             force_changes=self.force_changes,
             conditions=self._conditions,
             clamp=self.clamp,
@@ -386,3 +380,10 @@ class StaticBody:
         everywhere[self.held_vertices] = vertex_positions
         parents = self.discretisation.node_parents[self.held_nodes]
         return everywhere[parents].mean(axis=1)
+
+
+def _held_nodes(discretisation: Discretisation, held_vertices: IntArray) -> IntArray:
+    """Return the nodes whose vertices are all held, shape (h,)."""
+    is_held = np.zeros(int(discretisation.node_parents.max()) + 1, dtype=bool)
+    is_held[held_vertices] = True
+    return np.flatnonzero(is_held[discretisation.node_parents].all(axis=1)).astype(np.int32)

@@ -19,8 +19,9 @@ from dataclasses import dataclass, replace
 from diffcal_ros.fem.applied_conditions import AppliedConditions
 from diffcal_ros.fem.clamp import Clamp
 from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumSolver
+from diffcal_ros.fem.equilibrium import Equilibrium
 from diffcal_ros.fem.force_changes import Change, ForceChanges, StaticGradient
+from diffcal_ros.fem.tangent_stiffness import TangentStiffness
 from diffcal_ros.material import Material
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ class StaticDerivatives:
 
     Attributes:
         state: the equilibrium.
-        solver: that found it.
+        stiffness: of the body there.
         force_changes: of the body.
         conditions: effects on it.
         clamp: that holds it.
@@ -46,7 +47,7 @@ class StaticDerivatives:
     """
 
     state: Equilibrium
-    solver: EquilibriumSolver
+    stiffness: TangentStiffness
     force_changes: ForceChanges
     conditions: AppliedConditions
     clamp: Clamp
@@ -69,8 +70,8 @@ class StaticDerivatives:
             motion = self._held_change(change.conditions)
             if motion is not None:
                 held[number, self.held_nodes] = motion
-                forces[number] -= self.solver.force_tangent(positions, held[number])
-        fields = self.solver.linear_solve(positions, forces) + held
+                forces[number] -= self.stiffness.force_tangent(positions, held[number])
+        fields = self.stiffness.linear_solve(positions, forces) + held
         if self._compliance == 0.0:
             return fields
         turns = self._turn_fields()
@@ -85,8 +86,8 @@ class StaticDerivatives:
             turns = self._turn_fields()
             by_moment = self._answers(turns).T @ np.einsum('jni,ni->j', turns, by_positions)
             by_positions, by_explicit = self._through_moment(by_positions, by_moment)
-        adjoint = self.solver.linear_solve(positions, by_positions[None])[0]
-        by_held = (by_positions - self.solver.force_tangent(positions, adjoint))[held]
+        adjoint = self.stiffness.linear_solve(positions, by_positions[None])[0]
+        by_held = (by_positions - self.stiffness.force_tangent(positions, adjoint))[held]
         adjoint += by_explicit
         gradient = self.force_changes.pull_back(positions, adjoint, self.material, self.gravity)
         count = self.conditions.count
@@ -94,7 +95,7 @@ class StaticDerivatives:
         def by_effects(change: Conditions) -> float:
             if self.conditions.count != count:
                 raise RuntimeError(
-                    'the body has been settled anew since this gradient was found: ask it for '
+                    'the body has been solved anew since this gradient was found: ask it for '
                     'effects before that'
                 )
             force = self.conditions.force_change(positions, change, self.gravity)
@@ -128,8 +129,8 @@ class StaticDerivatives:
         held = np.zeros((3, *positions.shape))
         for axis in range(3):
             held[axis, self.held_nodes] = self.clamp.turn_change(self.held_targets, motion, axis)
-        forces = np.stack([-self.solver.force_tangent(positions, field) for field in held])
-        return self.solver.linear_solve(positions, forces) + held
+        forces = np.stack([-self.stiffness.force_tangent(positions, field) for field in held])
+        return self.stiffness.linear_solve(positions, forces) + held
 
     def _answers(self, turns: FloatArray) -> FloatArray:
         """Return how the clamp turns with the moment that a change adds, A above, (3, 3)."""
@@ -151,7 +152,7 @@ class StaticDerivatives:
         arms = positions[held] - self.clamp.center
         changes = []
         for field, force in zip(fields, explicit, strict=True):
-            moved = (self.solver.force_tangent(positions, field) - force)[held]
+            moved = (self.stiffness.force_tangent(positions, field) - force)[held]
             changes.append(-np.cross(arms, moved) - np.cross(field[held], reactions))
         return np.stack(changes).sum(axis=1)
 
@@ -171,6 +172,6 @@ class StaticDerivatives:
         positions, held = self.state.positions, self.held_nodes
         lever = np.zeros_like(by_positions)
         lever[held] = -np.cross(by_moment, positions[held] - self.clamp.center)
-        total = by_positions + self.solver.force_tangent(positions, lever)
+        total = by_positions + self.stiffness.force_tangent(positions, lever)
         total[held] -= np.cross(self.state.reactions[held], by_moment)
         return total, -lever

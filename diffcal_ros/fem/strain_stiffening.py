@@ -44,7 +44,7 @@ def stress_tangent(F: wp.mat33d, dF: wp.mat33d, mu: wp.float64, lam: wp.float64)
 
 
 @wp.func
-def stress_of_numbers(
+def stress_of_lame_parameters(
     F: wp.mat33d, mu: wp.float64, lam: wp.float64, dmu: wp.float64, dlam: wp.float64
 ):
     """Return the derivative of the stress along a change of (mu, lambda)."""

@@ -121,25 +121,25 @@ def minimise(
     search = _Search(
         objective, np.clip(start, *bounds), bounds, longest_step, max_doublings, is_boxed
     )
-    tell = on_iteration or (lambda _: True)
-    if not tell(search.iteration()):
+    report = on_iteration or (lambda _: True)
+    if not report(search.iteration()):
         return search.minimum(Stop.INTERRUPTED)
     while True:
         step = search.propose()
         if search.is_done(step):
-            if not search.sharpen():
+            if not search.anneal():
                 return search.minimum(Stop.CONVERGED)
             continue
-        if search.settle():
-            if not tell(search.iteration()):
+        if search.end_wandering():
+            if not report(search.iteration()):
                 return search.minimum(Stop.INTERRUPTED)
-            if not search.sharpen():
+            if not search.anneal():
                 return search.minimum(Stop.CONVERGED)
             continue
         if search.number >= max_iterations:
             return search.minimum(Stop.EXHAUSTED)
         if search.take(step):
-            if not tell(search.iteration()):
+            if not report(search.iteration()):
                 return search.minimum(Stop.INTERRUPTED)
         elif search.rejections > _MAX_REJECTIONS:
             return search.minimum(Stop.STUCK)
@@ -183,7 +183,7 @@ class _Search:
         """Return the next step."""
         step = self._gauss_newton(self._damping)
         if self._last is not None and self.rejections == 0:
-            step *= _secant_share(self._linear, step, *self._last)
+            step *= _secant_fraction(self._linear, step, *self._last)
         if self._is_boxed:
             bounds = (self._lower, self._upper)
             return boxed_step(
@@ -203,13 +203,11 @@ class _Search:
         # Damping makes any step small: beside what cannot be simulated that says nothing.
         if self.rejections and self._impossible == self.rejections:
             return False
-        linear = self._linear
-        gain = float(linear.negative_gradient @ step - 0.5 * step @ linear.curvature @ step)
-        if gain < _SMALL_GAIN:
+        if self._linear.gain(step) < _SMALL_GAIN:
             return True
         return bool((np.abs(step) < _NEGLIGIBLE * self._longest_step).all())
 
-    def settle(self) -> bool:
+    def end_wandering(self) -> bool:
         """Go amid the last points where the steps only wander about; tell whether they do."""
         if self.rejections or not self._objective.is_annealed:
             return False
@@ -225,7 +223,7 @@ class _Search:
         self._start_anew()
         return True
 
-    def sharpen(self) -> bool:
+    def anneal(self) -> bool:
         """Give the cost its next form; False when it has its last one."""
         if self._objective.is_annealed:
             if not self._objective.refine(self._coordinates):
@@ -273,7 +271,7 @@ class _Search:
         self.rejections, self._impossible, self._damping, self._last = 0, 0, 0.0, None
 
 
-def _secant_share(
+def _secant_fraction(
     linear: Linearisation,
     step: FloatArray,
     last_step: FloatArray,
@@ -281,8 +279,8 @@ def _secant_share(
 ) -> float:
     """Return how much of a step to take when it turns back on the last one.
 
-    In the tails of a robust cost the curvature changes from step to step and Gauss-Newton swings
-    to and fro. Where the slope along the last step has changed its sign, the secant tells how far
+    In the tails of a robust cost the curvature changes from step to step and Gauss-Newton
+    oscillates. Where the slope along the last step has changed its sign, the secant tells how far
     back its zero lies.
     """
     before, now = (

@@ -66,17 +66,17 @@ class NormalEquations:
         """Return those of a multiple of the cost."""
         return type(self)(*(factor * getattr(self, own.name) for own in fields(self)))
 
-    def placed(self: _Equations, places: IntArray, size: int) -> _Equations:
+    def placed(self: _Equations, indices: IntArray, size: int) -> _Equations:
         """Return them among more coordinates.
 
         Args:
-            places: of the own coordinates among all, shape (k,).
+            indices: of the own coordinates among all, shape (k,).
             size: number of all.
         """
         whole = self.nothing(size)
-        whole.negative_gradient[places] = self.negative_gradient
+        whole.negative_gradient[indices] = self.negative_gradient
         for own in fields(self)[2:]:
-            getattr(whole, own.name)[np.ix_(places, places)] = getattr(self, own.name)
+            getattr(whole, own.name)[np.ix_(indices, indices)] = getattr(self, own.name)
         return replace(whole, cost=self.cost)
 
     def under(self: _Equations, prior: Prior, coordinates: FloatArray) -> _Equations:

@@ -5,7 +5,6 @@
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.rigid_transform import transform
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +30,5 @@ def body_frames(scene: Scene, model: ForwardModel, coordinates: FloatArray) -> B
     """Return the frames at some coordinates, shape (k,)."""
     number = len(model.observations) - 1
     setup = scene.observations[model.observations[number].setup_index]
-    origin = model.cameras.points(number, np.zeros((1, 3)), coordinates)[0]
-    depth_from_world = transform(model.cameras.rotation(number, coordinates), origin)
+    depth_from_world = model.cameras.pose(number, coordinates)
     return BodyFrames(depth_from_world, depth_from_world @ setup.world_from_object)

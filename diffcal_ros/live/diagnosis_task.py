@@ -63,26 +63,26 @@ def run_diagnosis(
     """Diagnose, write verdict.json and the page, and post a `DiagnosisEnd`."""
     newest = snapshots[-1].newest
 
-    def tell(words: str) -> None:
+    def report(words: str) -> None:
         if stop.is_set():
             raise _StoppedError
         post(DiagnosisStep(words))
 
     try:
         observations = [seen for snapshot in snapshots for seen in snapshot.observe(scene)]
-        course = diagnose(scene, observations, DiagnosisSettings(fit=fit), tell=tell).described(
+        trace = diagnose(scene, observations, DiagnosisSettings(fit=fit), report=report).described(
             recordings=[
                 {'name': s.name, 'frames': str(len(s.frames)), 'newest_ns': str(s.newest.stamp_ns)}
                 for s in snapshots
             ]
         )
-        save_verdict(course.diagnosis, folder / VERDICT_FILE)
+        save_verdict(trace.diagnosis, folder / VERDICT_FILE)
         from diffcal_ros.report.diagnosis_page import write_diagnosis_page
 
-        write_diagnosis_page(folder / PAGE, scene.name, course)
+        write_diagnosis_page(folder / PAGE, scene.name, trace)
     except _StoppedError:
         return
     except InputError as error:
         post(DiagnosisEnd(None, folder, newest.stamp_ns, newest.frame_id, str(error)))
         return
-    post(DiagnosisEnd(course.diagnosis, folder, newest.stamp_ns, newest.frame_id))
+    post(DiagnosisEnd(trace.diagnosis, folder, newest.stamp_ns, newest.frame_id))

@@ -110,12 +110,12 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
     last = request.snapshots[-1]
     require_rest(calibration)
 
-    def tell(record: IterationRecord) -> bool:
+    def report(record: IterationRecord) -> bool:
         picture = _picture(calibration, observations, last)
         post(FitStep(record, _parameters(calibration, record), picture))
         return not stop.is_set()
 
-    result = with_details(calibration.run(tell), notes=list(notes))
+    result = with_details(calibration.run(report), notes=list(notes))
     picture = _picture(calibration, observations, last)
     frames = body_frames(request.scene, calibration.model, calibration.coordinates)
     post(FitEnd(request, result, calibration, picture, frames))
@@ -125,9 +125,9 @@ def _start(calibration: Calibration, values: dict[str, float]) -> FloatArray:
     """Return start coordinates, with those values that the parameters of this fit have."""
     lower, upper = calibration.parameters.bounds()
     start = calibration.parameters.start()
-    for place, parameter in enumerate(calibration.parameters):
+    for index, parameter in enumerate(calibration.parameters):
         if parameter.name in values:
-            start[place] = parameter.coordinate(values[parameter.name])
+            start[index] = parameter.coordinate(values[parameter.name])
     return np.clip(start, lower, upper)
 
 

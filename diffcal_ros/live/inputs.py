@@ -28,6 +28,7 @@ from diffcal_ros.observing.pose_sources import (
     world_frame_of,
 )
 from diffcal_ros.scene.model import MotionSetup, Scene
+from diffcal_ros.scene.observation_choice import observation_index
 from diffcal_ros.stamped_pose import StampedPose
 import numpy as np
 from numpy.typing import NDArray
@@ -90,8 +91,8 @@ class _LiveFilm:
     def stamps(self) -> list[int | None]:
         return [frame.stamp_ns for frame in self.frames]
 
-    def frames_at(self, places: Sequence[int]) -> Iterable[DepthFrame | None]:
-        return [self.frames[place] for place in places]
+    def frames_at(self, indices: Sequence[int]) -> Iterable[DepthFrame | None]:
+        return [self.frames[index] for index in indices]
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,7 @@ class LiveInputs:
             InputError: when the scene lacks what the pose source needs.
         """
         self.scene = scene
-        self.setup_index = _setup_index(scene, observation)
+        self.setup_index = observation_index(scene, observation)
         self._setup = scene.observations[self.setup_index]
         asked = None if pose_source == SCENE else pose_source
         self.source = source_in_force(self._setup, asked)
@@ -375,14 +376,3 @@ def _check_frames(frame: DepthFrame, pose: StampedPose, transform: CameraTransfo
                 f'{what} in the frame {given!r}, but depth_from_color leads {direction} '
                 f'{expected!r}: publish the transform between the two cameras in use'
             )
-
-
-def _setup_index(scene: Scene, name: str) -> int:
-    names = [setup.name for setup in scene.observations]
-    if not name:
-        return 0
-    if name not in names:
-        raise InputError(
-            f'observation is {name!r}: the scene has {", ".join(names)}; choose one of them'
-        )
-    return names.index(name)

@@ -18,6 +18,12 @@ _KNOWN = (
     'optimizer',
     'pose',
 )
+# Cures of the command line that a node has as services.
+_SERVICES = (
+    (re.compile(r'run `diffcal diagnose [^`]*` first'), 'call ~/diagnose first'),
+    (re.compile(r'with `diffcal revert`'), 'with ~/revert_effect'),
+    (re.compile(r'with --effect'), 'with `diffcal accept --effect`'),
+)
 _OPTION = re.compile(rf'--({"|".join(_KNOWN)})(?![a-z-])')
 
 
@@ -28,6 +34,8 @@ def for_nodes(sentence: str) -> str:
         name = found.group(1)
         return f'the parameter {_RENAMED.get(name, name.replace("-", "_"))}'
 
+    for option, service in _SERVICES:
+        sentence = option.sub(service, sentence)
     return _OPTION.sub(parameter, sentence)
 
 

@@ -10,6 +10,7 @@ from diffcal_ros.live.cdr_stamp import move_stamp
 from diffcal_ros.recording.color_frame import decode_compressed
 from diffcal_ros.recording.compressed_depth import unpack_depth
 from diffcal_ros.recording.mcap_messages import RawMessage
+from diffcal_ros.recording.recorded_frames import moving_topics
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.ros_messages import (
     deserialize,
@@ -21,9 +22,14 @@ from diffcal_ros.recording.topics import (
     camera_info_of,
     COMPRESSED_DEPTH,
     COMPRESSED_IMAGE_TYPE,
+    TF,
+    TF_TYPE,
 )
 
+_SECOND = 1_000_000_000  # [ns]
 _USUAL_PERIOD = 33_333_333  # [ns]
+# Of transforms so much before the first image is sent: an image may show what was then [ns].
+_LEAD = _SECOND
 
 
 class Role(str, Enum):
@@ -33,6 +39,7 @@ class Role(str, Enum):
     DEPTH_INFO = 'depth/camera_info'
     COLOR = 'color/image_raw'
     COLOR_INFO = 'color/camera_info'
+    FRAMES = TF
 
 
 class ReplayMessage(NamedTuple):
@@ -60,19 +67,24 @@ def replay_messages(
         left_out: told of each message that cannot be unpacked or has no stamp, and why.
     """
     roles = _roles(recording)
-    period = _round_period(recording, tuple(roles))
-    shift = 0
+    first, period = _round(recording, tuple(roles))
+    roles.update(dict.fromkeys(moving_topics(recording.messages), Role.FRAMES))
+    shift, lead = 0, _LEAD
     while True:
         for raw in recording.messages.read_all(tuple(roles)):
+            role = roles[raw.topic]
+            # Images say how long a round is; what moved after it would fall into the next one.
+            if role is Role.FRAMES and not -lead <= raw.log_time_ns - first < period:
+                continue
             try:
-                data = move_stamp(_as_image(raw), shift)
+                data = _moved(raw, role, shift)
             except ValueError as error:
                 left_out(f'{raw.topic}: {error}')
                 continue
-            yield ReplayMessage(roles[raw.topic], raw.log_time_ns + shift, data)
+            yield ReplayMessage(role, raw.log_time_ns + shift, data)
         if not goes_on():
             return
-        shift += period
+        shift, lead = shift + period, 0
 
 
 def _roles(recording: Recording) -> dict[str, Role]:
@@ -86,13 +98,27 @@ def _roles(recording: Recording) -> dict[str, Role]:
     return {topic: role for topic, role in named.items() if topic in recording.messages.types}
 
 
-def _round_period(recording: Recording, topics: tuple[str, ...]) -> int:
-    """Return by how much stamps go on from round to round [ns]."""
+def _round(recording: Recording, topics: tuple[str, ...]) -> tuple[int, int]:
+    """Return when the first image was recorded, and by how much stamps go on a round [ns]."""
     entries = [entry for topic in topics for entry in recording.messages.entries(topic)]
     times = [entry.log_time_ns for entry in entries]
     count = len(recording.messages.entries(recording.depth_topic))
     span = max(times) - min(times)
-    return span + (span // (count - 1) if count > 1 and span > 0 else _USUAL_PERIOD)
+    pause = span // (count - 1) if count > 1 and span > 0 else _USUAL_PERIOD
+    return min(times), span + pause
+
+
+def _moved(raw: RawMessage, role: Role, shift: int) -> bytes:
+    """Return the message to send, with its stamps moved by a time [ns]."""
+    return _moved_frames(raw, shift) if role is Role.FRAMES else move_stamp(_as_image(raw), shift)
+
+
+def _moved_frames(raw: RawMessage, shift: int) -> bytes:
+    frames = deserialize(raw.data, TF_TYPE)
+    for stamped in frames.transforms if shift else ():
+        stamp = stamped.header.stamp
+        stamp.sec, stamp.nanosec = divmod(stamp_ns_of(stamped) + shift, _SECOND)
+    return serialize(frames) if shift else raw.data
 
 
 def _as_image(raw: RawMessage) -> bytes:

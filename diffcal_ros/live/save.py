@@ -3,12 +3,14 @@
 """Write what a live fit found, as the command line does."""
 
 from dataclasses import dataclass
+import os
 from pathlib import Path
 import threading
 
 from diffcal_ros.calibration.calibrate import with_details
 from diffcal_ros.calibration.provenance import describe_fit
 from diffcal_ros.calibration.result import save_result
+from diffcal_ros.errors import InputError
 from diffcal_ros.live.background import Post
 from diffcal_ros.live.fit_task import FitEnd
 from diffcal_ros.live.inputs import Snapshot
@@ -48,6 +50,36 @@ def save_numbers(end: FitEnd, folder: Path) -> tuple[Path, ...]:
         save_fitted_scene(end.request.scene, folder / FITTED_SCENE, end.result.values())
         written.append(folder / FITTED_SCENE)
     return tuple(written)
+
+
+def check_folder(folder: Path) -> None:
+    """Look whether a folder is there to be written to, or can be made.
+
+    Raises:
+        InputError: when it cannot.
+    """
+    there = folder
+    while not there.exists() and there != there.parent:
+        there = there.parent
+    if not there.is_dir():
+        raise InputError(f'{folder} cannot be made, {there} is no folder: choose another one')
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f'{folder}: nothing may be written to {there}: choose another folder')
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder that is written to later.
+
+    Raises:
+        InputError: when that cannot be done.
+    """
+    check_folder(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f'{folder} cannot be made ({error.strerror or error}): choose another folder'
+        ) from error
 
 
 def save_report(end: FitEnd, folder: Path, post: Post, stop: threading.Event) -> None:

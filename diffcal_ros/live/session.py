@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The course of a live calibration: collect frames, fit, tell; one step at a time."""
+"""The states of a live calibration: collect frames, fit, report; one step at a time."""
 
 from dataclasses import replace
 from enum import Enum
@@ -33,7 +33,7 @@ _RETRY, _LONGEST_RETRY = 2 * _SECOND, 30 * _SECOND
 
 
 class Phase(Enum):
-    """Where the course stands."""
+    """Which state the calibration is in."""
 
     PREPARING = 'preparing'
     COLLECTING = 'collecting'
@@ -90,7 +90,7 @@ class Session:
 
     @property
     def phase(self) -> Phase:
-        """Where the course stands."""
+        """Which state the calibration is in."""
         if not self._is_enabled:
             return Phase.PAUSED
         if not self._is_ready:
@@ -285,8 +285,8 @@ class Session:
         if is_other_view or is_other_fit:
             self.swings = self._new_swings()
         self.window.resize(self._window_size)
-        is_other_course = settings.refit != old.refit or settings.tracking != old.tracking
-        if is_other_fit or is_other_course or (is_other_view and not self.captured):
+        is_other_follow_up = settings.refit != old.refit or settings.tracking != old.tracking
+        if is_other_fit or is_other_follow_up or (is_other_view and not self.captured):
             self._stop_tracking()
         if is_other_fit or (is_other_view and not self.captured):
             self._interrupt()

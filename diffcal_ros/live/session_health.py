@@ -8,6 +8,10 @@ from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.node_words import told_of
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.tracking import in_words, Tracking
+import numpy as np
+
+# Depth does not change by so much from one image to the next, unless it is in another unit.
+_OTHER_UNIT = 100.0
 
 
 def session_health(session: Session) -> Health:
@@ -81,11 +85,34 @@ def _failed(session: Session, outcome: Outcome) -> tuple[Level, str]:
 def _followed(session: Session, tracking: Tracking) -> tuple[Level, str]:
     """Say how tracking goes, and what was wrong with the fit that it started from."""
     level, words = _tracking(tracking)
+    unusable = None if tracking.problem is None else _unusable(session)
+    if unusable is not None:
+        return Level.ERROR, unusable
     end = session.last_end
     if end is None or end.result.outcome.is_usable:
         return level, words
     outcome = end.result.outcome
     return max(level, fit_level(outcome)), f'{words}; the fit was {outcome_words(outcome)}'
+
+
+def _unusable(session: Session) -> str | None:
+    """Say why the newest image cannot show the body, wherever that is; None where it may."""
+    newest, end = session.window.newest, session.last_end
+    if newest is None or end is None:
+        return None
+    if newest.valid_fraction == 0.0:
+        return (
+            'no pixel of the depth images holds a depth: look after the range and the laser of '
+            'the camera'
+        )
+    fitted = end.request.snapshots[-1].newest
+    ratio = float(np.nanmedian(newest.depth) / np.nanmedian(fitted.depth))
+    if 1.0 / _OTHER_UNIT < ratio < _OTHER_UNIT:
+        return None
+    return (
+        f'depth is {ratio:.3g} times that of the fit: the images are in another unit now; 32FC1 '
+        'is in metres, 16UC1 in millimetres (REP 118)'
+    )
 
 
 def _tracking(tracking: Tracking) -> tuple[Level, str]:

@@ -42,7 +42,7 @@ class Film(Protocol):
     def stamps(self) -> list[int | None]:
         """Return the stamps of all frames [ns], None for an unreadable one."""
 
-    def frames_at(self, places: Sequence[int]) -> Iterable[DepthFrame | None]:
+    def frames_at(self, indices: Sequence[int]) -> Iterable[DepthFrame | None]:
         """Return the frames at some places; None for one that cannot be read."""
 
 
@@ -114,7 +114,7 @@ def _instants(
 ) -> tuple[tuple[Observation, ...], list[str]]:
     times, notes = frame_times(film.stamps(), is_slow=motion.is_slow)
     chosen = chosen_frames(times, motion)
-    read = list(film.frames_at([frame.place for frame in chosen]))
+    read = list(film.frames_at([frame.index for frame in chosen]))
     return observe_motion(resting, sensor, motion, chosen, read), notes
 
 

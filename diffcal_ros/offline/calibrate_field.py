@@ -25,9 +25,9 @@ def run_field_calibration(
     out: Path,
     kind: FieldKind | None = None,
     *,
-    share: float | None = None,
+    fraction: float | None = None,
     on_iteration: Callable[[IterationRecord], bool] = lambda _: True,
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> tuple[Calibration, FieldFit]:
     """Fit without a field and then with one, and keep `out`/result.json complete after every step.
 
@@ -36,17 +36,17 @@ def run_field_calibration(
         settings: how to fit.
         out: folder of results.
         kind: what the field is made of; default: one modulus a tetrahedron.
-        share: weight of the field's roughness; None: found automatically.
+        fraction: weight of the field's roughness; None: found automatically.
         on_iteration: told of every step and of every weight; returns False to stop.
-        tell: told what is being done.
+        report: called with what is being done.
 
     Raises:
         InputError: when something given is wrong, `out` cannot be written, or the fit without a
             field leads nowhere.
     """
-    check_field(inputs.scene, kind or FieldKind(), share)
+    check_field(inputs.scene, kind or FieldKind(), fraction)
     calibration, uniform = run_calibration(inputs, settings, out, on_iteration=on_iteration)
-    tell('fitting the field')
+    report('fitting the field')
     details = describe_inputs(inputs, settings)
 
     def keep(record: IterationRecord) -> bool:
@@ -57,7 +57,7 @@ def run_field_calibration(
         save_result(with_details(unfinished, **details), out / 'result.json')
         return on_iteration(record)
 
-    field = fit_field(calibration, uniform, kind, share=share, on_iteration=keep)
+    field = fit_field(calibration, uniform, kind, fraction=fraction, on_iteration=keep)
     result = with_details(field.result, **details, field=field.as_dict())
     save_result(result, out / 'result.json')
     return calibration, replace(field, result=result)

@@ -114,7 +114,7 @@ def run_calibration(
     out: Path,
     *,
     on_iteration: Progress | None = None,
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> tuple[Calibration, CalibrationResult]:
     """Fit, and keep `out`/result.json complete after every step.
 
@@ -123,7 +123,7 @@ def run_calibration(
         settings: how to fit.
         out: folder of results.
         on_iteration: told of every step; returns False to stop.
-        tell: told what is done afterwards.
+        report: called with what is done afterwards.
 
     Raises:
         InputError: when something given is wrong, or `out` cannot be written.
@@ -147,7 +147,7 @@ def run_calibration(
         save_result(result, out / 'result.json')
         profiles = []
         for name in settings.profile:
-            tell(f'profile of {name}')
+            report(f'profile of {name}')
             profiles.append(profile(calibration, name))
         result = replace(result, profiles=tuple(profiles))
     save_result(result, out / 'result.json')

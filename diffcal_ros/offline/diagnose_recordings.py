@@ -8,7 +8,7 @@ from pathlib import Path
 
 from diffcal_ros import __version__
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.diagnose import Course, diagnose, DiagnosisSettings
+from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings, DiagnosisTrace
 from diffcal_ros.diagnosis.verdict.acceptance import VERDICT_FILE
 from diffcal_ros.diagnosis.verdict.verdict import save_verdict
 from diffcal_ros.offline.calibrate_recordings import describe_inputs, OfflineInputs
@@ -19,29 +19,29 @@ def run_diagnosis(
     settings: DiagnosisSettings,
     out: Path,
     *,
-    tell: Callable[[str], None] = lambda _: None,
-) -> Course:
+    report: Callable[[str], None] = lambda _: None,
+) -> DiagnosisTrace:
     """Diagnose, and write `out`/verdict.json.
 
     Args:
         inputs: see `open_inputs`.
         settings: choices.
         out: folder of results.
-        tell: told what is being done.
+        report: called with what is being done.
 
     Raises:
         InputError: when something given is wrong, or `out` cannot be written.
     """
-    course = diagnose(inputs.scene, inputs.observations, settings, tell=tell)
+    trace = diagnose(inputs.scene, inputs.observations, settings, report=report)
     damage = tuple(note for one in inputs.recordings for note in one.messages.notes)
-    notes = (*course.diagnosis.notes, *damage)
-    course = replace(course, diagnosis=replace(course.diagnosis, notes=notes))
+    notes = (*trace.diagnosis.notes, *damage)
+    trace = replace(trace, diagnosis=replace(trace.diagnosis, notes=notes))
     described = describe_inputs(inputs, CalibrationSettings(fit=settings.fit))
-    course = course.described(
+    trace = trace.described(
         version=__version__,
         recordings=described['recordings'],
         margin_mm=1e3 * settings.margin,
         without=list(settings.without),
     )
-    save_verdict(course.diagnosis, out / VERDICT_FILE)
-    return course
+    save_verdict(trace.diagnosis, out / VERDICT_FILE)
+    return trace

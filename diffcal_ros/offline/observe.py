@@ -55,8 +55,8 @@ class _RecordedFilm:
     def stamps(self) -> list[int | None]:
         return self.recording.depth_stamps()
 
-    def frames_at(self, places: Sequence[int]) -> Iterable[DepthFrame | None]:
-        return self.recording.depth_frames_at(places)
+    def frames_at(self, indices: Sequence[int]) -> Iterable[DepthFrame | None]:
+        return self.recording.depth_frames_at(indices)
 
 
 def observe(

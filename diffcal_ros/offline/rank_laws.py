@@ -21,7 +21,7 @@ def run_law_ranking(
     settings: CalibrationSettings,
     out: Path,
     *,
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> tuple[LawFit, ...]:
     """Rank all laws; write `out`/laws.json, and `out`/<law>/result.json for each that fits.
 
@@ -29,12 +29,12 @@ def run_law_ranking(
         inputs: see `open_inputs`.
         settings: how to fit.
         out: folder of results.
-        tell: told what is being done.
+        report: called with what is being done.
 
     Raises:
         InputError: when something given is wrong, or `out` cannot be written.
     """
-    ranking = rank_laws(inputs.scene, inputs.observations, settings, tell=tell)
+    ranking = rank_laws(inputs.scene, inputs.observations, settings, report=report)
     details = describe_inputs(inputs, settings)
     for fit in ranking:
         if fit.result is not None and fit.calibration is not None:

@@ -80,7 +80,7 @@ def suggest(scene: Scene, *, fit: Sequence[str] | None = None, device: str = 'cp
             'suggestions are made for bodies at rest: take the observations with `motion` out'
         )
     parameters = make_parameters(scene, fit)
-    asked = [place for place, p in enumerate(parameters) if p.kind not in _RIG]
+    asked = [index for index, p in enumerate(parameters) if p.kind not in _RIG]
     if not asked:
         raise SceneError('nothing of the body is fitted: name a parameter of it, as in --fit')
     scale = Scale(width=2.385 * ASSUMED_NOISE, noise=ASSUMED_NOISE, correlation=ASSUMED_LENGTH)
@@ -100,7 +100,7 @@ def suggest(scene: Scene, *, fit: Sequence[str] | None = None, device: str = 'cp
         except NotSimulatedError as error:
             refused.append(Refused(candidate.words, str(error)))
     values = parameters.values(known.coordinates)
-    chosen = [parameters.parameters[place] for place in asked]
+    chosen = [parameters.parameters[index] for index in asked]
     return Suggestion(
         values={p.name: values[p.name] for p in chosen},
         units={p.name: p.unit for p in chosen},
@@ -138,9 +138,9 @@ def _as_recorded(scene: Scene, setup: ObservationSetup) -> tuple[Candidate, Floa
 def _expected(candidate: Candidate, before: Known, after: Known, asked: list[int]) -> Expected:
     old, new = (known.covariance[np.ix_(asked, asked)] for known in (before, after))
     errors = {}
-    for row, place in enumerate(asked):
-        parameter = after.parameters.parameters[place]
-        value = parameter.value(after.coordinates[place])
+    for row, index in enumerate(asked):
+        parameter = after.parameters.parameters[index]
+        value = parameter.value(after.coordinates[index])
         rate = abs(value) if parameter.is_logarithmic else 1.0
         errors[parameter.name] = rate * float(np.sqrt(new[row, row]))
     bits = 0.5 * (np.linalg.slogdet(old)[1] - np.linalg.slogdet(new)[1]) / np.log(2.0)

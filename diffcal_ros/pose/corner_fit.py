@@ -77,10 +77,10 @@ class Sightings:
         """
         good = weights >= USED
         kept = np.isin(self.ids, self.ids[good if good.any() else slice(None)])
-        ids, first, place = np.unique(self.ids[kept], return_index=True, return_inverse=True)
+        ids, first, index = np.unique(self.ids[kept], return_index=True, return_inverse=True)
         sums = np.zeros((len(ids), *self.pixels.shape[1:]))
-        np.add.at(sums, place, weights[kept, None, None] * self.pixels[kept])
-        means = sums / np.bincount(place, weights[kept])[:, None, None]
+        np.add.at(sums, index, weights[kept, None, None] * self.pixels[kept])
+        means = sums / np.bincount(index, weights[kept])[:, None, None]
         return Sightings(self.points[kept][first], means, np.zeros(len(ids), np.int64), ids)
 
 
@@ -215,8 +215,8 @@ def _depth_cost(pose: FloatArray, depth: MarkerPoints | None) -> float:
 
 def _corner_weights(sightings: Sightings, weights: FloatArray, corner_error: float) -> FloatArray:
     """Return the weight of each sighting's coordinates [1/px^2], shape (s,)."""
-    share: FloatArray = weights / weights.sum() * sightings.part_count / corner_error**2
-    return share
+    fraction: FloatArray = weights / weights.sum() * sightings.part_count / corner_error**2
+    return fraction
 
 
 def _weights(errors: FloatArray, scale: float) -> FloatArray:

@@ -140,9 +140,9 @@ def _rays(camera: PinholeCamera, left: int, right: int, lines: NDArray[np.int64]
 
 def _between(values: FloatArray) -> FloatArray:
     """Put samples between neighbours along the first axis."""
-    share = ((np.arange(_SAMPLES) + 0.5) / _SAMPLES).reshape(-1, *[1] * (values.ndim - 1))
+    fraction = ((np.arange(_SAMPLES) + 0.5) / _SAMPLES).reshape(-1, *[1] * (values.ndim - 1))
     steps = values[1:] - values[:-1]
-    return (values[:-1, None] + share * steps[:, None]).reshape(-1, *values.shape[1:])
+    return (values[:-1, None] + fraction * steps[:, None]).reshape(-1, *values.shape[1:])
 
 
 def _on_marker(

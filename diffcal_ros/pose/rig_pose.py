@@ -262,8 +262,8 @@ def _mean_corner_error(
     variance = (_SHARED_ERROR_WORTH * shared**2 + misfit) / freedom
     kept = np.isin(sightings.ids, averaged.ids)
     weights = fit.weights[kept]
-    places = np.searchsorted(averaged.ids, sightings.ids[kept])
-    spread = sightings.pixels[kept] - averaged.pixels[places]
+    indices = np.searchsorted(averaged.ids, sightings.ids[kept])
+    spread = sightings.pixels[kept] - averaged.pixels[indices]
     total = weights.sum()
     frame_variance = float(weights @ (spread**2).mean(axis=(1, 2)) / total)
     effective_count = float(total**2 / (weights @ weights)) / len(averaged.ids)

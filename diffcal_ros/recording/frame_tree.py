@@ -55,16 +55,16 @@ class _Edge:
             return self.still
         if not self.is_sorted:
             order = sorted(range(len(self.stamps)), key=self.stamps.__getitem__)
-            self.stamps = [self.stamps[place] for place in order]
-            self.samples = [self.samples[place] for place in order]
+            self.stamps = [self.stamps[index] for index in order]
+            self.samples = [self.samples[index] for index in order]
             self.is_sorted = True
         if stamp_ns is None:
             return self.samples[-1]
         after = bisect_left(self.stamps, stamp_ns)
         if 0 < after < len(self.stamps):
             first, last = self.stamps[after - 1], self.stamps[after]
-            share = (stamp_ns - first) / (last - first)
-            return _between(self.samples[after - 1], self.samples[after], share)
+            fraction = (stamp_ns - first) / (last - first)
+            return _between(self.samples[after - 1], self.samples[after], fraction)
         nearest = 0 if after == 0 else -1
         off = stamp_ns - self.stamps[nearest]
         if abs(off) > TOLERANCE_NS:
@@ -167,8 +167,8 @@ def _way(edges: list[_Edge], start: str, goal: str) -> list[tuple[_Edge, bool]] 
     return None
 
 
-def _between(first: FloatArray, last: FloatArray, share: float) -> FloatArray:
+def _between(first: FloatArray, last: FloatArray, fraction: float) -> FloatArray:
     """Return the transform between two, at a share of the way, shape (4, 4)."""
     turn = rotation_vector(first[:3, :3].T @ last[:3, :3])
-    shift = (1.0 - share) * first[:3, 3] + share * last[:3, 3]
-    return transform(first[:3, :3] @ rotation_matrix(share * turn), shift)
+    shift = (1.0 - fraction) * first[:3, 3] + fraction * last[:3, 3]
+    return transform(first[:3, :3] @ rotation_matrix(fraction * turn), shift)

@@ -17,8 +17,11 @@ from diffcal_ros.recording.mcap_index import (
 from diffcal_ros.recording.mcap_integrity import Ending
 from diffcal_ros.recording.mcap_records import (
     Bytes,
+    chunk_times,
     IN_CHUNK,
+    IN_SUMMARY,
     MAGIC,
+    message_index,
     Record,
     records,
     unpack_chunk,
@@ -58,7 +61,7 @@ def rescue(path: Path, number: int, ending: Ending) -> Rescued:
         number: of the file in its bag.
         ending: how the file ends.
     """
-    summary = _summary(path) if ending.is_whole else Summary()
+    summary = _summary(path, ending)
     rescued = Rescued(FileIndex(number, dict(summary.schemas), dict(summary.channels)))
     _walk(path, rescued)
     is_doubtful = _settle(rescued, summary, ending)
@@ -73,24 +76,43 @@ def rescue(path: Path, number: int, ending: Ending) -> Rescued:
     return rescued
 
 
-def _summary(path: Path) -> Summary:
+def _summary(path: Path, ending: Ending) -> Summary:
+    if ending.data_end is None:
+        return Summary()
     try:
         return read_summary(path) or Summary()
     except Exception:  # Parsers raise what they happen to raise.
-        return Summary()
+        return _descriptions(path, ending.data_end)
+
+
+def _descriptions(path: Path, data_end: int) -> Summary:
+    """Take the topics and types out of a summary that cannot be read as a whole."""
+    data, index = open_bytes(path), FileIndex(0)
+    with suppress(Exception):  # Likewise.
+        for record in records(data, data_end, len(data) - len(MAGIC), IN_SUMMARY):
+            if record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                index.add(data, record)
+    summary = Summary()
+    summary.schemas, summary.channels = index.schemas, index.channels
+    return summary
 
 
 def _walk(path: Path, rescued: Rescued) -> None:
     data, index = open_bytes(path), rescued.index
     has_chunks = False
+    announcements = _Announcements(data)
     for step in Rescue(data, len(MAGIC), index.channels).steps():
         if isinstance(step, Gap):
             rescued.spoilt += 1
+            announcements.chunk = None
             continue
         try:
             if step.opcode == Opcode.CHUNK:
                 has_chunks = True
+                announcements.chunk = chunk_times(data, step)
                 index.add_chunk(data, step)
+            elif step.opcode == Opcode.MESSAGE_INDEX and not announcements.is_credible(step):
+                rescued.spoilt += 1
             else:
                 index.add(data, step)
         except Exception:  # Decompressors and parsers raise what they happen to raise.
@@ -100,6 +122,31 @@ def _walk(path: Path, rescued: Rescued) -> None:
         # What seems to stand between chunks is the inside of a damaged one, and unchecked.
         for channel_id, entries in index.entries.items():
             index.entries[channel_id] = [item for item in entries if item.container != TOP_LEVEL]
+
+
+class _Announcements:
+    """Judges message indexes, which have no checksum.
+
+    Attributes:
+        chunk: first and last time in the chunk before them [ns]; None where it is not known.
+    """
+
+    def __init__(self, data: Bytes) -> None:
+        self._data = data
+        self._known: set[int] = set()
+        self.chunk: tuple[int, int] | None = None
+
+    def is_credible(self, record: Record) -> bool:
+        """Tell whether an index is of its chunk's time, and stands here for the first time."""
+        content = hash(bytes(self._data[record.content : record.end]))
+        if content in self._known:
+            return False
+        self._known.add(content)
+        if self.chunk is None:
+            return True
+        first, last = self.chunk
+        _, items = message_index(self._data, record)
+        return all(first <= time_ns <= last for time_ns, _ in items)
 
 
 def _take_descriptions(data: Bytes, chunk: Record, index: FileIndex) -> None:
@@ -133,6 +180,8 @@ def _count(rescued: Rescued, summary: Summary) -> None:
         rescued.lost[UNKNOWN_TOPIC] += len(index.entries.pop(channel_id))
     counts = index.counts
     told = _told(summary)
+    if told is not None and index.announced and set(told) - set(index.channels):
+        told = None  # They count a channel that nothing describes: the other account is better.
     rescued.is_counted = told is not None
     if told is None:
         for channel_id, times in index.announced.items():

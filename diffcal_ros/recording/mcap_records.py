@@ -37,6 +37,13 @@ IN_DATA = IN_CHUNK | {
     Opcode.METADATA,
     Opcode.DATA_END,
 }
+IN_SUMMARY = frozenset(
+    (
+        *(Opcode.DATA_END, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.FOOTER),
+        *(Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX),
+        Opcode.SUMMARY_OFFSET,
+    )
+)
 # From here on opcodes are free for private use.
 PRIVATE = 0x80
 
@@ -127,6 +134,12 @@ def message_index(data: Bytes, record: Record) -> tuple[int, list[tuple[int, int
     channel_id, _ = _INDEX_HEAD.unpack_from(data, record.content)
     items = data[record.content + _INDEX_HEAD.size : record.end]
     return channel_id, [(time_ns, offset) for time_ns, offset in INDEX_ITEM.iter_unpack(items)]
+
+
+def chunk_times(data: Bytes, record: Record) -> tuple[int, int]:
+    """Return the first and the last log time in a chunk, as its head tells them [ns]."""
+    first, last, _, _ = _CHUNK_HEAD.unpack_from(data, record.content)
+    return first, last
 
 
 def unpack_chunk(data: Bytes, record: Record, *, is_checked: bool = True) -> bytes:

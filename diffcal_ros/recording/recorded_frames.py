@@ -68,12 +68,23 @@ def own_topics(messages: McapMessages, left_out: LeftOut) -> dict[str, Any]:
     return found
 
 
+def moving_topics(messages: McapMessages) -> list[str]:
+    """Name the topics of transforms that change: /tf, of any namespace."""
+    return _topics(messages, TF)
+
+
+def _topics(messages: McapMessages, name: str) -> list[str]:
+    return [
+        topic
+        for topic, type_name in messages.types.items()
+        if type_name == TF_TYPE and topic.endswith(name)
+    ]
+
+
 def _transforms(messages: McapMessages, name: str, left_out: LeftOut) -> list[Any]:
     """List what stands on /tf or /tf_static, of any namespace."""
     found: list[Any] = []
-    for topic, type_name in messages.types.items():
-        if type_name != TF_TYPE or not topic.endswith(name):
-            continue
+    for topic in _topics(messages, name):
         for raw in messages.read(topic):
             try:
                 found += deserialize(raw.data, TF_TYPE).transforms

@@ -128,10 +128,10 @@ class Recording:
                 stamps.append(None)
         return stamps
 
-    def depth_frames_at(self, places: Sequence[int]) -> Iterator[DepthFrame | None]:
+    def depth_frames_at(self, indices: Sequence[int]) -> Iterator[DepthFrame | None]:
         """Read the depth images at some places of the recording; None for a bad one."""
         entries = self.messages.entries(self.depth_topic)
-        chosen = [entries[place] for place in places]
+        chosen = [entries[index] for index in indices]
         for raw in self._watch(self.depth_topic)(chosen):
             try:
                 yield self._depth_frame(raw)
@@ -151,8 +151,8 @@ class Recording:
             raise RecordingError(f'{limit} frames were asked for: at least one is needed')
         entries = self.messages.entries(topic)
         read = self._watch(topic)
-        for places in _places(len(entries), limit):
-            for raw in read([entries[place] for place in places]):
+        for indices in _indices(len(entries), limit):
+            for raw in read([entries[index] for index in indices]):
                 try:
                     frame = decode(raw)
                 except ValueError as error:
@@ -241,7 +241,7 @@ class Recording:
         )
 
 
-def _places(count: int, limit: int | None) -> Iterator[list[int]]:
+def _indices(count: int, limit: int | None) -> Iterator[list[int]]:
     """Split a sequence into `limit` runs, in each the middle first; or give all in one run."""
     if limit is None:
         yield list(range(count))

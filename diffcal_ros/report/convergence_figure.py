@@ -53,8 +53,10 @@ def _draw_gap(panel: Any, steps: Sequence[int], result: CalibrationResult) -> No
     panel.set_ylabel('mm')
     panel.set_title('gap on the body', fontsize=11)
     covered = panel.twinx()
-    shares = [100.0 * record.gap.coverage for record in result.history]
-    covered.plot(steps, shares, color=palette.START, linestyle=':', marker='.', label='coverage')
+    fractions = [100.0 * record.gap.coverage for record in result.history]
+    covered.plot(
+        steps, fractions, color=palette.START, linestyle=':', marker='.', label='coverage'
+    )
     covered.set_ylim(0.0, 102.0)
     covered.set_ylabel('coverage [%]', color=palette.START)
     handles = [*panel.get_lines(), *covered.get_lines()]

@@ -4,7 +4,7 @@
 
 from typing import Any
 
-from diffcal_ros.diagnosis.diagnose import Course
+from diffcal_ros.diagnosis.diagnose import DiagnosisTrace
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.report.figure_png import new_figure
 from diffcal_ros.report.figure_text import as_text
@@ -22,14 +22,14 @@ _SHOWN_SCORES = 12
 _MOST_VIEWS = 8
 
 
-def residual_figure(course: Course) -> Any:
+def residual_figure(trace: DiagnosisTrace) -> Any:
     """Draw each view: measured depth, nominal residual, residual with what was added."""
-    model = course.evidence.model
-    nominal = course.evidence.residual_images(course.nominal.coordinates)
-    best = course.selection.best if course.selection is not None else None
+    model = trace.evaluator.model
+    nominal = trace.evaluator.residual_images(trace.nominal.coordinates)
+    best = trace.selection.best if trace.selection is not None else None
     added = nominal
     if best is not None:
-        added = best.evidence.residual_images(best.fit.coordinates)
+        added = best.evaluator.residual_images(best.fit.coordinates)
     limit = _limit(nominal)
     shown = _shown(len(model.observations))
     count = len(shown)
@@ -78,8 +78,8 @@ def score_figure(screen: Screen) -> Any:
 
 def _shown(count: int) -> list[int]:
     """Return the views to draw: evenly chosen where a motion has many."""
-    places = np.linspace(0, count - 1, min(count, _MOST_VIEWS)).round()
-    return [int(place) for place in places]
+    indices = np.linspace(0, count - 1, min(count, _MOST_VIEWS)).round()
+    return [int(index) for index in indices]
 
 
 def _limit(residuals: list[FloatArray]) -> float:

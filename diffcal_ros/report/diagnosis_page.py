@@ -7,14 +7,14 @@ from pathlib import Path
 
 from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
-from diffcal_ros.diagnosis.diagnose import Course
+from diffcal_ros.diagnosis.diagnose import DiagnosisTrace
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, Verdict
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.diagnosis_figure import residual_figure, score_figure
 from diffcal_ros.report.figure_png import data_uri, png_bytes
 from diffcal_ros.report.naming import shown, title
-from diffcal_ros.report.page_style import STYLE
+from diffcal_ros.report.page_style import document
 from diffcal_ros.report.page_tables import plain, table
 from diffcal_ros.report.verdict_text import effect_words, verdict_lines
 
@@ -27,34 +27,28 @@ _HEADS = {
 }
 
 
-def write_diagnosis_page(path: Path, name: str, course: Course) -> None:
+def write_diagnosis_page(path: Path, name: str, trace: DiagnosisTrace) -> None:
     """Write the page, whole or not at all.
 
     Args:
         path: HTML file.
         name: of the scene.
-        course: what the diagnosis went through.
+        trace: what the diagnosis went through.
 
     Raises:
         InputError: when the file cannot be written.
     """
-    diagnosis = course.diagnosis
+    diagnosis = trace.diagnosis
     sections = [
         _headline(name, diagnosis),
-        _pictures(course),
-        _gap_table(course),
+        _pictures(trace),
+        _gap_table(trace),
         _effects_table(diagnosis),
         _parameters(diagnosis),
-        _scores(course),
+        _scores(trace),
         _refits(diagnosis),
     ]
-    page = (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<title>{escape(name)}: diagnosis</title>\n<style>{STYLE}</style>\n</head>\n'
-        f'<body>\n<main>\n{"".join(sections)}</main>\n</body>\n</html>\n'
-    )
-    write_text_atomically(path, page)
+    write_text_atomically(path, document(f'{name}: diagnosis', ''.join(sections)))
 
 
 def _headline(name: str, diagnosis: Diagnosis) -> str:
@@ -69,8 +63,8 @@ def _headline(name: str, diagnosis: Diagnosis) -> str:
     )
 
 
-def _pictures(course: Course) -> str:
-    picture = data_uri(png_bytes(residual_figure(course)))
+def _pictures(trace: DiagnosisTrace) -> str:
+    picture = data_uri(png_bytes(residual_figure(trace)))
     return (
         '<h2>What is left</h2>\n<figure><img alt="measured depth and residuals" '
         f'src="{picture}"><figcaption>One scale for all residuals. The last column is with the '
@@ -78,18 +72,18 @@ def _pictures(course: Course) -> str:
     )
 
 
-def _gap_table(course: Course) -> str:
+def _gap_table(trace: DiagnosisTrace) -> str:
     """Write the held-out gap of each pose."""
-    best = course.selection.best if course.selection is not None else None
+    best = trace.selection.best if trace.selection is not None else None
     rows = []
-    for number, observation in enumerate(course.evidence.model.observations):
-        own = [block for block in course.nominal.blocks if block.view == number]
+    for number, observation in enumerate(trace.evaluator.model.observations):
+        own = [group for group in trace.nominal.groups if group.view == number]
         before = patch_gap(own, Part.REPORT)
         if before.count == 0:  # A frame that was fitted.
             continue
         cells = [escape(observation.name), plain(1e3 * before.rms)]
         if best is not None:
-            after = patch_gap([b for b in best.fit.blocks if b.view == number], Part.REPORT)
+            after = patch_gap([b for b in best.fit.groups if b.view == number], Part.REPORT)
             cells.append(plain(1e3 * after.rms))
         else:
             cells.append('–')
@@ -140,8 +134,8 @@ def _parameters(diagnosis: Diagnosis) -> str:
     return f'<h2>Parameters before and after</h2>\n{table(header, rows)}\n'
 
 
-def _scores(course: Course) -> str:
-    picture = data_uri(png_bytes(score_figure(course.screen)))
+def _scores(trace: DiagnosisTrace) -> str:
+    picture = data_uri(png_bytes(score_figure(trace.screen)))
     return (
         '<h2>Scores</h2>\n<p>What each effect could explain to first order. A score screens, it '
         'does not judge: names come from refits.</p>\n<figure><img alt="scores" '

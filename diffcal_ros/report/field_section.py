@@ -23,7 +23,7 @@ def field_section(calibration: Calibration, field: FieldFit) -> str:
     header = ['weight', 'misfit', 'roughness', 'gap, median', 'gap, RMS', 'coverage', '']
     rows = [
         [
-            plain(trial.share),
+            plain(trial.fraction),
             plain(trial.misfit),
             plain(trial.roughness),
             f'{1e3 * trial.gap.median:.3f} mm',
@@ -46,10 +46,10 @@ def field_text(field: FieldFit) -> str:
     """Write the field in a few lines."""
     low, middle, high = 1e-3 * np.percentile(field.youngs_modulus, [5.0, 50.0, 95.0])
     before, after = field.uniform.gap_end, field.result.gap_end
-    share = field.weights.trials[field.weights.chosen].share
+    fraction = field.weights.trials[field.weights.chosen].fraction
     return (
         f'field       {field.kind.describe()}, {field.unknown_count} unknowns, '
-        f'weight {share:.2g}: {field.weights.reason}\n'
+        f'weight {fraction:.2g}: {field.weights.reason}\n'
         f"            Young's modulus 5 % {low:.3g}, median {middle:.3g}, 95 % {high:.3g} kPa, "
         f'error a factor {np.exp(np.median(field.log_std)):.2f}\n'
         f'            without it: {_gap(before)}\n            with it:    {_gap(after)}\n'

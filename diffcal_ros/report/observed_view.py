@@ -132,8 +132,8 @@ def shown_numbers(observations: Sequence[Observation]) -> list[int]:
         if seen.instant is not None:
             recordings.setdefault(seen.instant.recording, []).append(number)
     for own in recordings.values():
-        places = np.linspace(0, len(own) - 1, min(_FRAMES_SHOWN, len(own))).round()
-        shown += [own[int(place)] for place in places]
+        indices = np.linspace(0, len(own) - 1, min(_FRAMES_SHOWN, len(own))).round()
+        shown += [own[int(index)] for index in indices]
     return sorted(shown)
 
 
@@ -167,12 +167,12 @@ class _Comparers:
         depth[window] = self._comparers[number].read(trace, sensor)
         residual[window] = comparison.difference
         faces[window], counted[window] = trace.faces, comparison.counted
-        shares = self._comparers[number].measured_shares(view, sensor)
-        beside = shares.beside.repeat(shares.stride, 0).repeat(shares.stride, 1)
+        fractions = self._comparers[number].measured_fractions(view, sensor)
+        beside = fractions.beside.repeat(fractions.stride, 0).repeat(fractions.stride, 1)
         beside = beside[: shape[0], : shape[1]]
         outline = trace.outline
         edge = comparison.edge
-        found = np.searchsorted(outline.pieces, edge.places)
+        found = np.searchsorted(outline.segments, edge.indices)
         pixels = edge.values / comparison.edge_scale
         points = outline.points[found, :2] + pixels[:, None] * outline.normals[found]
         edges = self._model.tracers[number].edge_vertices

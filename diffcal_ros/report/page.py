@@ -26,7 +26,7 @@ from diffcal_ros.report.figure_png import figure_html
 from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
 from diffcal_ros.report.naming import is_material, shown, title
 from diffcal_ros.report.observed_view import observed_views, ObservedView
-from diffcal_ros.report.page_style import STYLE
+from diffcal_ros.report.page_style import document
 from diffcal_ros.report.page_tables import (
     correlation_table,
     details_table,
@@ -84,13 +84,8 @@ def write_report(
         effective_section(result),
         _inputs(calibration, result),
     ]
-    page = (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<title>{name}: calibration</title>\n<style>{STYLE}</style>\n</head>\n'
-        f'<body>\n<main>\n{"".join(sections)}</main>\n</body>\n</html>\n'
-    )
-    write_text_atomically(path, page)
+    title = f'{calibration.scene.name}: calibration'
+    write_text_atomically(path, document(title, ''.join(sections)))
 
 
 def _headline(name: str, result: CalibrationResult) -> str:

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report's style sheet: no fonts, pictures or scripts from elsewhere."""
 
-STYLE = """
+from html import escape
+
+_STYLE = """
 :root { color-scheme: light; --ink: #111827; --soft: #4b5563; --line: #e5e7eb;
         --page: #f8fafc; --card: #ffffff; --good: #166534; --care: #92400e; --bad: #991b1b; }
 * { box-sizing: border-box; }
@@ -51,3 +53,18 @@ details { margin: .6rem 0; } summary { cursor: pointer; color: var(--soft); }
 @media print { body { background: #fff; } figure, .card { break-inside: avoid; }
                details > * { display: revert; } }
 """
+
+
+def document(title: str, body: str) -> str:
+    """Return a page that needs nothing else.
+
+    Args:
+        title: of the page, plain text.
+        body: what stands in it, HTML.
+    """
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<title>{escape(title, quote=False)}</title>\n<style>{_STYLE}</style>\n</head>\n'
+        f'<body>\n<main>\n{body}</main>\n</body>\n</html>\n'
+    )

@@ -28,10 +28,10 @@ def plain(value: float, unit: str = '') -> str:
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], *, first_number: int = 1) -> str:
     """Write a table of ready HTML cells; columns from `first_number` on hold numbers."""
-    head = ''.join(_cell('th', cell, place >= first_number) for place, cell in enumerate(header))
+    head = ''.join(_cell('th', cell, index >= first_number) for index, cell in enumerate(header))
     body = ''.join(
         '<tr>'
-        + ''.join(_cell('td', cell, place >= first_number) for place, cell in enumerate(row))
+        + ''.join(_cell('td', cell, index >= first_number) for index, cell in enumerate(row))
         + '</tr>'
         for row in rows
     )
@@ -99,14 +99,14 @@ def _prior(parameter: Parameter) -> str:
 
 def correlation_table(result: CalibrationResult) -> str:
     """Write the correlations of the asked-for parameters as a heat map with numbers."""
-    places = [place for place, p in enumerate(result.parameters) if not p.is_nuisance]
-    if len(places) < 2 or result.correlation.size == 0:
+    indices = [index for index, p in enumerate(result.parameters) if not p.is_nuisance]
+    if len(indices) < 2 or result.correlation.size == 0:
         return ''
-    names = [escape(title(result.parameters[place].name)) for place in places]
+    names = [escape(title(result.parameters[index].name)) for index in indices]
     head = '<tr><th></th>' + ''.join(f'<th class=number>{k + 1}</th>' for k in range(len(names)))
     rows = []
-    for number, place in enumerate(places):
-        cells = ''.join(_heat(float(result.correlation[place, other])) for other in places)
+    for number, index in enumerate(indices):
+        cells = ''.join(_heat(float(result.correlation[index, other])) for other in indices)
         rows.append(f'<tr><th>{number + 1}&ensp;{names[number]}</th>{cells}</tr>')
     return f'<div class="wide"><table class="heat">{head}</tr>{"".join(rows)}</table></div>'
 
@@ -155,7 +155,7 @@ def _flat(value: Any, key: str) -> list[tuple[str, str]]:
         ]
         return [pair for group in pairs for pair in group]
     if isinstance(value, (list, tuple)) and any(isinstance(item, Mapping) for item in value):
-        pairs = [_flat(item, f'{key}[{place}]') for place, item in enumerate(value)]
+        pairs = [_flat(item, f'{key}[{index}]') for index, item in enumerate(value)]
         return [pair for group in pairs for pair in group]
     if isinstance(value, (list, tuple)):
         return [(key, ', '.join(str(item) for item in value))]

@@ -65,9 +65,9 @@ def error_map() -> Any:
 def correlation_color(value: float) -> tuple[str, str]:
     """Return background and text colour of a correlation."""
     end = _FAR if value > 0.0 else _NEAR
-    share = min(abs(value), 1.0)
+    fraction = min(abs(value), 1.0)
     mixed = [
-        round((1.0 - share) * int(_MIDDLE[k : k + 2], 16) + share * int(end[k : k + 2], 16))
+        round((1.0 - fraction) * int(_MIDDLE[k : k + 2], 16) + fraction * int(end[k : k + 2], 16))
         for k in (1, 3, 5)
     ]
     red, green, blue = mixed

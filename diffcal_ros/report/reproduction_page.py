@@ -11,7 +11,7 @@ from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.report.figure_png import data_uri, png_bytes
 from diffcal_ros.report.naming import shown, title
-from diffcal_ros.report.page_style import STYLE
+from diffcal_ros.report.page_style import document
 from diffcal_ros.report.page_tables import number_text, plain, table
 from diffcal_ros.report.spread_figure import spread_figure
 from diffcal_ros.reproduction.row import Row
@@ -35,6 +35,7 @@ _HEAD = (
 )
 _SIZES = ('median_mm', 'rms_mm')
 _ROUNDING = 1e-9
+_TITLE = "The paper's experiments"
 _ABOUT = (
     'Every fit starts from random values, the same in every run. The gap is |measured − '
     'simulated| on the pixels of the body, in the middle over the starts. Losses can be compared '
@@ -54,15 +55,11 @@ def write_reproduction_page(path: Path, rows: Sequence[tuple[Row, list[Summary]]
         InputError: when the file cannot be written.
     """
     body = ''.join(_section(row, summaries) for row, summaries in rows)
-    page = (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>The paper's experiments</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        "<main>\n<h1>The paper's experiments</h1>\n"
-        f'<p class="soft">diffcal {escape(__version__)}. {_ABOUT}</p>\n'
-        f'{_overview(rows)}\n{body}</main>\n</body>\n</html>\n'
+    head = (
+        f'<h1>{_TITLE}</h1>\n<p class="soft">diffcal {escape(__version__)}. {_ABOUT}</p>\n'
+        f'{_overview(rows)}\n'
     )
-    write_text_atomically(path, page)
+    write_text_atomically(path, document(_TITLE, head + body))
 
 
 def _overview(rows: Sequence[tuple[Row, list[Summary]]]) -> str:

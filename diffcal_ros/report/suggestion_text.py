@@ -13,8 +13,8 @@ def suggestion_text(suggestion: Suggestion) -> str:
     """Write the ranking, the best candidate in a sentence before it."""
     rows = [('now', _errors(suggestion, suggestion.now))]
     rows += [
-        (f'{place}.', f'{one.words}: {_errors(suggestion, one)}; {one.bits:.2f} bit')
-        for place, one in enumerate(suggestion.ranked, start=1)
+        (f'{rank}.', f'{one.words}: {_errors(suggestion, one)}; {one.bits:.2f} bit')
+        for rank, one in enumerate(suggestion.ranked, start=1)
     ]
     rows += [('left out', f'{one.words}: {one.reason}') for one in suggestion.refused]
     rows.append(

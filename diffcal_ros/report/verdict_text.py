@@ -75,7 +75,7 @@ def _gap_line(diagnosis: Diagnosis) -> str:
     return _line(
         _WORDS[diagnosis.verdict],
         f'held-out RMS {gap.nominal:.2f} mm; floor {gap.floor_sensor:.2f} mm sensor, '
-        f'{gap.floor_numerics:.2f} mm mesh ({chance}, {diagnosis.evidence}); largest '
+        f'{gap.floor_numerics:.2f} mm mesh ({chance}, {diagnosis.evidence.value}); largest '
         f'{diagnosis.where}{swing}',
     )
 

@@ -30,7 +30,7 @@ def run_row(
     *,
     starts: int,
     draw: Draw,
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Fit every variant from every start that is not done.
 
@@ -40,7 +40,7 @@ def run_row(
         out: folder of all experiments.
         starts: of each variant that does not want fewer.
         draw: draws start and end of the first start's fit into a file.
-        tell: told what is being done.
+        report: called with what is being done.
 
     Raises:
         InputError: when an experiment's data are missing or wrong.
@@ -49,13 +49,13 @@ def run_row(
         files = start_files(row, variant, out, starts)
         left = [n for n, path in enumerate(files) if not is_done(path, variant, row.name)]
         if not left:
-            tell(f'{row.name}, {variant.name}: done before')
+            report(f'{row.name}, {variant.name}: done before')
             continue
-        tell(f'{row.name}, {variant.name}: opening')
+        report(f'{row.name}, {variant.name}: opening')
         inputs = open_members(variant, dataset, files[0].parent)
         for number in left:
             _fit(row, variant, inputs, number, files[number], draw)
-            tell(f'{row.name}, {variant.name}: start {number + 1} of {len(files)}')
+            report(f'{row.name}, {variant.name}: start {number + 1} of {len(files)}')
 
 
 def _fit(

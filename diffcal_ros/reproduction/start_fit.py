@@ -104,15 +104,15 @@ def start_coordinates(
     """Draw a start within the variant's ranges and the parameters' bounds, shape (k,)."""
     coordinates = parameters.start()
     lower, upper = parameters.bounds()
-    for place, parameter in enumerate(parameters):
+    for index, parameter in enumerate(parameters):
         limits = variant.start.get(
             parameter.name, variant.start.get(parameter.name.partition('.')[0])
         )
         # Every parameter takes a number, so that what one draws does not change the others'.
-        share = random.uniform()
+        fraction = random.uniform()
         if limits is not None:
             low, high = (parameter.coordinate(float(end)) for end in limits)
-            coordinates[place] = low + share * (high - low)
+            coordinates[index] = low + fraction * (high - low)
     return np.clip(coordinates, lower, upper)
 
 

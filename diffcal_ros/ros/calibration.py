@@ -14,7 +14,13 @@ from diffcal_ros.live.fit_task import FitEnd, FitStep
 from diffcal_ros.live.fit_words import result_words
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.node_words import for_nodes
-from diffcal_ros.live.save import ReportWritten, save_numbers, save_report
+from diffcal_ros.live.save import (
+    check_folder,
+    make_folder,
+    ReportWritten,
+    save_numbers,
+    save_report,
+)
 from diffcal_ros.live.session import Session
 from diffcal_ros.live.session_check import check_settings
 from diffcal_ros.live.session_health import session_health
@@ -23,6 +29,7 @@ from diffcal_ros.ros.calibration_inputs import CalibrationInputs
 from diffcal_ros.ros.calibration_outputs import CalibrationOutputs, FrameNames
 from diffcal_ros.ros.calibration_parameters import session_settings, SETTINGS
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter
+from diffcal_ros.ros.frame_sender import check_frame_names
 from diffcal_ros.ros.lifecycle_words import Stand
 from diffcal_ros.ros.parameters import Parameters, Values
 from diffcal_ros.ros.tracking_relay import relay_tracking
@@ -144,12 +151,15 @@ class CalibrationNode(LifecycleNode):
 
     def _check(self, values: Values) -> None:
         session_settings(values)
+        check_frame_names(values['world_frame'], values['body_frame'])
 
     def _check_change(self, old: Values, new: Values) -> None:
         """Refuse what could not be gone on with."""
         if self._stand is Stand.FINALIZED:
             raise InputError(self._stand.words(self.get_fully_qualified_name()))
         settings = session_settings(new)
+        if new['out'] != old['out']:
+            check_folder(user_path(new['out']).resolve())
         if new['scene'] != old['scene']:
             check_settings(_scene_of(new), settings)
         elif self._session is not None:
@@ -208,32 +218,32 @@ class CalibrationNode(LifecycleNode):
                 self._end_diagnosis(event)
             elif self._session is not None:
                 self._session.handle(event, self._steady.now().nanoseconds)
-                self._tell(event)
+                self._publish(event)
         events = self._follower.events()
         if self._session is not None and self._outputs is not None:
             logger = self.get_logger()
             relay_tracking(events, self._session, self._outputs, self._steady, logger)
 
-    def _tell(self, event: Any) -> None:
+    def _publish(self, event: Any) -> None:
         if self._outputs is None or self._session is None:
             return
         if isinstance(event, FitStep):
-            self._outputs.tell_step(self._session.scene, event)
+            self._outputs.publish_step(self._session.scene, event)
         elif isinstance(event, FitEnd):
-            self._outputs.tell_end(self._session.scene, event)
-            self._tell_notes(event)
-            self._tell_outcome(event)
-            self._tell_swing(event)
+            self._outputs.publish_end(self._session.scene, event)
+            self._log_notes(event)
+            self._log_outcome(event)
+            self._publish_swing(event)
             self._reporter.report()
 
-    def _tell_notes(self, end: FitEnd) -> None:
+    def _log_notes(self, end: FitEnd) -> None:
         """Log what a person should know of a fit's inputs, once."""
         for note in end.result.details.get('notes', ()):
             if note not in self._told:
                 self._told.add(note)
                 self.get_logger().info(f'note: {note}')
 
-    def _tell_outcome(self, end: FitEnd) -> None:
+    def _log_outcome(self, end: FitEnd) -> None:
         """Log a fit that succeeded; of window after window the first, and one after a failure."""
         outcome, before = end.result.outcome, self._last_outcome
         self._last_outcome = outcome
@@ -242,8 +252,8 @@ class CalibrationNode(LifecycleNode):
         if outcome.is_fitted and not is_one_of_many:
             self.get_logger().info(f'the fit {result_words(end.result)}')
 
-    def _tell_swing(self, end: FitEnd) -> None:
-        """Tell a change of the body that the last swing showed."""
+    def _publish_swing(self, end: FitEnd) -> None:
+        """Publish a change of the body that the last swing showed."""
         assert self._session is not None
         assert self._outputs is not None
         swings = self._session.swings
@@ -251,7 +261,7 @@ class CalibrationNode(LifecycleNode):
         newest = end.request.snapshots[-1].newest
         if swings is not None and change is not None and change.stamp_ns == newest.stamp_ns:
             self.get_logger().warning(f'the body changed {in_words(change)}')
-            self._outputs.tell_change(change, swings.change_count, newest.frame_id)
+            self._outputs.publish_change(change, swings.change_count, newest.frame_id)
 
     def _examine(self) -> dict[str, Health]:
         if self._session is None:
@@ -328,6 +338,7 @@ class CalibrationNode(LifecycleNode):
         if end is None:
             raise InputError('no fit has come to its end yet: there is nothing to diagnose')
         seen, folder = end.request, self._diagnosis_folder()
+        make_folder(folder)
         self._diagnosis = 'begun'
         self._background.submit(
             lambda post, stop: run_diagnosis(
@@ -344,7 +355,7 @@ class CalibrationNode(LifecycleNode):
         self._diagnosis = f'{end.diagnosis.verdict.value}, in {end.folder}'
         self.get_logger().info(f'diagnosis: {self._diagnosis}')
         if self._outputs is not None:
-            self._outputs.tell_verdict(end.diagnosis, end.stamp_ns, end.frame_id)
+            self._outputs.publish_verdict(end.diagnosis, end.stamp_ns, end.frame_id)
 
     def _accept(self) -> str:
         self._required()

@@ -86,8 +86,8 @@ class CalibrationInputs:
         now = self._steady.now().nanoseconds
         values = self._meter.figures(now, self._node.get_clock().now().nanoseconds)
         newest = self._session.window.newest
-        share = 'none yet' if newest is None else f'{newest.valid_fraction:.3f}'
-        values['valid pixels [share]'] = share
+        fraction = 'none yet' if newest is None else f'{newest.valid_fraction:.3f}'
+        values['valid pixels [share]'] = fraction
         values['frames in the window'] = str(len(self._session.window.frames))
         trouble = self._meter.trouble(now, 'depth images')
         if trouble is not None:

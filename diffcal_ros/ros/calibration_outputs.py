@@ -80,38 +80,38 @@ class CalibrationOutputs:
         self._verdict = self._publisher(DiagnosticArray, '~/verdict', LATCHED)
         self._numbers: dict[str, Any] = {}
 
-    def tell_step(self, scene: Scene, step: FitStep) -> None:
+    def publish_step(self, scene: Scene, step: FitStep) -> None:
         """Publish what is known after a step; standard errors are NaN until the end."""
-        self._tell_numbers(step.parameters)
+        self._publish_parameters(step.parameters)
         self._estimates.publish(
             estimates_message(scene, step.parameters, step.record, None, _header(step.picture))
         )
-        self.tell_picture(step.picture)
+        self.publish_picture(step.picture)
 
-    def tell_end(self, scene: Scene, end: FitEnd) -> None:
+    def publish_end(self, scene: Scene, end: FitEnd) -> None:
         """Publish the result."""
         result = end.result
-        self._tell_numbers(result.parameters)
+        self._publish_parameters(result.parameters)
         self._estimates.publish(
             estimates_message(
                 scene, result.parameters, result.history[-1], result, _header(end.picture)
             )
         )
         self._covariance.publish(covariance_message(result.parameters, result.correlation))
-        self._tell_frames(end.frames, end.picture.stamp_ns, end.picture.frame_id)
-        self.tell_picture(end.picture)
+        self._publish_frames(end.frames, end.picture.stamp_ns, end.picture.frame_id)
+        self.publish_picture(end.picture)
 
-    def tell_tracked(self, scene: Scene, tracking: Tracking, step: TrackStep) -> None:
+    def publish_tracked(self, scene: Scene, tracking: Tracking, step: TrackStep) -> None:
         """Publish what is known after a frame."""
         tracked = step.tracked
-        self._tell_numbers(tracked.parameters)
+        self._publish_parameters(tracked.parameters)
         self._estimates.publish(
             tracked_message(scene, step, tracking.change, tracking.change_count)
         )
         self._covariance.publish(covariance_message(tracked.parameters, tracked.correlation))
-        self._tell_frames(step.frames, tracked.stamp_ns, step.frame_id)
+        self._publish_frames(step.frames, tracked.stamp_ns, step.frame_id)
 
-    def tell_change(self, change: BodyChange, count: int, frame_id: str) -> None:
+    def publish_change(self, change: BodyChange, count: int, frame_id: str) -> None:
         """Publish a change of the body; the last one stays."""
         self._change.publish(change_message(change, count, frame_id))
 
@@ -121,7 +121,7 @@ class CalibrationOutputs:
         senders = (self._rendered, self._residual, self._mesh)
         return any(sender.get_subscription_count() for sender in senders)
 
-    def tell_verdict(self, diagnosis: Diagnosis, time_ns: int, frame_id: str) -> None:
+    def publish_verdict(self, diagnosis: Diagnosis, time_ns: int, frame_id: str) -> None:
         """Publish a verdict."""
         self._verdict.publish(verdict_message(diagnosis, header_message(time_ns, frame_id)))
 
@@ -134,7 +134,7 @@ class CalibrationOutputs:
         for publisher in [*fixed, *self._numbers.values()]:
             self._node.destroy_lifecycle_publisher(publisher)
 
-    def _tell_frames(self, frames: BodyFrames, time_ns: int, depth_frame: str) -> None:
+    def _publish_frames(self, frames: BodyFrames, time_ns: int, depth_frame: str) -> None:
         if self._frames is None:
             return
         names = self._names()
@@ -149,7 +149,7 @@ class CalibrationOutputs:
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
-    def _tell_numbers(self, parameters: tuple[FittedParameter, ...]) -> None:
+    def _publish_parameters(self, parameters: tuple[FittedParameter, ...]) -> None:
         for parameter in parameters:
             if parameter.is_nuisance:
                 continue
@@ -166,7 +166,7 @@ class CalibrationOutputs:
             self._numbers[topic] = publisher
         return self._numbers[topic]
 
-    def tell_picture(self, picture: Picture) -> None:
+    def publish_picture(self, picture: Picture) -> None:
         """Publish what the model sees."""
         time_ns, frame_id = picture.stamp_ns, picture.frame_id
         info = camera_info_message(picture.camera, time_ns=time_ns, frame_id=frame_id)

@@ -85,9 +85,9 @@ SETTINGS = (
     Setting(
         'world_frame',
         'scene_world',
-        "the scene's world in TF, unless its pose has a world_frame",
+        "the scene's world in TF, unless its pose has a world_frame; empty: not sent",
     ),
-    Setting('body_frame', 'body', "the mesh file's own axes in TF"),
+    Setting('body_frame', 'body', "the mesh file's own axes in TF; empty: not sent"),
     Setting('out', 'diffcal_result', 'folder that ~/save writes to'),
 )
 

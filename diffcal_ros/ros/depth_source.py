@@ -50,8 +50,8 @@ SETTINGS = (
     Setting(
         'publish_tf',
         True,
-        "send a recording's /tf_static, or depth_from_color where it is given, to TF, unless "
-        'another node tells of these frames',
+        "send a recording's /tf and /tf_static, or depth_from_color where it is given, to TF, "
+        'unless another node tells of these frames',
         is_read_only=True,
     ),
     Setting(
@@ -124,8 +124,11 @@ class DepthSourceNode(Node):
         )
 
     def publish(self, message: ReplayMessage) -> None:
-        """Send a message of the recording as it is."""
-        if self.context.ok():
+        """Send a message of the recording as it is; of transforms those that nobody else sends."""
+        if message.role is Role.FRAMES:
+            if self._frames is not None:
+                self._frames.pass_on(message.data)
+        elif self.context.ok():
             self._senders[message.role].publish(message.data)
 
     def tick(self, time_ns: int) -> None:

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Transforms to TF, of frames that nobody else tells of."""
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Sequence
 import threading
 from typing import Any
 
-from diffcal_ros.ros.conversion import header_message, transform_message
+from diffcal_ros.errors import InputError
+from diffcal_ros.ros.conversion import header_message, transform_matrix, transform_message
 from geometry_msgs.msg import TransformStamped
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
 
 FloatArray = NDArray[np.float64]
 
@@ -22,6 +25,8 @@ TF, TF_STATIC = '/tf', '/tf_static'
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _HEARD = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _QUEUE = 100
+# Transforms of the first second that are sent when it is over: ten frames at 100 Hz.
+_KEPT = 1000
 # So long it listens at least before it says anything, to learn what others tell [s].
 _LISTENS = 1.0
 
@@ -44,6 +49,7 @@ class FrameSender:
         self._refused: set[str] = set()
         self._still: dict[str, TransformStamped] = {}
         self._waiting: dict[str, TransformStamped] = {}
+        self._early: deque[TransformStamped] = deque(maxlen=_KEPT)
         # A replay sends from its own thread.
         self._lock = threading.RLock()
         try:
@@ -65,12 +71,13 @@ class FrameSender:
 
     def send(self, time_ns: int, parent: str, child: str, parent_from_child: FloatArray) -> None:
         """Send where a frame is at a time [ns]; one without a name is left out."""
-        with self._lock:
-            if self._is_early() or not self._may_send(parent, child):
-                return
-            stamped = _stamped(time_ns, parent, child, parent_from_child)
-            if self._node.context.ok():
-                self._moving.publish(self._kind(transforms=[stamped]))
+        self._send_moving([_stamped(time_ns, parent, child, parent_from_child)])
+
+    def pass_on(self, message: bytes) -> None:
+        """Send what a recorded TFMessage, serialised, has of frames that nobody else tells of."""
+        if self._kind is not None:
+            stamped = deserialize_message(message, self._kind).transforms
+            self._send_moving([one for one in stamped if _is_usable(one)])
 
     def send_still(self, time_ns: int, transforms: Iterable[tuple[str, str, FloatArray]]) -> None:
         """Send what does not change: parent, child and parent_from_child (4, 4) of each."""
@@ -89,8 +96,23 @@ class FrameSender:
             self._node.destroy_timer(self._timer)
             self._kind = None
 
+    def _send_moving(self, transforms: Sequence[TransformStamped]) -> None:
+        with self._lock:
+            self._early.extend(transforms)
+            if self._is_early() or not self._early:
+                return
+            sent = [
+                one
+                for one in self._early
+                if self._may_send(one.header.frame_id, one.child_frame_id)
+            ]
+            self._early.clear()
+            if sent and self._node.context.ok():
+                self._moving.publish(self._kind(transforms=sent))
+
     def _look_after(self) -> None:
         self._send_waiting()
+        self._send_moving(())
         with self._lock:
             if self._own and len(self._listeners) > 1:
                 self._node.destroy_subscription(self._listeners.pop())
@@ -144,11 +166,36 @@ class FrameSender:
                     self._heard[stamped.child_frame_id] = stamped.header.frame_id
 
 
+def check_frame_names(*names: str) -> None:
+    """Look whether frames may be called so in TF; an empty name is one that is not sent.
+
+    Raises:
+        InputError: when tf2 would refuse a name, or two frames have the same.
+    """
+    given = [name for name in names if name]
+    for name in given:
+        if name.startswith('/') or name != name.strip():
+            raise InputError(
+                f'{name!r} is no name of a frame: leave out the / or spaces around it'
+            )
+    if len(set(given)) < len(given):
+        raise InputError(f'two frames are called {given[0]!r}: give each a name of its own')
+
+
+def _is_usable(stamped: TransformStamped) -> bool:
+    """Tell whether there is a rotation in it: every listener would complain of another."""
+    try:
+        transform_matrix(stamped.transform)
+    except ValueError:
+        return False
+    return True
+
+
 def _stamped(
     time_ns: int, parent: str, child: str, parent_from_child: FloatArray
 ) -> TransformStamped:
     return TransformStamped(
-        header=header_message(time_ns, parent),
-        child_frame_id=child,
+        header=header_message(time_ns, parent.lstrip('/')),
+        child_frame_id=child.lstrip('/'),
         transform=transform_message(parent_from_child),
     )

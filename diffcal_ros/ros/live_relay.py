@@ -76,7 +76,7 @@ class LiveRelay:
 
     def health(self) -> dict[str, Health]:
         """Return how each stream of images is; sends the transform once it is known."""
-        self._tell_transform()
+        self._report_transform()
         self._look_for_packed()
         parts = {
             'live depth': self._stream_health(Role.DEPTH, is_needed=True),
@@ -171,7 +171,7 @@ class LiveRelay:
             return Health(*trouble, values)
         return Health(Level.OK, f'{values["input rate [Hz]"]} images a second', values)
 
-    def _tell_transform(self) -> None:
+    def _report_transform(self) -> None:
         depth, color = self._frames.get(Role.DEPTH), self._frames.get(Role.COLOR)
         if self._has_sent or depth is None or color is None:
             return

@@ -38,7 +38,7 @@ from diffcal_ros.ros.conversion import (
     transform_matrix,
 )
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter
-from diffcal_ros.ros.frame_sender import FrameSender
+from diffcal_ros.ros.frame_sender import check_frame_names, FrameSender
 from diffcal_ros.ros.parameters import Parameters, Setting, Values
 from diffcal_ros.ros.qos import IMAGES, VALUES
 from diffcal_ros.scene.load import load_scene
@@ -90,7 +90,7 @@ SETTINGS = (
         'send the pose to TF, unless another node tells of that frame',
         is_read_only=True,
     ),
-    Setting('marker_frame', 'marker', 'name of the frame that is sent to TF'),
+    Setting('marker_frame', 'marker', 'name of the frame that is sent to TF; empty: not sent'),
 )
 
 
@@ -105,7 +105,9 @@ class MarkerPoseNode(Node):
         self._meter = StreamMeter()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._next_ns = 0
-        self._settings = Parameters(self, SETTINGS, check_change=_check_change, act=self._changed)
+        self._settings = Parameters(
+            self, SETTINGS, check=_check, check_change=_check_change, act=self._changed
+        )
         unused = _unused(self._settings.values)
         if unused:
             self.get_logger().warning(f'{", ".join(unused)} not used: {_SCENE_FIRST}')
@@ -279,6 +281,10 @@ def _unused(values: Values) -> list[str]:
     if not values['scene']:
         return []
     return [n for n in usual if n.startswith(_OF_MARKER) and values[n] != usual[n]]
+
+
+def _check(values: Values) -> None:
+    check_frame_names(values['marker_frame'])
 
 
 def _check_change(old: Values, new: Values) -> None:

@@ -13,6 +13,7 @@ EXIT_DONE = 0
 EXIT_BAD_INPUT = 2
 # What neither ROS nor apt brings in the versions that are needed (requirements.txt).
 PIP_PACKAGES = (
+    'joblib',
     'lz4',
     'mcap',
     'meshio',
@@ -44,13 +45,28 @@ def run_node(module: str, name: str, arguments: Sequence[str] | None = None) -> 
     except ModuleNotFoundError as error:
         print(missing_package(error.name or str(error)), file=sys.stderr)
         return EXIT_BAD_INPUT
+    # A report's pictures go to files: what is stated for windows need not be there.
+    os.environ.pop('MPLBACKEND', None)
     # rclpy ends the context on SIGINT; a KeyboardInterrupt besides could strike anywhere.
     signal.signal(signal.SIGINT, lambda *_: None)
-    rclpy.init(args=arguments)
+    try:
+        rclpy.init(args=arguments)
+    except RuntimeError as error:
+        print(_not_started(error), file=sys.stderr)
+        return EXIT_BAD_INPUT
     try:
         return _spin(make)
     finally:
         rclpy.try_shutdown()
+
+
+def _not_started(error: RuntimeError) -> str:
+    """Say what may be the cause where ROS itself gives up; where in its source is left out."""
+    reason = str(error).partition(', at /')[0]
+    return (
+        f'ROS cannot be started ({reason}): check what follows --ros-args, and ROS_DOMAIN_ID '
+        '(0 to 101), ROS_LOG_DIR and RMW_IMPLEMENTATION in the environment'
+    )
 
 
 def missing_package(module: str) -> str:
@@ -70,12 +86,16 @@ def missing_package(module: str) -> str:
 def _spin(make: Any) -> int:
     from diffcal_ros.errors import InputError
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.impl.implementation_singleton import rclpy_implementation
     from rclpy.logging import get_logger
 
     try:
         node = make()
     except InputError as error:
         get_logger('diffcal_ros').fatal(str(error))
+        return EXIT_BAD_INPUT
+    except rclpy_implementation.RCLError as error:
+        get_logger('diffcal_ros').fatal(_not_started(error))
         return EXIT_BAD_INPUT
     except ExternalShutdownException:
         return EXIT_DONE

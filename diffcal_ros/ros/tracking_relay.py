@@ -43,9 +43,9 @@ def relay_tracking(
         change = event.tracked.change
         if change is not None:
             logger.warning(f'the body changed {in_words(change)}')
-            outputs.tell_change(change, tracking.change_count, event.frame_id)
+            outputs.publish_change(change, tracking.change_count, event.frame_id)
     if newest is not None and session.tracking is not None:
-        outputs.tell_tracked(session.scene, session.tracking, newest)
+        outputs.publish_tracked(session.scene, session.tracking, newest)
         session.tracking.told(newest, steady.now().nanoseconds)
     if picture is not None:
-        outputs.tell_picture(picture)
+        outputs.publish_picture(picture)

@@ -36,7 +36,7 @@ def _whole(diagnosis: Diagnosis) -> Health:
         verdict_lines(diagnosis)[0],
         {
             'verdict': diagnosis.verdict.value,
-            'evidence': diagnosis.evidence,
+            'evidence': diagnosis.evidence.value,
             'p_value': f'{diagnosis.p_value:.3g}',
             'effects': ', '.join(e.identifier for e in diagnosis.effects),
             'ambiguity_set': ', '.join(diagnosis.ambiguity_set),

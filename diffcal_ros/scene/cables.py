@@ -112,7 +112,7 @@ def _read_via_points(section: Section) -> FloatArray | None:
         return None
     value = section.raw('via')
     points = [finite_numbers(item, 3) for item in value] if isinstance(value, list) else [None]
-    wrong = [place for place, point in enumerate(points) if point is None]
+    wrong = [index for index, point in enumerate(points) if point is None]
     if wrong:
         item = value[wrong[0]] if isinstance(value, list) else value
         section.problems.add(section.at(f'via[{wrong[0]}]'), f'is {shown(item)}: {_VIA}')

@@ -57,17 +57,17 @@ def _cut(path: Path, edge_length: float | None) -> tuple[FloatArray, IntArray]:
     surface = read_closed_surface(path)
     tetrahedralize = _tetrahedralize(path)
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
-    share = 1.0 / _EDGES_PER_DIAGONAL if edge_length is None else edge_length / diagonal
-    if not 1.0 / _MOST_EDGES_PER_DIAGONAL <= share <= 1.0:
+    fraction = 1.0 / _EDGES_PER_DIAGONAL if edge_length is None else edge_length / diagonal
+    if not 1.0 / _MOST_EDGES_PER_DIAGONAL <= fraction <= 1.0:
         raise InputError(
-            f'edge_length is {share:.3g} of the size of {path.name}: give it in metres, '
+            f'edge_length is {fraction:.3g} of the size of {path.name}: give it in metres, '
             f'between {1.0 / _MOST_EDGES_PER_DIAGONAL:g} and 1 of the diagonal'
         )
     with _working_elsewhere():
         positions, tets = tetrahedralize(
             np.asarray(surface.vertices, dtype=np.float64),
             np.asarray(surface.faces, dtype=np.int32),
-            edge_length_fac=share,
+            edge_length_fac=fraction,
         )
     return np.asarray(positions, dtype=np.float64), np.asarray(tets, dtype=np.int64)
 

@@ -29,14 +29,18 @@ class YamlDocument:
     lines: dict[str, int]
 
 
-def read_yaml(path: Path) -> YamlDocument:
+def read_yaml(path: Path, kind: str = 'scene') -> YamlDocument:
     """Read a file that holds one mapping.
+
+    Args:
+        path: the file.
+        kind: what it is, for messages.
 
     Raises:
         SceneError: when there is no such file, it is not YAML, it is larger than a scene can
             be, or a key stands in it twice.
     """
-    text = _read_text(path)
+    text = read_text(path, kind)
     try:
         # The pure Python loader: the C one crashes the interpreter on very deep nesting.
         loader = yaml.SafeLoader(text)
@@ -49,14 +53,14 @@ def read_yaml(path: Path) -> YamlDocument:
     except yaml.YAMLError as error:
         raise SceneError(_syntax_sentence(path, error)) from error
     except RecursionError as error:
-        raise SceneError(f'{path} is nested too deeply: give a scene file') from error
+        raise SceneError(f'{path} is nested too deeply: give a {kind} file') from error
     except _MISFITS as error:
         raise SceneError(
             f'{path} holds a value that YAML cannot read ({error}): put texts in quotes'
         ) from error
     if root is None or not isinstance(content, dict):
         given = 'empty' if content is None else f'a {type(content).__name__}, not a mapping'
-        raise SceneError(f'{path} is {given}: a scene file starts with `format: 1`')
+        raise SceneError(f'{path} is {given}: a {kind} file starts with `format: 1`')
     lines: dict[str, int] = {}
     repeated = list(_walk(root, '', lines, set()))
     if repeated:
@@ -64,20 +68,25 @@ def read_yaml(path: Path) -> YamlDocument:
     return YamlDocument(content, lines)
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: Path, kind: str = 'scene') -> str:
+    """Read a text file; see `read_yaml`.
+
+    Raises:
+        SceneError: when it is not there, is too large, or is no text in UTF-8.
+    """
+    made = ', or make one with `diffcal import`' if kind == 'scene' else ''
     try:
         require_plain_file(path, MOST_BYTES)
         return path.read_text(encoding='utf-8')
     except InputError as error:
         raise SceneError(str(error)) from error
     except FileNotFoundError as error:
-        raise SceneError(
-            f'there is no scene file {path}: check the path, or make one with `diffcal import`'
-        ) from error
+        raise SceneError(f'there is no {kind} file {path}: check the path{made}') from error
     except OSError as error:
         raise SceneError(f'{path} cannot be read ({error.strerror}): check its rights') from error
     except UnicodeDecodeError as error:
-        raise SceneError(f'{path} is no text file: a scene is YAML in UTF-8') from error
+        form = 'CSV' if path.suffix.lower() == '.csv' else 'YAML'
+        raise SceneError(f'{path} is no text file: a {kind} is {form} in UTF-8') from error
 
 
 def _syntax_sentence(path: Path, error: yaml.YAMLError) -> str:

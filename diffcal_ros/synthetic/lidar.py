@@ -57,10 +57,10 @@ class LidarModel:
             size = getattr(self, name)
             if not 0.0 <= size < 1.0:
                 raise InputError(f"the sensor's {name} is {size:g}: give metres, 0 to 1")
-        shares = (self.flying_share, self.lost_share)
-        if min(shares) < 0.0 or sum(shares) > 1.0:
+        fractions = (self.flying_share, self.lost_share)
+        if min(fractions) < 0.0 or sum(fractions) > 1.0:
             raise InputError(
-                f'shares of flying and lost pixels are {shares[0]:g} and {shares[1]:g}: '
+                f'shares of flying and lost pixels are {fractions[0]:g} and {fractions[1]:g}: '
                 'give two numbers from 0 whose sum is at most 1'
             )
         if not 0.0 <= self.grazing_angle <= np.pi / 2:

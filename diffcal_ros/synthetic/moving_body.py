@@ -12,7 +12,8 @@ from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.synthetic.posed_body import PosedBody, start_material
+from diffcal_ros.scene.start_material import start_material
+from diffcal_ros.synthetic.posed_body import PosedBody
 import numpy as np
 from numpy.typing import NDArray
 

@@ -11,10 +11,9 @@ from diffcal_ros.effects.registry import Amplitudes
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.laws import find_law
-from diffcal_ros.material import Material
 from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.start_material import start_material
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,20 +46,6 @@ class PosedBody:
     def largest_displacement(self) -> float:
         """How far the node that moved most is from its place at rest [m]."""
         return float(np.linalg.norm(self.positions - self.rest, axis=1).max())
-
-
-def start_material(scene: Scene) -> Material:
-    """Return the material that the scene's start values describe."""
-    columns = {name: np.empty(scene.mesh.tet_count) for name in _CONSTANTS}
-    for region in scene.regions:
-        for name, column in columns.items():
-            column[region.tets] = getattr(region, name).start
-    if scene.relative_modulus is not None:
-        columns['youngs_modulus'] *= scene.relative_modulus
-    return Material(**columns, convention=scene.convention, shares=find_law(scene.law).SHARES)
-
-
-_CONSTANTS = ('youngs_modulus', 'poissons_ratio', 'density')
 
 
 def pose_body(

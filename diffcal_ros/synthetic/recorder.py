@@ -106,7 +106,7 @@ def record(
     settings: RecorderSettings | None = None,
     *,
     overwrite: bool = False,
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> SyntheticRecording:
     """Simulate a scene's start values and record what cameras would see.
 
@@ -116,7 +116,7 @@ def record(
             `truth.json`.
         settings: how to record.
         overwrite: replace a recording that is there.
-        tell: told what is being done.
+        report: called with what is being done.
 
     Raises:
         InputError: when the scene cannot be simulated or seen, or `out` cannot be written.
@@ -133,7 +133,7 @@ def record(
         true_scene = refined_scene(true_scene)
     films = []
     for setup in true_scene.observations:
-        tell(f'simulating {setup.name}, {true_scene.mesh.tet_count} tetrahedra')
+        report(f'simulating {setup.name}, {true_scene.mesh.tet_count} tetrahedra')
         films.append(_film(true_scene, setup, settings))
     rigs = [
         make_rig(true_scene, setup, film.first, settings.camera_position, film.positions)
@@ -149,7 +149,7 @@ def record(
         poses=_stored_poses(scene, rigs),
     )
     for number, rig in enumerate(rigs):
-        tell(f'filming {rig.name}, {settings.timing.frames} depth images')
+        report(f'filming {rig.name}, {settings.timing.frames} depth images')
         _write_bag(rig, films[number], bags[rig.name], settings, number, overwrite)
     write_files(scene, out)
     truth = out / 'truth.json'

@@ -25,7 +25,7 @@ tip = int(np.argmax(mesh.rest_positions.sum(axis=1)))
 sags = {}
 for law in (stable_neo_hookean, plain_neo_hookean):
     body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh), law=law)
-    material = Material(400e3 * ones, 0.45 * ones, 1080.0 * ones, shares=law.SHARES)
+    material = Material(400e3 * ones, 0.45 * ones, 1080.0 * ones, conversion=law.CONVERSION)
     positions = body.solve_equilibrium(material, GRAVITY).positions
     sags[law.__name__.rpartition('.')[2]] = float(mesh.rest_positions[tip, 1] - positions[tip, 1])
 

@@ -6,16 +6,16 @@
     psi = mu/2 (I_C - 3) - mu (J - 1) + kappa/2 (J - 1)^2
 
 with I_C = tr(F^T F) and J = det F. The second term frees the body at rest of stress. A small
-stretch measures Lame's mu = mu and lambda = kappa - mu, which is what SHARES says.
+stretch measures Lame's mu = mu and lambda = kappa - mu, which is what CONVERSION says.
 """
 
 from diffcal_ros.fem.laws.stable_neo_hookean import cofactor, cofactor_tangent
-from diffcal_ros.material import LameShares
+from diffcal_ros.material import LameConversion
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
-SHARES = LameShares(1.0, 1.0)  # mu is Lame's mu; kappa is lambda and once mu.
+CONVERSION = LameConversion(1.0, 1.0)  # mu is Lame's mu; kappa is lambda and once mu.
 TAKES_TURNING_STEPS = True
 
 
@@ -55,7 +55,7 @@ def stress_tangent(F: wp.mat33d, dF: wp.mat33d, mu: wp.float64, kappa: wp.float6
 
 
 @wp.func
-def stress_of_numbers(
+def stress_of_lame_parameters(
     F: wp.mat33d, mu: wp.float64, kappa: wp.float64, dmu: wp.float64, dkappa: wp.float64
 ):
     """Return the derivative of the stress along a change of (mu, kappa)."""

@@ -22,7 +22,7 @@ def _image(beyond: float) -> np.ndarray:
 def _distances(image, columns, *, outward=1.0, masked=None, reach=_REACH, tolerance=_TOLERANCE):
     count = len(columns)
     outline = Outline(
-        pieces=np.arange(count),
+        segments=np.arange(count),
         points=np.array([[column, 9.7, BODY] for column in columns]),
         normals=np.tile([outward, 0.0], (count, 1)),
         lengths=np.ones(count),

@@ -88,7 +88,7 @@ def test_depth_follows_the_sensor():
         moved = here.copy()
         moved[place] += 1e-4
         change = objective.comparisons(moved)[0].difference - comparison.difference
-        places = comparison.depth.places
+        places = comparison.depth.indices
         np.testing.assert_allclose(-change.ravel()[places], 1e-4 * jacobian[:, place], atol=1e-12)
     assert 0.2 < jacobian[:, 2].mean() < 0.8, 'both materials are in view'
 

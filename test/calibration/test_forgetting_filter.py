@@ -97,10 +97,10 @@ def test_usual_frames_weigh_as_their_age_says():
     pulls = Pulls(seed=1, share=0.3)
     innovation = Innovation()
     innovation.hold(pulls.gradient_covariance)
-    shares = np.array([innovation.least_share(pulls.draw()) for _ in range(3000)])
+    shares = np.array([innovation.least_fraction(pulls.draw()) for _ in range(3000)])
     # Chi-square of three directions exceeds 24 once in 40,000.
     assert np.count_nonzero(shares) <= 2
-    assert innovation.new_share == pytest.approx(0.3, rel=0.15)
+    assert innovation.new_fraction == pytest.approx(0.3, rel=0.15)
 
 
 def test_a_surprise_weighs_the_more_the_larger_it_is():
@@ -108,11 +108,11 @@ def test_a_surprise_weighs_the_more_the_larger_it_is():
     innovation = Innovation()
     innovation.hold(pulls.gradient_covariance)
     for _ in range(200):
-        innovation.least_share(pulls.draw())
+        innovation.least_fraction(pulls.draw())
     away = pulls.draw()
     square = away @ np.linalg.pinv(pulls.gradient_covariance, rcond=1e-9) @ away / 3.0
-    size = np.sqrt(square / innovation.new_share)
-    shares = [innovation.least_share(away * factor / size) for factor in (16.0, 4.0, 2.0)]
+    size = np.sqrt(square / innovation.new_fraction)
+    shares = [innovation.least_fraction(away * factor / size) for factor in (16.0, 4.0, 2.0)]
     # One less 8 over the square of its size in usual sizes.
     # It learns from them a little.
     np.testing.assert_allclose(shares, [1.0 - 8.0 / 256.0, 0.5, 0.0], atol=0.02)
@@ -123,10 +123,10 @@ def test_a_camera_that_becomes_noisier_is_not_surprising_for_ever():
     innovation = Innovation()
     innovation.hold(pulls.gradient_covariance)
     for _ in range(200):
-        innovation.least_share(pulls.draw())
-    early = np.mean([innovation.least_share(pulls.draw(5.0)) for _ in range(20)])
+        innovation.least_fraction(pulls.draw())
+    early = np.mean([innovation.least_fraction(pulls.draw(5.0)) for _ in range(20)])
     for _ in range(3000):
-        innovation.least_share(pulls.draw(5.0))
-    late = np.mean([innovation.least_share(pulls.draw(5.0)) for _ in range(100)])
+        innovation.least_fraction(pulls.draw(5.0))
+    late = np.mean([innovation.least_fraction(pulls.draw(5.0)) for _ in range(100)])
     assert early > 0.3
     assert late < 0.05

@@ -21,7 +21,7 @@ def stamps(count: int = 20) -> list[int | None]:
 
 def test_times_count_from_the_first_frame() -> None:
     frames, notes = frame_times(stamps(5))
-    assert [frame.place for frame in frames] == [0, 1, 2, 3, 4]
+    assert [frame.index for frame in frames] == [0, 1, 2, 3, 4]
     assert [frame.time for frame in frames] == pytest.approx(np.arange(5) * PERIOD * 1e-9)
     assert notes == []
 
@@ -29,14 +29,14 @@ def test_times_count_from_the_first_frame() -> None:
 def test_an_unreadable_frame_keeps_the_places_of_the_others() -> None:
     given = stamps(6)
     given[2] = None
-    assert [frame.place for frame in frame_times(given)[0]] == [0, 1, 3, 4, 5]
+    assert [frame.index for frame in frame_times(given)[0]] == [0, 1, 3, 4, 5]
 
 
 def test_a_few_stamps_that_jump_back_or_repeat_are_left_out() -> None:
     given = stamps()
     given[5], given[9] = START, given[8]
     frames, (note,) = frame_times(given)
-    assert [frame.place for frame in frames] == [n for n in range(20) if n not in (5, 9)]
+    assert [frame.index for frame in frames] == [n for n in range(20) if n not in (5, 9)]
     assert note == (
         '1 stamps jump back and 1 stamps repeat the one before: these frames are left out'
     )
@@ -73,7 +73,7 @@ def test_a_release_after_the_last_frame_is_refused() -> None:
 def test_frames_are_chosen_evenly_and_some_are_held_out() -> None:
     frames, _ = frame_times(stamps(61))
     chosen = chosen_frames(frames, replace(MOTION, most_frames=11, hold_out=5, duration=1.4))
-    assert {int(step) for step in np.diff([frame.place for frame in chosen])} <= {4, 5}
+    assert {int(step) for step in np.diff([frame.index for frame in chosen])} <= {4, 5}
     assert max(frame.time for frame in chosen) <= 1.4
     assert [number for number, frame in enumerate(chosen) if frame.is_held_out] == [2, 7]
     assert len(chosen) == 11

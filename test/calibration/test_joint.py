@@ -50,7 +50,7 @@ def test_cost_and_slope_are_the_sums_of_the_members(random) -> None:
     members = _members(random)
     joint = JointCalibration(members, SHARED)
     at = joint.coordinates.copy()
-    own = [at[places] for places in joint.parameters.places]
+    own = [at[places] for places in joint.parameters.indices]
     costs = [m.objective.cost(c) for m, c in zip(members.values(), own, strict=True)]
     assert joint.objective.cost(at) == pytest.approx(sum(costs))
     descents = [

@@ -73,3 +73,21 @@ def test_the_second_interrupt_ends_it_at_once():
     assert time.monotonic() - begun < _SOON
     assert process.returncode == -signal.SIGINT
     assert err == ''
+
+
+def test_while_modules_load_it_is_no_fault_either(tmp_path):
+    """What is imported last interrupts, as Ctrl-C does."""
+    slow = 'import signal; signal.raise_signal(signal.SIGINT)'
+    code = (
+        'import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n'
+        'sys.modules.pop("argparse", None)\n'
+        f'sys.path.insert(0, {str(tmp_path)!r})\n'
+        'from diffcal_ros.cli.program import main\n'
+        'sys.exit(main())'
+    )
+    (tmp_path / 'argparse.py').write_text(slow)
+    done = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 130
+    assert done.stderr == 'diffcal: interrupted before it began\n'

@@ -38,11 +38,22 @@ def test_a_fault_is_told_with_its_log(run_cli, in_folder, monkeypatch):
         assert part in text
 
 
-def test_too_little_memory_is_no_fault(run_cli, in_folder, monkeypatch):
-    monkeypatch.setattr(check_command, 'run', _raise(MemoryError()))
+@pytest.mark.parametrize(
+    ('error', 'words'),
+    [
+        (MemoryError(), 'MemoryError'),
+        (ImportError('libx.so: failed to map segment from shared object'), 'ImportError: libx'),
+        (RuntimeError("Failed to allocate 22 bytes on device 'cpu'"), 'RuntimeError: Failed'),
+    ],
+)
+def test_too_little_memory_is_no_fault(run_cli, in_folder, monkeypatch, error, words):
+    monkeypatch.setattr(check_command, 'run', _raise(error))
     ran = run_cli('check', 'scene.yaml')
     assert ran.code == EXIT_FAULT
-    assert 'there was not enough memory (MemoryError): use a coarser mesh' in ran.err
+    assert f'there was not enough memory ({words}' in ran.err
+    assert '): use a coarser mesh' in ran.err
+    (log,) = in_folder.glob('diffcal-fault-*.log')
+    assert ran.err.endswith(f'or a machine with more; where stands in {log.name}\n')
 
 
 def test_a_log_goes_where_results_go(run_cli, in_folder, monkeypatch):

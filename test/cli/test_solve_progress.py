@@ -76,18 +76,20 @@ def test_a_failure_ends_what_is_told() -> None:
 @pytest.mark.parametrize('is_large', [True, False])
 def test_a_large_body_alone_tells_what_it_does(is_large, monkeypatch) -> None:
     body = hanging_beam()
-    monkeypatch.setattr(activity, '_TOLD_FROM', body.solver.pattern.size + (not is_large))
+    monkeypatch.setattr(
+        activity, '_TOLD_FROM', body.solver.stiffness.pattern.size + (not is_large)
+    )
     told = []
-    forces = body.solver.forces
+    forces = body.solver.stiffness.forces
 
     def asked(positions):
         told.append(busy_with())
         return forces(positions)
 
-    monkeypatch.setattr(body.solver, 'forces', asked)
+    monkeypatch.setattr(body.solver.stiffness, 'forces', asked)
     body.solve_equilibrium(uniform_material(body.mesh), GRAVITY)
     works = {running[0] for running in told if running is not None}
     assert works == (
-        {f'equilibrium of {body.solver.pattern.size:,} unknowns'} if is_large else set()
+        {f'equilibrium of {body.solver.stiffness.pattern.size:,} unknowns'} if is_large else set()
     )
     assert busy_with() is None

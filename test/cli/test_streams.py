@@ -93,3 +93,18 @@ def test_the_real_pipe_and_the_real_full_device(write_scene):
             assert done.returncode == expected[0]
             assert expected[1] in done.stderr
             assert 'Exception ignored' not in done.stderr
+
+
+@pytest.mark.parametrize('back_end', ['nonsense', 'module://matplotlib_inline.backend_inline'])
+def test_pictures_need_no_back_end_for_windows(write_scene, tmp_path, back_end):
+    code = 'import sys; from diffcal_ros.cli.program import main; sys.exit(main())'
+    words = ['check', str(write_scene()), '--draw', str(tmp_path / 'scene.png')]
+    done = subprocess.run(
+        [sys.executable, '-c', code, *words],
+        env={**os.environ, 'MPLBACKEND': back_end},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / 'scene.png').read_bytes()[:4] == b'\x89PNG'

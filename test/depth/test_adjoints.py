@@ -31,8 +31,8 @@ def test_depth(trace: Trace, random) -> None:
 
 
 def test_outline(trace: Trace, random) -> None:
-    pieces = trace.outline.pieces
-    weights, motion = random.normal(size=len(pieces)), _motion(trace, random)
-    forward = weights @ trace.push_outline(pieces, motion)
-    backward = (trace.pull_outline(pieces, weights) * motion).sum(axis=(1, 2))
+    segments = trace.outline.segments
+    weights, motion = random.normal(size=len(segments)), _motion(trace, random)
+    forward = weights @ trace.push_outline(segments, motion)
+    backward = (trace.pull_outline(segments, weights) * motion).sum(axis=(1, 2))
     np.testing.assert_allclose(backward, forward, rtol=_ROUNDING)

@@ -152,11 +152,11 @@ def test_outline_moves_as_its_edges_do(random) -> None:
     direction = _smooth_directions(seen, random)[1]
     trace = tracer.trace(seen)
     outline = trace.outline
-    rates = trace.push_outline(outline.pieces, direction[None])[:, 0]
+    rates = trace.push_outline(outline.segments, direction[None])[:, 0]
     ends = tracer.edge_vertices[outline.edges]
 
     def beside(moved: np.ndarray) -> np.ndarray:
-        """How far each piece's edge lies beyond the piece's first place [px]."""
+        """How far each segment's edge lies beyond the segment's first place [px]."""
         a, b = (CAMERA.project(moved[ends[:, k]]) for k in range(2))
         here = outline.points[:, :2]
         tangent = b - a

@@ -4,11 +4,11 @@
 
 from pathlib import Path
 
-from diffcal_ros.depth.reference_compat import authors_image
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.rigid_transform import apply
 import numpy as np
 import pytest
+from support.authors_image import authors_image
 from support.captures import load_case, reference, RENDERED_CASES
 
 _INSIDE_MEDIAN = 0.02e-3

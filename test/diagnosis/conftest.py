@@ -5,7 +5,7 @@
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.model_comparison.refit import refit
-from diffcal_ros.diagnosis.patches.evidence import make_evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 import pytest
@@ -19,6 +19,6 @@ def screened():
     settings = CalibrationSettings(with_mesh_error=False)
     calibration = Calibration(scene, [seen], settings)
     calibration.run()
-    evidence = make_evidence(calibration.model, calibration.coordinates)
-    fit = refit(evidence, calibration.coordinates)
-    return evidence, fit, screen(evidence, fit.coordinates, candidates(scene))
+    evaluator = make_patch_evaluator(calibration.model, calibration.coordinates)
+    fit = refit(evaluator, calibration.coordinates)
+    return evaluator, fit, screen(evaluator, fit.coordinates, candidates(scene))

@@ -4,11 +4,15 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.detection.depth_discontinuity import small_step, step_gains, with_steps
+from diffcal_ros.diagnosis.detection.depth_discontinuity import (
+    find_depth_discontinuity,
+    jump_gains,
+    with_jumps,
+)
 from diffcal_ros.diagnosis.detection.material_boundary import faces_beyond
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
-from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.verdict.verdict import Verdict
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
@@ -19,17 +23,17 @@ from support.watched import watched, with_step
 SCENE = beam_scene((8, 2, 2))
 
 
-def _borders(scene):
+def _boundaries(scene):
     return {effect: settings['at'] for effect, settings in scene.effects.items()}
 
 
 @pytest.mark.parametrize(('at', 'step'), [(0.3, 0.0015), (0.66, -0.002)])
 def test_a_small_step_is_found_where_it_begins(at, step):
-    evidence, _ = fit_nominal(SCENE, [with_step(watched(seed=4), at, step)], None)
-    borders = _borders(evidence.model.scene)
-    assert borders.keys() == {'depth_bias_by_region', 'stiffness_contrast'}
-    # An eighth of the body lies between two borders that this mesh tells apart.
-    assert borders['depth_bias_by_region'] == pytest.approx(at, abs=0.07)
+    evaluator, _ = fit_nominal(SCENE, [with_step(watched(seed=4), at, step)], None)
+    boundaries = _boundaries(evaluator.model.scene)
+    assert boundaries.keys() == {'depth_bias_by_region', 'stiffness_contrast'}
+    # An eighth of the body lies between two boundaries that this mesh tells apart.
+    assert boundaries['depth_bias_by_region'] == pytest.approx(at, abs=0.07)
 
 
 @pytest.mark.parametrize(
@@ -51,16 +55,16 @@ def test_a_small_step_is_found_where_it_begins(at, step):
     ],
 )
 def test_what_is_no_step_elsewhere_moves_no_border(seen):
-    evidence, _ = fit_nominal(SCENE, [seen], None)
-    assert _borders(evidence.model.scene) == {}
+    evaluator, _ = fit_nominal(SCENE, [seen], None)
+    assert _boundaries(evaluator.model.scene) == {}
 
 
 def test_gains_are_those_of_least_squares_with_the_step():
-    evidence, nominal = fit_nominal(SCENE, [with_step(watched(seed=4), 0.5, 0.0015)], None)
-    beyond = faces_beyond(evidence)
-    blocks = with_steps(evidence, nominal, [beyond[0.3], beyond[0.5]])
-    seen = whiten(blocks, Part.FIT, tangent_slack(blocks))
-    _, precision = full_prior(nominal.parameters)
+    evaluator, nominal = fit_nominal(SCENE, [with_step(watched(seed=4), 0.5, 0.0015)], None)
+    beyond = faces_beyond(evaluator)
+    groups = with_jumps(evaluator, nominal, [beyond[0.3], beyond[0.5]])
+    seen = whiten(groups, Part.FIT, tangent_slack(groups))
+    _, precision = regularised_prior(nominal.parameters)
     root = np.linalg.cholesky(precision + 1e-12 * np.eye(len(precision))).T
     usual = EFFECTS['depth_bias_by_region'].component('bias').scale
 
@@ -72,7 +76,7 @@ def test_gains_are_those_of_least_squares_with_the_step():
 
     known = list(range(len(precision) + 1))
     without = left(known, np.pad(root, ((0, 0), (0, 1))))
-    gains, heights, whole = step_gains(blocks, nominal)
+    gains, heights, whole = jump_gains(groups, nominal)
     assert whole == pytest.approx(without, rel=1e-6)
     for place, gain in enumerate(gains):
         priors = np.pad(root, ((0, 1), (0, 2)))
@@ -86,15 +90,15 @@ def test_gains_are_those_of_least_squares_with_the_step():
 
 
 def test_the_share_of_a_patch_beyond_a_step_is_that_of_its_pixels():
-    evidence, nominal = fit_nominal(SCENE, [watched(seed=4)], None)
-    beyond = faces_beyond(evidence)[0.5]
-    (depth,) = (b for b in with_steps(evidence, nominal, [beyond]) if b.kind == 'depth')
+    evaluator, nominal = fit_nominal(SCENE, [watched(seed=4)], None)
+    beyond = faces_beyond(evaluator)[0.5]
+    (depth,) = (b for b in with_jumps(evaluator, nominal, [beyond]) if b.kind == 'depth')
     whole, share = depth.patches.jacobian[:, -2:].T
     assert np.all(whole == 1.0)
-    view = evidence.model.views(nominal.coordinates)[0]
+    view = evaluator.model.views(nominal.coordinates)[0]
     rows, columns = np.nonzero(view.trace.faces >= 0)
     second = beyond[view.trace.faces[rows, columns]]
-    # The beam hangs across the image: whole patches lie on either side, few on the border.
+    # The beam hangs across the image: whole patches lie on either side, few on the boundary.
     assert second.mean() == pytest.approx(
         np.average(share, weights=depth.patches.weights), abs=0.05
     )
@@ -115,6 +119,6 @@ def test_the_step_is_named_and_the_modulus_heals():
 
 def test_a_scene_that_knows_its_border_keeps_it():
     scene = replace(SCENE, effects={'depth_bias_by_region': {'at': 0.4}})
-    evidence, nominal = fit_nominal(scene, [with_step(watched(seed=4), 0.3, 0.0015)], None)
-    assert small_step(evidence, nominal) is None
-    assert _borders(evidence.model.scene) == {'depth_bias_by_region': 0.4}
+    evaluator, nominal = fit_nominal(scene, [with_step(watched(seed=4), 0.3, 0.0015)], None)
+    assert find_depth_discontinuity(evaluator, nominal) is None
+    assert _boundaries(evaluator.model.scene) == {'depth_bias_by_region': 0.4}

@@ -6,7 +6,7 @@ import json
 
 from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
-from diffcal_ros.diagnosis.verdict.verdict import save_verdict, Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Evidence, save_verdict, Verdict
 from diffcal_ros.report.verdict_text import verdict_lines
 import numpy as np
 import pytest
@@ -18,11 +18,11 @@ from support.watched import watched
     'seed', [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 6))]
 )
 def test_clean_data_from_another_mesh_agree(seed):
-    course = diagnose(beam_scene((8, 2, 2)), [watched(seed=seed)])
-    diagnosis = course.diagnosis
+    trace = diagnose(beam_scene((8, 2, 2)), [watched(seed=seed)])
+    diagnosis = trace.diagnosis
     assert diagnosis.verdict is Verdict.AGREE
     assert diagnosis.effects == ()
-    assert diagnosis.evidence == 'confirmed'
+    assert diagnosis.evidence is Evidence.CONFIRMED
     gap = diagnosis.gap_mm
     assert gap.nominal < 2.0 * np.hypot(gap.floor_sensor, gap.floor_numerics)
     hidden = next(line for line in verdict_lines(diagnosis) if line.startswith('HIDDEN'))
@@ -81,33 +81,33 @@ def test_a_person_reads_at_most_seven_kinds_of_lines(biased):
 
 def test_residual_images_are_read_as_the_sensor_reads(biased):
     """The bias stands in the nominal picture, and is gone from that of the model with it."""
-    before = biased.evidence.residual_images(biased.nominal.coordinates)[0]
+    before = biased.evaluator.residual_images(biased.nominal.coordinates)[0]
     best = biased.selection.best
-    after = best.evidence.residual_images(best.fit.coordinates)[0]
-    assert before.shape == biased.evidence.model.observations[0].depth.shape
+    after = best.evaluator.residual_images(best.fit.coordinates)[0]
+    assert before.shape == biased.evaluator.model.observations[0].depth.shape
     assert np.nanmedian(np.abs(after)) < 0.25 * np.nanmedian(np.abs(before))
 
 
 def test_held_out_patches_are_not_fitted(biased):
     """Spoiling them changes what is reported, and nothing that a fit looks at."""
-    evidence, fit = biased.evidence, biased.nominal
-    blocks = evidence.blocks(fit.coordinates)
-    kept = sum(int(block.is_report.sum()) for block in blocks)
-    everything = sum(len(block.is_report) for block in blocks)
+    evaluator, fit = biased.evaluator, biased.nominal
+    groups = evaluator.groups(fit.coordinates)
+    kept = sum(int(group.is_report.sum()) for group in groups)
+    everything = sum(len(group.is_report) for group in groups)
     assert 0.15 < kept / everything < 0.4
-    reported, fitted = patch_gap(blocks, Part.REPORT).rms, whiten(blocks, Part.FIT).values
-    for block in blocks:
-        block.patches.values[block.is_report] += 1.0
-    assert patch_gap(blocks, Part.REPORT).rms > 0.9 > reported
-    np.testing.assert_array_equal(whiten(blocks, Part.FIT).values, fitted)
+    reported, fitted = patch_gap(groups, Part.REPORT).rms, whiten(groups, Part.FIT).values
+    for group in groups:
+        group.patches.values[group.is_report] += 1.0
+    assert patch_gap(groups, Part.REPORT).rms > 0.9 > reported
+    np.testing.assert_array_equal(whiten(groups, Part.FIT).values, fitted)
 
 
 @pytest.mark.slow
 def test_a_small_disagreement_is_said_to_be_small():
-    course = diagnose(beam_scene((8, 2, 2)), [watched(seed=2, bias=0.0012)])
+    trace = diagnose(beam_scene((8, 2, 2)), [watched(seed=2, bias=0.0012)])
     wide = DiagnosisSettings(margin=0.003)
     lenient = diagnose(beam_scene((8, 2, 2)), [watched(seed=2, bias=0.0012)], wide)
-    assert course.diagnosis.p_value < 0.003
+    assert trace.diagnosis.p_value < 0.003
     assert lenient.diagnosis.verdict is Verdict.BELOW_MARGIN
 
 
@@ -117,7 +117,7 @@ def test_one_frame_makes_the_evidence_suspected():
 
     single = replace(watched(seed=4, bias=0.006), frame_count=1, noise=float('nan'))
     diagnosis = diagnose(beam_scene((6, 2, 2)), [single]).diagnosis
-    assert diagnosis.evidence == 'suspected'
+    assert diagnosis.evidence is Evidence.SUSPECTED
     assert diagnosis.verdict is Verdict.DISAGREE
     assert 'depth_affine' in diagnosis.ambiguity_set
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the parameters of a motion take up of an error of mesh and step."""
 
-from diffcal_ros.diagnosis.detection.discretisation_error import _take_off, Numerics
+from diffcal_ros.diagnosis.detection.discretisation_error import _take_off, DiscretisationError
 import numpy as np
 
 
@@ -37,5 +37,7 @@ def test_shifts_go_by_the_names_of_parameters() -> None:
     class Named:
         names = ('damping', 'added_mass.mass')
 
-    numerics = Numerics((), (), (), {'damping': -0.3, 'youngs_modulus': 0.1})
-    np.testing.assert_array_equal(numerics.shifts_of(Named()), [-0.3, 0.0])  # type: ignore[arg-type]
+    discretisation_error = DiscretisationError(
+        (), (), (), {'damping': -0.3, 'youngs_modulus': 0.1}
+    )
+    np.testing.assert_array_equal(discretisation_error.shifts_of(Named()), [-0.3, 0.0])  # type: ignore[arg-type]

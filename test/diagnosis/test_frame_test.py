@@ -29,8 +29,8 @@ def test_prediction_is_the_sum_of_conditional_densities():
 
 
 def test_fields_of_all_classes_are_of_one_size(screened):
-    evidence, fit, _ = screened
-    fields = free_fields(evidence.model, fit.coordinates)
+    evaluator, fit, _ = screened
+    fields = free_fields(evaluator.model, fit.coordinates)
     assert set(fields) == {'sensor', 'load', 'boundary', 'shape', 'material'}
     for views in fields.values():
         sizes = np.sqrt(np.mean([(f**2).sum(axis=2).mean(axis=1) for f in views], axis=0))
@@ -39,12 +39,12 @@ def test_fields_of_all_classes_are_of_one_size(screened):
 
 def test_shape_fields_turn_with_the_body(screened):
     """Towards the tip a field along the body's own axis follows the bent body, not the world."""
-    evidence, fit, _ = screened
-    (fields,) = free_fields(evidence.model, fit.coordinates)['shape']
-    model = evidence.model
+    evaluator, fit, _ = screened
+    (fields,) = free_fields(evaluator.model, fit.coordinates)['shape']
+    model = evaluator.model
     view = model.views(fit.coordinates)[0]
     body = model.body(model.observations[0])
-    share = model.effects.axes(0).share(body.discretisation.rest_nodes)
+    share = model.effects.axes(0).fraction(body.discretisation.rest_nodes)
     tip, before = share > 0.9, (share > 0.7) & (share < 0.8)
     along = view.points[tip].mean(axis=0) - view.points[before].mean(axis=0)
     stretch = fields[0][tip].mean(axis=0)
@@ -53,5 +53,5 @@ def test_shape_fields_turn_with_the_body(screened):
 
 
 def test_one_view_tells_no_class(screened):
-    evidence, fit, _ = screened
-    assert frame_test(evidence, fit) == ()
+    evaluator, fit, _ = screened
+    assert frame_test(evaluator, fit) == ()

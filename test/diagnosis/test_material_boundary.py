@@ -4,11 +4,11 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.detection.material_boundary import _best_border
+from diffcal_ros.diagnosis.detection.material_boundary import _best_boundary
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.verdict.verdict import Verdict
-from diffcal_ros.effects.registry import border_effects
+from diffcal_ros.effects.registry import boundary_effects
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS
@@ -18,14 +18,14 @@ SHARES = np.repeat((np.arange(50) + 0.5) / 50, 40)
 BEYOND = {at: at < SHARES for at in np.linspace(0.14, 0.86, 37).round(3).tolist()}
 
 
-def _profile(border: float, step: float, random) -> np.ndarray:
-    return step * (border < SHARES) + random.normal(size=len(SHARES)) * 0.001
+def _profile(boundary: float, step: float, random) -> np.ndarray:
+    return step * (boundary < SHARES) + random.normal(size=len(SHARES)) * 0.001
 
 
-@pytest.mark.parametrize(('border', 'step'), [(0.24, 0.012), (0.38, -0.02), (0.7, 0.03)])
-def test_a_step_is_found_where_it_is(border, step, random):
-    at, height = _best_border(_profile(border, step, random), BEYOND)
-    assert at == pytest.approx(border, abs=0.021)
+@pytest.mark.parametrize(('boundary', 'step'), [(0.24, 0.012), (0.38, -0.02), (0.7, 0.03)])
+def test_a_step_is_found_where_it_is(boundary, step, random):
+    at, height = _best_boundary(_profile(boundary, step, random), BEYOND)
+    assert at == pytest.approx(boundary, abs=0.021)
     assert height == pytest.approx(abs(step), abs=0.002)
 
 
@@ -33,7 +33,7 @@ def test_of_borders_that_are_alike_the_middle_one_is_taken(random):
     """Whatever lies between the elements of a coarse mesh divides them alike."""
     coarse = np.floor(SHARES * 8) / 8 + 1 / 16
     beyond = {at: coarse > at for at in BEYOND}
-    at, _ = _best_border(0.02 * (coarse > 0.3), beyond)
+    at, _ = _best_boundary(0.02 * (coarse > 0.3), beyond)
     assert at == pytest.approx(0.25, abs=0.03)  # Between 3/16 and 5/16.
 
 
@@ -48,7 +48,7 @@ def test_of_borders_that_are_alike_the_middle_one_is_taken(random):
     ],
 )
 def test_what_is_no_step_elsewhere_moves_no_border(profile):
-    assert _best_border(profile, BEYOND) is None
+    assert _best_boundary(profile, BEYOND) is None
 
 
 @pytest.mark.slow
@@ -67,7 +67,7 @@ def test_the_step_is_named_with_its_place_and_the_modulus_heals():
 
 
 def test_a_border_without_amplitudes_states_no_effect():
-    names = {effect.identifier for effect in border_effects()}
+    names = {effect.identifier for effect in boundary_effects()}
     scene = replace(beam_scene(), effects={name: {'at': 0.3} for name in names})
     listed = candidates(scene)
     assert {c.identifier for c in listed} >= names

@@ -10,7 +10,7 @@ from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
-from diffcal_ros.diagnosis.verdict.verdict import Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Evidence, Verdict
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest
@@ -27,8 +27,8 @@ _SURE = 2.5
 def test_late_stamps_of_a_small_body_score_best() -> None:
     """The mesh is too coarse for a verdict, and the swing tells all the same."""
     scene = filmed_scene(is_small=True)
-    evidence, nominal = fit_nominal(scene, filmed(seed=1, late=LATE, is_small=True), None)
-    best, second, *_ = screen(evidence, nominal.coordinates, candidates(scene)).scores
+    evaluator, nominal = fit_nominal(scene, filmed(seed=1, late=LATE, is_small=True), None)
+    best, second, *_ = screen(evaluator, nominal.coordinates, candidates(scene)).scores
     assert best.candidate.identifier == 'time_offset'
     assert best.log_evidence > second.log_evidence + 100.0 > 100.0
 
@@ -38,15 +38,15 @@ def test_clean_frames_from_another_mesh_and_step_agree() -> None:
     diagnosis = diagnose(filmed_scene(), filmed(seed=1)).diagnosis
     assert diagnosis.verdict is Verdict.AGREE
     assert diagnosis.effects == ()
-    assert diagnosis.evidence == 'confirmed'
+    assert diagnosis.evidence is Evidence.CONFIRMED
     assert diagnosis.gap_mm.nominal < 1.5 * diagnosis.gap_mm.floor_sensor
     assert {'time_offset', 'air_drag'} <= set(diagnosis.limits)
 
 
 @pytest.mark.slow
 def test_late_stamps_are_named_and_the_gap_closes() -> None:
-    course = diagnose(filmed_scene(), filmed(seed=1, late=LATE))
-    diagnosis = course.diagnosis
+    trace = diagnose(filmed_scene(), filmed(seed=1, late=LATE))
+    diagnosis = trace.diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE
     (effect,) = diagnosis.effects
     assert effect.identifier == 'time_offset'
@@ -62,17 +62,17 @@ def test_late_stamps_are_named_and_the_gap_closes() -> None:
     assert when.rms_mm[0] < 0.5 * max(when.rms_mm)
     assert when.frequency_hz is not None
     assert 1.0 < when.frequency_hz < 15.0
-    held_out = [o for o in course.evidence.model.observations if o.is_held_out]
+    held_out = [o for o in trace.evaluator.model.observations if o.is_held_out]
     assert len(held_out) == 3
-    for block in course.nominal.blocks:
-        seen = course.evidence.model.observations[block.view]
-        assert (block.is_report == seen.is_held_out).all()
+    for group in trace.nominal.groups:
+        seen = trace.evaluator.model.observations[group.view]
+        assert (group.is_report == seen.is_held_out).all()
 
 
 @pytest.mark.slow
 def test_drag_that_hides_in_the_damping_is_named_and_the_damping_heals() -> None:
-    course = diagnose(filmed_scene(SOFT), filmed(seed=2, area=AREA, modulus=SOFT))
-    diagnosis = course.diagnosis
+    trace = diagnose(filmed_scene(SOFT), filmed(seed=2, area=AREA, modulus=SOFT))
+    diagnosis = trace.diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE
     (effect,) = diagnosis.effects
     assert effect.identifier == 'air_drag'
@@ -82,7 +82,7 @@ def test_drag_that_hides_in_the_damping_is_named_and_the_damping_heals() -> None
     assert before['value'] > 3.0 * DAMPING
     assert after['value'] == pytest.approx(DAMPING, rel=0.2)
     # The gap alone is small: it is the strain on what is known of the damping that tells.
-    plain, strained = course.nominal.blocks, unstrained(course.nominal)
+    plain, strained = trace.nominal.groups, unstrained(trace.nominal)
     assert patch_gap(strained, Part.ALL).rms > 2.0 * patch_gap(plain, Part.ALL).rms
 
 

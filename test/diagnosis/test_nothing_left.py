@@ -17,11 +17,11 @@ import pytest
 
 
 def test_without_any_hypothesis_the_effect_is_unknown(screened):
-    evidence, fit, scores = screened
+    evaluator, fit, scores = screened
     disagreement = replace(
         measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.DISAGREE
     )
-    diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), None, 1.0)
+    diagnosis = conclude(evaluator, fit, scores, disagreement, Selection(()), None, 1.0)
     assert diagnosis.effects == ()
     # Of a single pose the class of the effect with the best score stands.
     best = max(with_tangents(scores).scores, key=lambda score: score.log_evidence)
@@ -30,24 +30,24 @@ def test_without_any_hypothesis_the_effect_is_unknown(screened):
 
 
 def test_below_the_margin_nothing_need_be_said(screened):
-    evidence, fit, scores = screened
+    evaluator, fit, scores = screened
     disagreement = replace(
         measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.BELOW_MARGIN
     )
-    diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), None, 1.0)
+    diagnosis = conclude(evaluator, fit, scores, disagreement, Selection(()), None, 1.0)
     assert diagnosis.unknown_class is None
 
 
 def test_what_comes_nearest_to_an_unknown_effect_is_told(screened):
-    evidence, fit, scores = screened
+    evaluator, fit, scores = screened
     disagreement = replace(
         measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.DISAGREE
     )
     # The body is tilted, which no reading of the camera explains.
     wrong = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine')
-    tried = try_effects(evidence, fit, [wrong.candidate], starts_of(wrong))
+    tried = try_effects(evaluator, fit, [wrong.candidate], starts_of(wrong))
     choice = Choice(tried, 0.5, (*tried.identifiers, 'camera_offset'), None)
-    diagnosis = conclude(evidence, fit, scores, disagreement, Selection(()), choice, 1.0)
+    diagnosis = conclude(evaluator, fit, scores, disagreement, Selection(()), choice, 1.0)
     assert diagnosis.unknown_class is not None
     share = f'{max(diagnosis.closure, 0.0):.0%}'
     (told,) = [line for line in verdict_lines(diagnosis) if 'nearest comes' in line]
@@ -58,18 +58,18 @@ def test_what_comes_nearest_to_an_unknown_effect_is_told(screened):
 @pytest.fixture
 def loud_plane(screened):
     """Scores in which the forces that stand in for a plane explain far more than all else."""
-    evidence, fit, scores = screened
+    evaluator, fit, scores = screened
     louder = tuple(
         replace(s, gain=1e6, log_evidence=1e6) if s.candidate.identifier == 'contact_plane' else s
         for s in scores.scores
     )
     ordered = sorted(louder, key=lambda score: -score.log_evidence)
-    return evidence, fit, replace(scores, scores=tuple(ordered))
+    return evaluator, fit, replace(scores, scores=tuple(ordered))
 
 
 @pytest.mark.slow
 def test_a_plane_that_touches_nowhere_keeps_nobody_out(loud_plane, monkeypatch):
-    evidence, fit, scores = loud_plane
+    evaluator, fit, scores = loud_plane
     first = {score.candidate.identifier for score in shortlist(scores, is_measured=True)}
     assert first == {'contact_plane'}
     assert 'gravity_tilt' in {
@@ -80,5 +80,5 @@ def test_a_plane_that_touches_nowhere_keeps_nobody_out(loud_plane, monkeypatch):
         'has_idle_effect',
         property(lambda self: self.identifiers == ('contact_plane',)),
     )
-    selection = select(RefitPool(evidence, fit), scores)
+    selection = select(RefitPool(evaluator, fit), scores)
     assert 'gravity_tilt' in {name for h in selection.singles for name in h.identifiers}

@@ -19,7 +19,7 @@ def residuals(random: np.random.Generator, count: int = 4000) -> Residuals:
         values=random.normal(scale=1e-4, size=count) + 1e-5 * pixels[:, 0],
         weights=np.ones(count),
         pixels=pixels,
-        places=np.arange(count, dtype=np.int32),
+        indices=np.arange(count, dtype=np.int32),
         missing=0.0,
     )
 

@@ -73,11 +73,11 @@ def test_another_process_finds_the_same(fitted, added, monkeypatch):
 
 
 def test_evidence_that_was_sent_away_sees_the_same(fitted):
-    evidence, nominal = fitted
-    again = pickle.loads(pickle.dumps(evidence))
-    assert again.model.bodies[0] is not evidence.model.bodies[0]
-    sent = again.blocks(nominal.coordinates)
-    for here, there in zip(evidence.blocks(nominal.coordinates), sent, strict=True):
+    evaluator, nominal = fitted
+    again = pickle.loads(pickle.dumps(evaluator))
+    assert again.model.bodies[0] is not evaluator.model.bodies[0]
+    sent = again.groups(nominal.coordinates)
+    for here, there in zip(evaluator.groups(nominal.coordinates), sent, strict=True):
         np.testing.assert_allclose(there.patches.values, here.patches.values, atol=1e-8)
         np.testing.assert_allclose(there.patches.covariance, here.patches.covariance)
         np.testing.assert_array_equal(there.patches.cells, here.patches.cells)
@@ -121,16 +121,18 @@ def test_little_work_starts_no_process(fitted, added):
 
 
 def test_a_model_far_behind_its_rivals_is_given_up(fitted, added):
-    evidence, base = fitted
+    evaluator, base = fitted
     right, wrong = added if added[0][0].identifier == 'depth_affine' else added[::-1]
-    best = try_effects(evidence, base, right, {})
-    whole = try_effects(evidence, base, wrong, {})
-    brief = try_effects(evidence, base, wrong, {}, least_evidence=best.fit.log_evidence - 40.0)
+    best = try_effects(evaluator, base, right, {})
+    whole = try_effects(evaluator, base, wrong, {})
+    brief = try_effects(
+        evaluator, base, wrong, {}, least_log_evidence=best.fit.log_evidence - 40.0
+    )
     assert whole.fit.log_evidence < best.fit.log_evidence - 60.0
     assert brief.fit.evaluations < whole.fit.evaluations
     assert brief.fit.log_evidence < best.fit.log_evidence - 40.0
     # One that comes near is fitted as if it were alone.
-    near = try_effects(evidence, base, right, {}, least_evidence=best.fit.log_evidence - 40.0)
+    near = try_effects(evaluator, base, right, {}, least_log_evidence=best.fit.log_evidence - 40.0)
     assert near.fit.evaluations == best.fit.evaluations
     np.testing.assert_allclose(near.fit.coordinates, best.fit.coordinates, rtol=1e-4)
 
@@ -153,10 +155,10 @@ def test_a_model_that_ran_out_of_evaluations_and_may_still_win_is_fitted_on(
 
 
 def test_a_fit_halfway_down_promises_what_is_left(fitted, added):
-    evidence, base = fitted
+    evaluator, base = fitted
     right = added[0] if added[0][0].identifier == 'depth_affine' else added[1]
-    whole = try_effects(evidence, base, right, {}).fit
-    brief = try_effects(evidence, base, right, {}, max_iterations=1).fit
+    whole = try_effects(evaluator, base, right, {}).fit
+    brief = try_effects(evaluator, base, right, {}, max_iterations=1).fit
     assert not whole.promise > 0.1
     left = whole.log_evidence - brief.log_evidence
     assert left > 50.0

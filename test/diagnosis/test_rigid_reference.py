@@ -36,7 +36,7 @@ def block_depth(pose=DEPTH_FROM_WORLD):
 
 
 def seen(*, body_shift, block_shift, seed=5):
-    """RefitRequest for eight frames at beam and block, each shifted in the camera's frame [m]."""
+    """Eight frames at beam and block, each shifted in the camera's frame [m]."""
     poses = [transform(np.eye(3), shift) @ DEPTH_FROM_WORLD for shift in (body_shift, block_shift)]
     exact = np.fmin(true_depth(depth_from_world=poses[0]), block_depth(poses[1]))
     random = np.random.default_rng(seed)
@@ -64,9 +64,9 @@ def agreed(still):
 
 def test_body_and_block_agree_where_nothing_is_off(agreed):
     nominal = agreed.nominal
-    rigid = [block for block in nominal.blocks if block.is_rigid]
-    assert {block.kind for block in rigid} == {'depth', 'edge'}
-    values = np.concatenate([block.patches.values for block in rigid])
+    rigid = [group for group in nominal.groups if group.is_rigid]
+    assert {group.kind for group in rigid} == {'depth', 'edge'}
+    values = np.concatenate([group.patches.values for group in rigid])
     assert len(values) > 10
     # A tenth of a pixel at the outline, a tenth of the depth's step within.
     assert np.sqrt(np.mean(values**2)) < 1e-4
@@ -75,34 +75,34 @@ def test_body_and_block_agree_where_nothing_is_off(agreed):
 
 def test_the_gap_that_is_told_is_the_bodys(agreed):
     with_block = agreed.nominal
-    bodies = [block for block in with_block.blocks if not block.is_rigid]
-    assert len(bodies) < len(with_block.blocks)
+    bodies = [group for group in with_block.groups if not group.is_rigid]
+    assert len(bodies) < len(with_block.groups)
     for part in Part:
-        assert patch_gap(with_block.blocks, part) == patch_gap(bodies, part)
+        assert patch_gap(with_block.groups, part) == patch_gap(bodies, part)
 
 
 def test_the_picture_of_what_is_left_shows_the_block_before_the_body():
     moved = seen(body_shift=np.zeros(3), block_shift=np.array([0.0, 0.0, 0.003]))
-    evidence, nominal = fit_nominal(scene(), [moved], None)
-    (left,) = evidence.residual_images(nominal.coordinates)
-    block, body = block_depth(), true_depth()
-    is_block = np.isfinite(block) & ~(body < block)
+    evaluator, nominal = fit_nominal(scene(), [moved], None)
+    (left,) = evaluator.residual_images(nominal.coordinates)
+    group, body = block_depth(), true_depth()
+    is_block = np.isfinite(group) & ~(body < group)
     assert np.nanmedian(left[is_block]) == pytest.approx(0.003, abs=3e-4)
-    assert abs(np.nanmedian(left[np.isfinite(body) & ~np.isfinite(block)])) < 1e-3
+    assert abs(np.nanmedian(left[np.isfinite(body) & ~np.isfinite(group)])) < 1e-3
 
 
 def test_only_camera_and_reading_move_the_block(agreed):
     """Tangents agree with differences of three steps, and are zero for what moves the body."""
-    evidence, nominal = agreed.evidence, agreed.nominal
+    evaluator, nominal = agreed.evaluator, agreed.nominal
     names = ('youngs_modulus', 'clamp_offset', 'rigid_offset', 'depth_affine')
     parameters = make_parameters(scene(), names, with_edge_bias=False)
-    wide = evidence.of(evidence.model.with_parameters(scene(), parameters))
+    wide = evaluator.of(evaluator.model.with_parameters(scene(), parameters))
     start = parameters.start()
     start[0] = nominal.coordinates[nominal.parameters.names.index(parameters.names[0])]
 
     def depths(coordinates):
-        blocks = [b for b in wide.blocks(coordinates) if b.is_rigid and b.kind == 'depth']
-        return blocks[0].patches
+        groups = [b for b in wide.groups(coordinates) if b.is_rigid and b.kind == 'depth']
+        return groups[0].patches
 
     here = depths(start)
     is_body = np.array(
@@ -128,9 +128,9 @@ def test_only_camera_and_reading_move_the_block(agreed):
 def test_a_fixture_that_is_not_seen_is_told(still, agreed):
     behind = replace(BLOCK, positions=BLOCK.positions - np.array([0.5, 0.0, 0.0]))
     elsewhere = replace(scene(), fixture=behind)
-    course = diagnose(elsewhere, [still])
-    assert 'test does not show the fixture' in course.diagnosis.notes
-    assert course.diagnosis.verdict is Verdict.AGREE
+    trace = diagnose(elsewhere, [still])
+    assert 'test does not show the fixture' in trace.diagnosis.notes
+    assert trace.diagnosis.verdict is Verdict.AGREE
     assert not any('fixture' in note for note in agreed.diagnosis.notes)
 
 

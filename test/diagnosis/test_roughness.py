@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.patches.roughness import (
     log_likelihoods,
@@ -35,15 +35,15 @@ def seen_with(rough, seed, *, kind='depth', view=0, side=9):
         common=_ASSUMED.depth_common(len(centers)),
     )
     mesh = 1e-4 * random.standard_normal(len(centers))
-    return Block(view, kind, view, patches, mesh, np.zeros(len(centers), dtype=bool))
+    return PatchGroup(view, kind, view, patches, mesh, np.zeros(len(centers), dtype=bool))
 
 
-def with_more(block, more):
-    return replace(block, patches=replace(block.patches, values=block.patches.values + more))
+def with_more(group, more):
+    return replace(group, patches=replace(group.patches, values=group.patches.values + more))
 
 
-def smooth_cause(block):
-    x, y = (block.patches.centers / 100.0).T
+def smooth_cause(group):
+    x, y = (group.patches.centers / 100.0).T
     return 0.004 * (x**3 - 0.7 * x * y**2 + 0.3 * y)
 
 
@@ -59,40 +59,40 @@ def test_the_error_is_found_whatever_was_assumed(rough):
 
 
 def test_parameters_mesh_and_smooth_causes_are_not_taken_for_noise():
-    blocks = [seen_with(2e-5, seed) for seed in range(2)]
+    groups = [seen_with(2e-5, seed) for seed in range(2)]
     lacking = [
         with_more(
-            block,
-            smooth_cause(block) + block.patches.jacobian @ [0.01, -0.02] + 3.0 * block.mesh,
+            group,
+            smooth_cause(group) + group.patches.jacobian @ [0.01, -0.02] + 3.0 * group.mesh,
         )
-        for block in blocks
+        for group in groups
     ]
     assert measured_roughness(lacking, 5e-5) == pytest.approx(
-        measured_roughness(blocks, 5e-5), rel=1e-6
+        measured_roughness(groups, 5e-5), rel=1e-6
     )
 
 
 @pytest.mark.parametrize('count', [0, 1, 3, 9])
 def test_a_view_with_few_patches_says_nothing(count):
-    block, few = seen_with(2e-5, 3), seen_with(9e-5, 4)
+    group, few = seen_with(2e-5, 3), seen_with(9e-5, 4)
     few = replace(few, patches=few.patches.chosen(np.arange(count)), mesh=few.mesh[:count])
-    assert measured_roughness([block, few], 5e-5) == measured_roughness([block], 5e-5)
+    assert measured_roughness([group, few], 5e-5) == measured_roughness([group], 5e-5)
 
 
 def test_the_likelihood_is_the_restricted_one():
-    block, sizes = with_more(seen_with(3e-5, 7), 0.001), np.array([1e-5, 3e-5, 8e-5])
-    x, y = (block.patches.centers / 60.0 - 1.0).T
+    group, sizes = with_more(seen_with(3e-5, 7), 0.001), np.array([1e-5, 3e-5, 8e-5])
+    x, y = (group.patches.centers / 60.0 - 1.0).T
     smooth = [x**i * y**j for i in range(4) for j in range(4 - i)]
-    known = np.column_stack([block.patches.jacobian, block.mesh, *smooth])
+    known = np.column_stack([group.patches.jacobian, group.mesh, *smooth])
     textbook = []
     for size in sizes:
         more = (size**2 - _ASSUMED.rough**2) * np.eye(len(x))
-        inverse = np.linalg.inv(block.patches.covariance + more)
+        inverse = np.linalg.inv(group.patches.covariance + more)
         information = known.T @ inverse @ known
         rest = inverse - inverse @ known @ np.linalg.solve(information, known.T @ inverse)
         determinants = np.linalg.slogdet(information)[1] - np.linalg.slogdet(inverse)[1]
-        textbook.append(-0.5 * (determinants + block.patches.values @ rest @ block.patches.values))
-    found = log_likelihoods(block, _ASSUMED.rough, sizes)
+        textbook.append(-0.5 * (determinants + group.patches.values @ rest @ group.patches.values))
+    found = log_likelihoods(group, _ASSUMED.rough, sizes)
     assert np.diff(found) == pytest.approx(np.diff(textbook), rel=1e-5)
 
 
@@ -106,24 +106,24 @@ def test_too_few_patches_leave_what_was_assumed():
 
 def test_only_what_was_watched_at_rest_is_measured():
     noises = [_ASSUMED, replace(_ASSUMED, is_measured=False, rough=1.5e-4), _ASSUMED]
-    blocks = [seen_with(2e-5, 5 + view, view=view) for view in range(3)]
-    found = measured_noises(noises, blocks, still=[0, 1])
+    groups = [seen_with(2e-5, 5 + view, view=view) for view in range(3)]
+    found = measured_noises(noises, groups, still=[0, 1])
     assert found[0].rough == pytest.approx(2e-5, rel=0.25)
     assert found[1:] == tuple(noises[1:])
     # The same without the others, which say nothing of it.
-    assert measured_noises(noises, blocks[:1], still=[0, 1]) == found
+    assert measured_noises(noises, groups[:1], still=[0, 1]) == found
 
 
 def test_an_effect_that_is_not_smooth_does_not_raise_the_floor():
-    block = seen_with(2e-5, 9)
-    step = with_more(block, np.where(block.patches.centers[:, 0] > 60.0, 0.003, 0.0))
+    group = seen_with(2e-5, 9)
+    step = with_more(group, np.where(group.patches.centers[:, 0] > 60.0, 0.003, 0.0))
     assert measured_roughness([step], 5e-5) > 1e-4
     (found,) = measured_noises([_ASSUMED], [step], still=[0])
     assert found.rough == _ASSUMED.rough
 
 
 def test_outlines_and_fixtures_say_nothing_of_it():
-    block = seen_with(2e-5, 11)
-    alone = measured_roughness([block], 5e-5)
+    group = seen_with(2e-5, 11)
+    alone = measured_roughness([group], 5e-5)
     others = [seen_with(4e-4, 12, kind='edge'), replace(seen_with(4e-4, 13), is_rigid=True)]
-    assert measured_roughness([block, *others], 5e-5) == alone
+    assert measured_roughness([group, *others], 5e-5) == alone

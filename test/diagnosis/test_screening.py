@@ -4,7 +4,7 @@
 
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import candidates
-from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Projection
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
@@ -24,17 +24,17 @@ def test_projection_gives_the_chi_square_with_nuisances_fitted(random):
 
 def test_a_score_is_the_fall_of_chi_square_with_one_more_effect(screened):
     """Solve nuisances and tilt together, priors included, and compare with the score's gain."""
-    evidence, fit, result = screened
+    evaluator, fit, result = screened
     score = next(s for s in result.scores if s.candidate.identifier == 'gravity_tilt')
     from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 
-    scene, nominal = evidence.model.scene, evidence.model.parameters
+    scene, nominal = evaluator.model.scene, evaluator.model.parameters
     more = make_parameters(scene, ('gravity_tilt',), with_edge_bias=False)
     both = ParameterSet((*nominal.parameters, *more.parameters))
     start = np.concatenate([fit.coordinates, np.zeros(2)])
-    wide = evidence.of(evidence.model.with_parameters(scene, both))
-    seen = whiten(wide.blocks(start), Part.FIT)
-    _, precision = full_prior(nominal)
+    wide = evaluator.of(evaluator.model.with_parameters(scene, both))
+    seen = whiten(wide.groups(start), Part.FIT)
+    _, precision = regularised_prior(nominal)
     scale = EFFECTS['gravity_tilt'].component('a').scale
     prior = np.zeros((len(start), len(start)))
     prior[: len(nominal), : len(nominal)] = precision

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis import diagnose
 from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.patches.smooth_error import measured_smooth_error, with_smooth_error
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
@@ -27,7 +27,7 @@ def poses_with(
     length: float = 80.0,
     noise: NoiseModel = _ASSUMED,
     sides: tuple[int, int] = (13, 9),
-) -> list[Block]:
+) -> list[PatchGroup]:
     """Draw patches of several poses whose smooth error has a part in common."""
     random = np.random.default_rng(seed)
     steps = [np.arange(side) for side in sides]
@@ -37,7 +37,7 @@ def poses_with(
     centers = [first + random.uniform(-40.0, 40.0, 2) for _ in range(_POSES)]
     everywhere = np.concatenate(centers)
     pattern = _drawn(everywhere, length, random).reshape(_POSES, count)
-    blocks = []
+    groups = []
     for view, own in enumerate(centers):
         smooth = np.sqrt(standing) * pattern[view]
         smooth = smooth + np.sqrt(1.0 - standing) * _drawn(own, length, random)
@@ -53,8 +53,8 @@ def poses_with(
             standing=noise.depth_standing(count) if noise.standing else None,
         )
         mesh = 1e-4 * random.standard_normal(count)
-        blocks.append(Block(view, 'depth', view, patches, mesh, np.zeros(count, dtype=bool)))
-    return blocks
+        groups.append(PatchGroup(view, 'depth', view, patches, mesh, np.zeros(count, dtype=bool)))
+    return groups
 
 
 def _drawn(centers: np.ndarray, length: float, random: np.random.Generator) -> np.ndarray:
@@ -77,18 +77,18 @@ def test_what_all_poses_share_is_told_from_what_each_has_of_its_own(true, found)
 
 
 def test_what_effects_may_have_put_there_is_not_taken_for_the_sensor():
-    blocks = poses_with(0.0002, 0.5, 7)
+    groups = poses_with(0.0002, 0.5, 7)
     lacking = [
         replace(
-            block,
+            group,
             patches=replace(
-                block.patches,
-                values=block.patches.values + block.patches.jacobian @ [0.01, -0.02, 0.03],
+                group.patches,
+                values=group.patches.values + group.patches.jacobian @ [0.01, -0.02, 0.03],
             ),
         )
-        for block in blocks
+        for group in groups
     ]
-    plain, with_gap = (measured_smooth_error(own, _ASSUMED) for own in (blocks, lacking))
+    plain, with_gap = (measured_smooth_error(own, _ASSUMED) for own in (groups, lacking))
     assert with_gap.size == pytest.approx(plain.size, rel=1e-6)
 
 
@@ -111,39 +111,39 @@ def test_views_of_a_motion_keep_their_noise():
 
 def test_whitened_patches_are_uncorrelated_across_poses():
     noise = replace(_ASSUMED, smooth=0.0004, standing=0.9)
-    blocks = poses_with(0.0004, 0.9, 5, noise=noise, sides=(6, 4))
-    blocks = [replace(block, mesh=np.zeros_like(block.mesh)) for block in blocks]
-    seen = whiten(blocks, Part.ALL)
+    groups = poses_with(0.0004, 0.9, 5, noise=noise, sides=(6, 4))
+    groups = [replace(group, mesh=np.zeros_like(group.mesh)) for group in groups]
+    seen = whiten(groups, Part.ALL)
     # A shift of all depths costs as one error of the sensor, not as four.
     ones = [
         replace(
-            block,
-            patches=replace(block.patches, values=1e-6 * np.ones(24), jacobian=np.ones((24, 1))),
+            group,
+            patches=replace(group.patches, values=1e-6 * np.ones(24), jacobian=np.ones((24, 1))),
         )
-        for block in blocks
+        for group in groups
     ]
     together = np.sum(whiten(ones, Part.ALL).jacobian ** 2)
     apart = np.sum(whiten(ones, Part.ALL, is_apart=True).jacobian ** 2)
     assert together < 0.5 * apart
-    own = np.concatenate([block.patches.covariance for block in blocks]).shape[1]
+    own = np.concatenate([group.patches.covariance for group in groups]).shape[1]
     whole = np.zeros((4 * own, 4 * own))
-    for view, block in enumerate(blocks):
+    for view, group in enumerate(groups):
         rows = slice(view * own, (view + 1) * own)
-        whole[rows, rows] = block.patches.covariance
-    centers = np.concatenate([block.patches.centers for block in blocks])
+        whole[rows, rows] = group.patches.covariance
+    centers = np.concatenate([group.patches.centers for group in groups])
     whole += 0.9 * 0.0004**2 * kernel(centers, 80.0)
-    values = np.concatenate([block.patches.values for block in blocks])
+    values = np.concatenate([group.patches.values for group in groups])
     assert seen.chi_square == pytest.approx(values @ np.linalg.solve(whole, values), rel=1e-6)
 
 
 def test_beside_a_large_gap_the_error_is_not_measured(screened, monkeypatch):
     looked = []
 
-    def look(evidence, coordinates, listed):
+    def look(evaluator, coordinates, listed):
         looked.append(len(listed))
-        return (), evidence.blocks(coordinates)
+        return (), evaluator.groups(coordinates)
 
-    monkeypatch.setattr(diagnose, 'library_blocks', look)
+    monkeypatch.setattr(diagnose, 'library_groups', look)
     tilted, tilted_fit, _ = screened
     assert diagnose.with_smooth_error(tilted, tilted_fit) == (tilted, tilted_fit)
     assert looked == []

@@ -20,9 +20,9 @@ _STEP = 0.03  # More than the 20 mm at which a robust fit gives pixels up [m].
 def stepped():
     """One frame of a beam whose second half reads too far."""
     scene, seen = beam_scene((6, 2, 2)), watched(seed=5)
-    evidence, fit = fit_nominal(scene, [seen], None)
-    view = evidence.model.views(fit.coordinates)[0]
-    is_second = evidence.comparers[0].is_second(view.trace)
+    evaluator, fit = fit_nominal(scene, [seen], None)
+    view = evaluator.model.views(fit.coordinates)[0]
+    is_second = evaluator.comparers[0].is_second(view.trace)
     depth = seen.depth.copy()
     window = depth[view.trace.rows, view.trace.columns]
     window[is_second & np.isfinite(view.trace.depth)] += _STEP
@@ -31,21 +31,21 @@ def stepped():
 
 
 def test_the_step_between_materials_is_read_from_the_residuals(stepped):
-    scene, evidence, fit = stepped
+    scene, evaluator, fit = stepped
     listed = [c for c in candidates(scene) if c.identifier == 'depth_bias_by_region']
-    plain, proposed = more_starts(evidence, fit, listed)
+    plain, proposed = more_starts(evaluator, fit, listed)
     assert plain == {}
     assert proposed['depth_bias_by_region.bias'] == pytest.approx(_STEP, abs=0.003)
 
 
 def test_the_step_is_read_before_the_fit_too_where_that_followed_it(stepped):
-    scene, evidence, fit = stepped
-    names = evidence.model.parameters.names
-    first = evidence.model.parameters.start()
+    scene, evaluator, fit = stepped
+    names = evaluator.model.parameters.names
+    first = evaluator.model.parameters.start()
     misled = fit.coordinates.copy()
     misled[names.index('youngs_modulus')] += np.log(4.0)  # The second half lies along the rest.
     listed = [c for c in candidates(scene) if c.identifier == 'depth_bias_by_region']
-    starts = more_starts(evidence, replace(fit, coordinates=misled), listed)
+    starts = more_starts(evaluator, replace(fit, coordinates=misled), listed)
     assert starts[0] == {}
     steps = [start['depth_bias_by_region.bias'] for start in starts[1:]]
     assert len(steps) == 2
@@ -54,15 +54,15 @@ def test_the_step_is_read_before_the_fit_too_where_that_followed_it(stepped):
 
 
 def test_a_step_beyond_a_robust_fit_is_found(stepped):
-    scene, evidence, fit = stepped
+    scene, evaluator, fit = stepped
     listed = [c for c in candidates(scene) if c.identifier == 'depth_bias_by_region']
-    found = try_effects(evidence, fit, listed, {})
+    found = try_effects(evaluator, fit, listed, {})
     assert found is not None
     value = found.amplitudes(listed[0])[0].value
     assert value == pytest.approx(1e3 * _STEP, abs=2.0)
 
 
 def test_other_effects_have_the_starts_of_their_tangents(stepped):
-    scene, evidence, fit = stepped
+    scene, evaluator, fit = stepped
     listed = [c for c in candidates(scene) if c.identifier == 'clamp_offset'][:1]
-    assert more_starts(evidence, fit, listed) == [{}]
+    assert more_starts(evaluator, fit, listed) == [{}]

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
 from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 import numpy as np
 import pytest
@@ -35,11 +35,11 @@ def fit_with(offset: np.ndarray) -> SimpleNamespace:
         weights=np.ones(_COUNT),
         common=CommonError(np.zeros(_COUNT), 1.0),
     )
-    block = Block(0, 'depth', 0, patches, np.zeros(_COUNT), np.zeros(_COUNT, dtype=bool))
+    group = PatchGroup(0, 'depth', 0, patches, np.zeros(_COUNT), np.zeros(_COUNT, dtype=bool))
     return SimpleNamespace(
         parameters=parameters,
         coordinates=coordinates,
-        blocks=[block],
+        groups=[group],
         of_the_body=lambda place: (float(coordinates[place]), 1.0),
         covariance=correlated,
         pose=pose,
@@ -54,17 +54,17 @@ def sigmas(fit: SimpleNamespace) -> float:
 def test_a_pose_within_its_covariance_hides_nothing():
     fit = fit_with(1.2 * _STD * [1, -1, 1, 1, -1, 1])
     assert 1.5 < sigmas(fit) < 4.4
-    assert unstrained(fit) == fit.blocks
+    assert unstrained(fit) == fit.groups
 
 
 @pytest.mark.parametrize('times', [4.0, 20.0])
 def test_what_a_pose_takes_up_beyond_its_covariance_is_put_back(times):
     direction = _STD * [1.0, 0.3, -0.7, 0.2, 1.0, -0.5]
     fit = fit_with(times * direction)
-    (block,) = unstrained(fit)
-    put_back = block.patches.values - fit.blocks[0].patches.values
+    (group,) = unstrained(fit)
+    put_back = group.patches.values - fit.groups[0].patches.values
     # As unlikely as three standard deviations of one number: 4.479 for six.
     share = 1.0 - 4.479072 / sigmas(fit)
-    expected = share * fit.blocks[0].patches.jacobian[:, fit.pose] @ (times * direction)
+    expected = share * fit.groups[0].patches.jacobian[:, fit.pose] @ (times * direction)
     assert 0.0 < share < 1.0
     assert np.allclose(put_back, expected, rtol=2e-3)

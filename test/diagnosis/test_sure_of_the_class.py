@@ -17,17 +17,17 @@ import pytest
 
 @pytest.fixture(scope='module')
 def tilted(screened) -> Hypothesis:
-    evidence, fit, scores = screened
+    evaluator, fit, scores = screened
     score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
-    return try_effects(evidence, fit, [score.candidate], starts_of(score))
+    return try_effects(evaluator, fit, [score.candidate], starts_of(score))
 
 
 def _concluded(screened, tilted: Hypothesis, confidence: float, *alike: str) -> Diagnosis:
-    evidence, fit, scores = screened
+    evaluator, fit, scores = screened
     found = measure_disagreement(fit, scores, margin=1e-5)
     disagreement = replace(found, verdict=Verdict.DISAGREE)
     choice = Choice(tilted, confidence, alike, None)
-    return conclude(evidence, fit, scores, disagreement, Selection((tilted,)), choice, 1.0)
+    return conclude(evaluator, fit, scores, disagreement, Selection((tilted,)), choice, 1.0)
 
 
 def test_a_tilt_is_said_to_be_imitated_by_a_steady_push(screened, tilted):

@@ -25,7 +25,7 @@ def fit(chi_square_per_patch, rms=0.0002):
         weights=np.ones(count),
         common=CommonError(np.zeros(count), 1.0),
     )
-    block = SimpleNamespace(
+    group = SimpleNamespace(
         is_rigid=False,
         view=0,
         patches=patches,
@@ -37,7 +37,7 @@ def fit(chi_square_per_patch, rms=0.0002):
         chi_square_per_patch=chi_square_per_patch,
         patch_count=_PATCHES,
         coordinates=np.zeros(_PARAMETERS),
-        blocks=[block],
+        groups=[group],
     )
 
 
@@ -85,8 +85,8 @@ def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
 
 
 def test_one_view_has_the_class_of_the_effect_that_comes_nearest(screened):
-    evidence, nominal, _ = screened
-    found = describe_unknown(evidence, nominal, 'material')
+    evaluator, nominal, _ = screened
+    found = describe_unknown(evaluator, nominal, 'material')
     assert found.group == 'material'
     assert found.stand_in is None
     assert found.sentence.endswith('class material')

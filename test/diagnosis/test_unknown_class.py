@@ -23,8 +23,8 @@ def test_the_class_is_that_of_the_cause(tmp_path, name):
     path = tmp_path / 'cases' / name / 'scene.yaml'
     scene = load_scene(path)
     inputs = open_inputs(scene, [], pose_source='stored')
-    evidence, nominal = fit_nominal(inputs.scene, inputs.observations, None)
-    best, second, *_ = frame_test(evidence, nominal)
+    evaluator, nominal = fit_nominal(inputs.scene, inputs.observations, None)
+    best, second, *_ = frame_test(evaluator, nominal)
     label = json.loads((tmp_path / 'labels' / f'{name}.json').read_text())
     assert best.group == label['outside_class']
     assert best.prediction > second.prediction > 0.0

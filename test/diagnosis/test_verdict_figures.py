@@ -14,9 +14,9 @@ SURE = 0.99
 def test_a_name_that_a_cause_outside_the_library_imitates_is_less_sure(
     screened, name, is_imitated
 ):
-    evidence, fit, scores = screened
+    evaluator, fit, scores = screened
     candidate = next(s.candidate for s in scores.scores if s.candidate.identifier == name)
-    found = try_effects(evidence, fit, [candidate], {}, max_iterations=1)
+    found = try_effects(evaluator, fit, [candidate], {}, max_iterations=1)
     (effect,) = named_effects(found, SURE)
     assert effect.confidence == (EFFECTS[name].most_confidence if is_imitated else SURE)
     assert (effect.confidence < SURE) == is_imitated

@@ -10,7 +10,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
-from diffcal_ros.diagnosis.diagnose import Course, diagnose
+from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisTrace
 from diffcal_ros.diagnosis.verdict.acceptance import accept
 from diffcal_ros.diagnosis.verdict.verdict import save_verdict, Verdict
 from diffcal_ros.effects.effect import Component, Effect
@@ -69,9 +69,9 @@ def _registered():
         yield
 
 
-def _braced() -> Observation:
+def _braced(pull: float = PULL) -> Observation:
     """See a braced beam of another mesh for several frames."""
-    scene = replace(beam_scene((10, 3, 3)), effects={'brace': {'pull': PULL, 'at': NEAR}})
+    scene = replace(beam_scene((10, 3, 3)), effects={'brace': {'pull': pull, 'at': NEAR}})
     parameters = make_parameters(scene, ('youngs_modulus',), with_edge_bias=False)
     model = ForwardModel(scene, [observation(true_depth())], parameters)
     exact = model.views(parameters.start())[0].trace.full_depth()
@@ -79,7 +79,7 @@ def _braced() -> Observation:
 
 
 @pytest.fixture(scope='module')
-def course() -> Course:
+def trace() -> DiagnosisTrace:
     return diagnose(beam_scene((8, 2, 2)), [_braced()])
 
 
@@ -112,30 +112,39 @@ def test_the_depth_that_is_read_follows_it():
     np.testing.assert_allclose(read, depth + here * np.sin(2.0 * np.pi * depth / 0.012))
     (comparison,), (tangent,) = objective.comparisons(here), model.tangents(here)
     (residuals, column), _ = objective.with_jacobians(0, comparison, view, tangent, here)
-    expected = np.sin(2.0 * np.pi * depth.ravel()[residuals.places] / 0.012)
+    expected = np.sin(2.0 * np.pi * depth.ravel()[residuals.indices] / 0.012)
     np.testing.assert_allclose(column[:, 0], expected)
 
 
-def test_it_is_screened_fitted_and_named(course):
-    diagnosis = course.diagnosis
+def test_it_is_screened_fitted_and_named(trace):
+    diagnosis = trace.diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE
     assert {'brace', 'wiggle'} <= {score['identifier'] for score in diagnosis.details['scores']}
     assert {'brace', 'wiggle'} <= diagnosis.limits.keys()
     (effect,) = diagnosis.effects
     assert (effect.identifier, effect.group) == ('brace', 'load')
     assert effect.amplitude['pull'] == pytest.approx(1e3 * PULL, rel=0.05)
-    across = course.evidence.model.effects.object_axes(0).axes[2]
+    across = trace.evaluator.model.effects.object_axes(0).axes[2]
     assert effect.frame['along'] == pytest.approx(across.tolist())
 
 
-def test_it_is_told_and_accepted(course, write_scene, tmp_path):
-    lines = verdict_lines(course.diagnosis)
+@pytest.mark.slow
+@pytest.mark.parametrize('pull', [0.03, 0.04, -0.03])
+def test_a_larger_one_is_named_as_well(pull):
+    diagnosis = diagnose(beam_scene((8, 2, 2)), [_braced(pull)]).diagnosis
+    (effect,) = diagnosis.effects
+    assert effect.identifier == 'brace'
+    assert effect.amplitude['pull'] == pytest.approx(1e3 * pull, rel=0.05)
+
+
+def test_it_is_told_and_accepted(trace, write_scene, tmp_path):
+    lines = verdict_lines(trace.diagnosis)
     assert any(line.startswith('NAME') and 'brace' in line and 'mN' in line for line in lines)
     assert what_settles(['brace']) == 'a pose without the thread'
     path = write_scene({})
-    scene = replace(course.evidence.model.scene, path=path)
-    model = course.evidence.model.with_parameters(scene, course.evidence.model.parameters)
-    described = replace(course, evidence=course.evidence.of(model)).described()
+    scene = replace(trace.evaluator.model.scene, path=path)
+    model = trace.evaluator.model.with_parameters(scene, trace.evaluator.model.parameters)
+    described = replace(trace, evaluator=trace.evaluator.of(model)).described()
     save_verdict(described.diagnosis, tmp_path / 'verdict.json')
     accept(tmp_path)
     assert fit_names_in_force(read_versions(path)) == ('brace.pull',)

@@ -37,7 +37,9 @@ def settled(body, law, element):
     """Return where this package's elements come to rest [m], shape (V, 3)."""
     own = find_law(law)
     simulated = StaticBody(body.mesh, element, body.held, law=own)
-    material = Material(body.youngs_modulus, body.poissons_ratio, body.density, shares=own.SHARES)
+    material = Material(
+        body.youngs_modulus, body.poissons_ratio, body.density, conversion=own.CONVERSION
+    )
     simulated.solve_equilibrium(material, body.gravity)
     return simulated.state.positions[: body.mesh.vertex_count]
 

@@ -42,7 +42,7 @@ def material(body: StaticBody) -> Material:
 
 
 def masses(body: StaticBody) -> np.ndarray:
-    share = body.axes.share(body.discretisation.rest_nodes)
+    share = body.axes.fraction(body.discretisation.rest_nodes)
     weights = np.exp(-0.5 * ((share - 0.7) / 0.1) ** 2)
     return 0.004 * weights / weights.sum()
 
@@ -153,7 +153,7 @@ def test_a_gradient_answers_for_its_own_state_only(body):
     before = gradient.along(by_mass)
     body.solve_equilibrium(numbers, 0.9 * GRAVITY, conditions=here)
     assert gradient.along(Change(gravity=GRAVITY)) != 0.0
-    with pytest.raises(RuntimeError, match='settled anew since this gradient was found'):
+    with pytest.raises(RuntimeError, match='solved anew since this gradient was found'):
         gradient.along(by_mass)
     assert body.gradient(_weights(body)).along(by_mass) != before
 

@@ -5,7 +5,7 @@
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.sparse_pattern import make_pattern
-from diffcal_ros.material import LameConvention, Material, NeoHookeanNumbers
+from diffcal_ros.material import LameConvention, LameParameters, Material
 import numpy as np
 import pytest
 from scipy.sparse import csc_matrix, tril
@@ -21,7 +21,7 @@ def _body(element: Element, random: np.random.Generator) -> tuple[ElasticBody, n
     body = ElasticBody(discretise(beam_mesh((3, 1, 2), (0.05, 0.02, 0.03)), element))
     tet_count = len(body.discretisation.nodes)
     mu = 4e4 * (1.0 + random.random(tet_count))
-    body.set_numbers(NeoHookeanNumbers(mu, 30.0 * mu * (1.0 + random.random(tet_count))))
+    body.set_lame_parameters(LameParameters(mu, 30.0 * mu * (1.0 + random.random(tet_count))))
     return body, body.discretisation.rest_nodes + 1e-3 * random.normal(
         size=body.discretisation.rest_nodes.shape
     )
@@ -84,12 +84,12 @@ def test_force_of_numbers_is_the_slope_by_the_material(element, random) -> None:
     count = len(body.discretisation.nodes)
     mu, lam = 4e4 * (1.0 + random.random(count)), 1e6 * (1.0 + random.random(count))
     dmu, dlam = random.normal(size=count), random.normal(size=count)
-    body.set_numbers(NeoHookeanNumbers(mu + dmu, lam + dlam))
+    body.set_lame_parameters(LameParameters(mu + dmu, lam + dlam))
     above = body.forces(positions)
-    body.set_numbers(NeoHookeanNumbers(mu - dmu, lam - dlam))
+    body.set_lame_parameters(LameParameters(mu - dmu, lam - dlam))
     below = body.forces(positions)
-    body.set_numbers(NeoHookeanNumbers(mu, lam))
-    tangent = body.force_of_numbers(positions, NeoHookeanNumbers(dmu, dlam))
+    body.set_lame_parameters(LameParameters(mu, lam))
+    tangent = body.force_of_lame_parameters(positions, LameParameters(dmu, dlam))
     scale = np.abs(tangent).max()
     # The energy is linear in its numbers: the difference is exact up to rounding.
     np.testing.assert_allclose((above - below) / 2.0, tangent, atol=1e-7 * scale)
@@ -123,7 +123,7 @@ def _uniaxial(material: Material, stretch: float) -> tuple[float, float]:
     """Force over area of a bar pulled by a small stretch, and its lateral contraction."""
     mesh = beam_mesh((2, 1, 1), (0.04, 0.02, 0.02))
     body = ElasticBody(discretise(mesh, Element.LINEAR))
-    body.set_numbers(material.numbers())
+    body.set_lame_parameters(material.lame_parameters())
     low, high = 0.0, 1.0
     for _ in range(60):  # the lateral strain at which the sides are free of force
         nu = 0.5 * (low + high)
@@ -148,7 +148,7 @@ def test_small_stretch_measures_youngs_modulus(convention, shear_share) -> None:
         np.full(count, modulus), np.full(count, nu), np.full(count, 1000.0), convention
     )
     mu = shear_share * modulus / (2 * (1 + nu))
-    numbers = material.numbers()
+    numbers = material.lame_parameters()
     # Linearised at rest: shear 3/4 mu', Lame's other number lambda' - 5/8 mu' (see the energy).
     lam = float(numbers.neo_hookean_lambda[0]) - 0.625 * float(numbers.neo_hookean_mu[0])
     expected_modulus = mu * (3 * lam + 2 * mu) / (lam + mu)

@@ -41,18 +41,18 @@ def test_quadratic_fields_are_exact_on_quadratic_elements(random) -> None:
 
 
 @pytest.mark.parametrize('element', ELEMENTS)
-def test_weights_and_load_shares_sum_to_the_volume(element) -> None:
+def test_weights_and_load_fractions_sum_to_the_volume(element) -> None:
     mesh = beam_mesh()
     body = discretise(mesh, element)
     np.testing.assert_allclose(body.weights.sum(axis=1), mesh.volumes)
-    np.testing.assert_allclose(body.load_shares.sum(axis=1), mesh.volumes)
+    np.testing.assert_allclose(body.load_fractions.sum(axis=1), mesh.volumes)
 
 
 @pytest.mark.parametrize('element', ELEMENTS)
 def test_a_uniform_load_works_through_the_centroid(element) -> None:
     mesh = beam_mesh()
     body = discretise(mesh, element)
-    moment = np.einsum('ta,tai->ti', body.load_shares, body.rest_nodes[body.nodes])
+    moment = np.einsum('ta,tai->ti', body.load_fractions, body.rest_nodes[body.nodes])
     np.testing.assert_allclose(moment, mesh.volumes[:, None] * mesh.centroids, atol=1e-15)
 
 
@@ -74,7 +74,7 @@ def test_moved_vertices_are_discretised_as_a_new_mesh_is(element, random) -> Non
     shift = random.normal(scale=5e-4, size=mesh.rest_positions.shape)
     moved = TetMesh(mesh.rest_positions + shift, mesh.tets)
     fresh, again = discretise(moved, element), reshaped(discretise(mesh, element), moved)
-    for name in ('rest_nodes', 'gradients', 'weights', 'load_shares'):
+    for name in ('rest_nodes', 'gradients', 'weights', 'load_fractions'):
         np.testing.assert_allclose(getattr(again, name), getattr(fresh, name), rtol=1e-12)
     for name in ('nodes', 'node_parents', 'surface_triangles'):
         np.testing.assert_array_equal(getattr(again, name), getattr(fresh, name))

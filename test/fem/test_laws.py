@@ -10,7 +10,7 @@ from diffcal_ros.fem.laws import find_law, law_names
 from diffcal_ros.fem.laws.mooney_rivlin import RATIO
 from diffcal_ros.fem.sparse_pattern import make_pattern
 from diffcal_ros.fem.static_body import StaticBody
-from diffcal_ros.material import lame_lambda, lame_mu, Material, NeoHookeanNumbers
+from diffcal_ros.material import lame_lambda, lame_mu, LameParameters, Material
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -30,14 +30,14 @@ _SIZE = (0.04, 0.02, 0.02)
 
 def _material(mesh, law: str, modulus: float = 80e3, nu: float = 0.4) -> Material:
     ones = np.ones(mesh.tet_count)
-    return Material(modulus * ones, nu * ones, 1e3 * ones, shares=find_law(law).SHARES)
+    return Material(modulus * ones, nu * ones, 1e3 * ones, conversion=find_law(law).CONVERSION)
 
 
 def _shaken(law: str, random: np.random.Generator) -> tuple[ElasticBody, np.ndarray]:
     mesh = beam_mesh((3, 1, 2), (0.05, 0.02, 0.03))
     body = ElasticBody(discretise(mesh, Element.QUADRATIC), law=find_law(law))
     mu = 4e4 * (1.0 + random.random(mesh.tet_count))
-    body.set_numbers(NeoHookeanNumbers(mu, 30.0 * mu * (1.0 + random.random(mesh.tet_count))))
+    body.set_lame_parameters(LameParameters(mu, 30.0 * mu * (1.0 + random.random(mesh.tet_count))))
     rest = body.discretisation.rest_nodes
     return body, rest + 1e-3 * random.normal(size=rest.shape)
 
@@ -74,18 +74,20 @@ def test_assembled_stiffness_agrees_with_the_matrix_free_product(law, random) ->
 def test_constants_pull_forces_and_are_pulled_back(law, random) -> None:
     body, positions = _shaken(law, random)
     count = len(body.discretisation.nodes)
-    change = NeoHookeanNumbers(random.normal(size=count), random.normal(size=count))
-    tangent = body.force_of_numbers(positions, change)
+    change = LameParameters(random.normal(size=count), random.normal(size=count))
+    tangent = body.force_of_lame_parameters(positions, change)
     adjoint = random.normal(size=positions.shape)
     by = body.number_gradient(positions, adjoint)
     pulled = by.neo_hookean_mu @ change.neo_hookean_mu
     pulled += by.neo_hookean_lambda @ change.neo_hookean_lambda
     assert pulled == pytest.approx(float((adjoint * tangent).sum()), rel=1e-9)
     # Laws are linear in their constants: the force of the constants themselves is the force.
-    everything = NeoHookeanNumbers(body._mu.numpy(), body._lam.numpy())
+    everything = LameParameters(body._mu.numpy(), body._lam.numpy())
     forces = body.forces(positions)
     np.testing.assert_allclose(
-        body.force_of_numbers(positions, everything), forces, atol=1e-9 * np.abs(forces).max()
+        body.force_of_lame_parameters(positions, everything),
+        forces,
+        atol=1e-9 * np.abs(forces).max(),
     )
 
 
@@ -94,7 +96,7 @@ def test_small_strains_follow_hookes_law_with_e_and_nu(law, random) -> None:
     mesh = beam_mesh((2, 1, 1), _SIZE)
     material = _material(mesh, law)
     body = ElasticBody(discretise(mesh, Element.LINEAR), law=find_law(law))
-    body.set_numbers(material.numbers())
+    body.set_lame_parameters(material.lame_parameters())
     half = random.normal(size=(3, 3))
     strain = half + half.T  # Askew: every component counts.
     found = _stress(body, np.eye(3) + _SMALL * strain)
@@ -171,11 +173,11 @@ def test_a_pulled_bar_meets_the_closed_form(law, principal, stretch) -> None:
     """Principal stresses by hand, sides free of stress, beside an equilibrium."""
     mesh = beam_mesh((2, 1, 1), _SIZE)
     material = _material(mesh, law)
-    numbers = material.numbers()
+    numbers = material.lame_parameters()
     closed = partial(principal, numbers.neo_hookean_mu[0], numbers.neo_hookean_lambda[0])
     side = brentq(lambda b: closed(b, b, stretch), 0.7, 1.3, xtol=1e-14)
     body = ElasticBody(discretise(mesh, Element.LINEAR), law=find_law(law))
-    body.set_numbers(numbers)
+    body.set_lame_parameters(numbers)
     found = _stress(body, np.diag([stretch, side, side]))
     pull = closed(stretch, side, side)
     np.testing.assert_allclose(found, np.diag([pull, 0.0, 0.0]), atol=1e-9 * abs(pull))
@@ -219,7 +221,7 @@ def test_linear_elasticity_doubles_the_sag_with_the_load() -> None:
 def test_a_material_of_another_law_is_refused() -> None:
     mesh = beam_mesh((2, 1, 1), _SIZE)
     body = StaticBody(mesh, Element.LINEAR, held_end(mesh), law=find_law('mooney_rivlin'))
-    with pytest.raises(ValueError, match='give the material the SHARES of its law'):
+    with pytest.raises(ValueError, match='give the material the CONVERSION of its law'):
         body.solve_equilibrium(_material(mesh, 'linear_elastic'), GRAVITY)
 
 

@@ -103,7 +103,7 @@ def _body(solver: str, law: str = 'stable_neo_hookean') -> StaticBody:
 def _material(body: StaticBody, random: np.random.Generator, nu: float) -> Material:
     count = body.mesh.tet_count
     modulus = 40e3 * random.uniform(0.7, 1.4, count)
-    shares = body.elastic.law.SHARES
+    shares = body.elastic.law.CONVERSION
     ones = np.ones(count)
     return Material(modulus, nu * ones, 1080.0 * ones, LameConvention.CONSISTENT, shares)
 
@@ -161,7 +161,7 @@ def test_gradient_in_single_precision_is_the_slope(step, random) -> None:
             material.poissons_ratio,
             material.density,
             material.convention,
-            material.shares,
+            material.conversion,
         )
         return float(
             (

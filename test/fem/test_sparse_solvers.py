@@ -16,7 +16,7 @@ def _installed() -> list[str]:
     body = hanging_beam(Element.LINEAR)
     for name in SOLVER_NAMES:
         try:
-            make_solver(body.solver.pattern, name)
+            make_solver(body.solver.stiffness.pattern, name)
         except ImportError:
             continue
         names.append(name)
@@ -45,7 +45,7 @@ def test_every_solver_finds_the_same_equilibrium(solver) -> None:
 
 @pytest.mark.parametrize('solver', NAMED)
 def test_every_solver_refuses_an_indefinite_matrix(solver, random) -> None:
-    pattern = hanging_beam(Element.LINEAR).solver.pattern
+    pattern = hanging_beam(Element.LINEAR).solver.stiffness.pattern
     values = np.zeros(pattern.entry_count)
     values[pattern.diagonal_slots] = 1.0
     engine = make_solver(pattern, solver)
@@ -65,7 +65,7 @@ def test_unknown_solver_is_named_with_the_known_ones() -> None:
 
 @pytest.mark.parametrize('solver', NAMED)
 def test_a_solver_that_is_gone_gives_its_memory_back(solver) -> None:
-    pattern = hanging_beam(Element.QUADRATIC, beam_mesh((8, 3, 3))).solver.pattern
+    pattern = hanging_beam(Element.QUADRATIC, beam_mesh((8, 3, 3))).solver.stiffness.pattern
     values = np.zeros(pattern.entry_count)
     values[pattern.diagonal_slots] = 1.0
 

@@ -40,7 +40,7 @@ def _settled(
     modulus = 30e3 * (1.0 + 0.5 * np.sin(np.arange(mesh.tet_count)))
     ones = np.ones(mesh.tet_count)
     material = Material(
-        modulus, 0.49 * ones, 1080.0 * ones, LameConvention.CONSISTENT, module.SHARES
+        modulus, 0.49 * ones, 1080.0 * ones, LameConvention.CONSISTENT, module.CONVERSION
     )
     body.solve_equilibrium(material, GRAVITY)
     return body, material

@@ -81,7 +81,13 @@ def test_everything_comes_in_order_and_then_it_ends(play):
     times = [message.time_ns for message in recorder.messages]
     assert times == sorted(times)
     counts = {role: sum(message.role is role for message in recorder.messages) for role in Role}
-    assert counts == {Role.DEPTH: 4, Role.DEPTH_INFO: 4, Role.COLOR: 2, Role.COLOR_INFO: 2}
+    assert counts == {
+        Role.DEPTH: 4,
+        Role.DEPTH_INFO: 4,
+        Role.COLOR: 2,
+        Role.COLOR_INFO: 2,
+        Role.FRAMES: 0,
+    }
     assert set(times) <= set(recorder.ticks)
     assert recorder.recordings[0].depth_count == 4
     with pytest.raises(InputError, match='has ended'):

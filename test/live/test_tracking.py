@@ -46,6 +46,7 @@ class Stream:
         self.session.inputs.set_camera(CAMERA)
         self.session.inputs.pose = StampedPose(DEPTH_FROM_WORLD, None, FRAME)
         self.stamp_ns = START
+        self.spoil = np.float32(1.0)
         self._random = np.random.default_rng(6)
 
     def close(self) -> None:
@@ -61,7 +62,8 @@ class Stream:
 
     def put(self, factor: float = 1.0) -> None:
         """Send one frame."""
-        frame = DepthFrame(noisy(exact(factor), self._random), self.stamp_ns, FRAME)
+        depth = self.spoil * noisy(exact(factor), self._random)
+        frame = DepthFrame(depth, self.stamp_ns, FRAME)
         self.session.add_frame(frame, self.stamp_ns)
 
     def shoot(self, count: int, factor: float = 1.0) -> None:
@@ -159,6 +161,28 @@ def test_stamps_that_stand_still_are_told(stream):
     assert 'stand still' in health.message
     assert health.values['frames refused for their stamp'] == '40'
     stream.shoot(1)
+    assert session_health(session).level is Level.OK
+
+
+@pytest.mark.parametrize(
+    ('factor', 'words'),
+    [
+        (np.nan, 'no pixel of the depth images holds a depth'),
+        (1000.0, 'depth is 1e+03 times that of the fit: the images are in another unit now'),
+        (0.001, 'depth is 0.001 times that of the fit'),
+    ],
+)
+def test_why_the_images_do_not_show_the_body_is_told(stream, factor, words):
+    session = stream.session
+    stream.track()
+    stream.shoot(5)
+    stream.spoil = np.float32(factor)
+    stream.shoot(40)
+    health = session_health(session)
+    assert health.level is Level.ERROR
+    assert words in health.message
+    stream.spoil = np.float32(1.0)
+    stream.shoot(3)
     assert session_health(session).level is Level.OK
 
 

@@ -4,6 +4,7 @@
 
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, IndexType
@@ -145,6 +146,77 @@ def test_records_of_an_unknown_kind_are_noticed_where_nothing_counts(write_bag, 
     flip(file, depth_places(file)[2], 0x80)
     with pytest.raises(RecordingError, match='records of an unknown kind'):
         open_recording(file)
+
+
+def index_places(path):
+    """Return start and end of each message index that is not empty."""
+    places = []
+    with path.open('rb') as stream:
+        reader = StreamReader(stream)
+        for record in reader.records:
+            if type(record).__name__ == 'MessageIndex' and record.records:
+                end = reader._stream.count
+                places.append((end - 9 - 6 - 16 * len(record.records), end))
+    return places
+
+
+def cut_out_summary(content):
+    """Spoil the footer's place of the summary: only message indexes announce anything then."""
+    footer = len(content) - 8 - 29
+    content[footer + 9 : footer + 17] = (1 << 40).to_bytes(8, 'little')
+
+
+def test_an_index_that_stands_twice_announces_once(chunked, depth_images):
+    start, end = index_places(chunked)[4]
+    content = bytearray(chunked.read_bytes())
+    assert content[start] == Opcode.MESSAGE_INDEX
+    content[end:end] = content[start:end]
+    cut_out_summary(content)
+    chunked.write_bytes(content)
+    recording = open_recording(chunked, allow_truncated=True)
+    assert read_numbers(recording, depth_images) == list(range(12))
+    assert recording.lost_counts == {}
+    assert 'is damaged: 50 messages can be read; how many' in recording.notes[0]
+
+
+def test_an_index_of_another_time_than_its_chunk_announces_nothing(chunked, depth_images):
+    start, _ = index_places(chunked)[4]
+    content = bytearray(chunked.read_bytes())
+    content[start + 9 + 6 + 7] ^= 0x40
+    cut_out_summary(content)
+    chunked.write_bytes(content)
+    recording = open_recording(chunked, allow_truncated=True)
+    assert read_numbers(recording, depth_images) == list(range(12))
+    assert recording.lost_counts == {}
+    assert 'is damaged: 50 messages can be read' in recording.notes[0]
+
+
+@pytest.mark.parametrize('spoilt', ['its counts', 'its length'])
+def test_topics_are_named_by_what_is_left_of_the_summary(chunked, spoilt):
+    with chunked.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    first = min(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset)
+    topics = {channel.topic: number for number, channel in summary.channels.items()}
+    names = topics_of(chunked, first)
+    counts = b''.join(
+        number.to_bytes(2, 'little') + count.to_bytes(8, 'little')
+        for number, count in summary.statistics.channel_message_counts.items()
+    )
+    content = bytearray(chunked.read_bytes())
+    place = content.index(counts)
+    if spoilt == 'its counts':
+        # Of a channel that is not there.
+        lost = topics[names[0]].to_bytes(2, 'little')
+        entry = next(k for k in range(0, len(counts), 10) if counts[k : k + 2] == lost)
+        content[place + entry + 1] ^= 0x20
+    else:
+        content[place - 1] ^= 0x40
+    # The chunk that describes the first topics cannot be unpacked, nor its records be read.
+    content[first.chunk_start_offset + 60 : first.chunk_start_offset + 400] = bytes(340)
+    chunked.write_bytes(content)
+    recording = open_recording(chunked, allow_truncated=True)
+    assert set(names) <= set(recording.lost_counts) <= set(topics)
+    assert sum(recording.lost_counts.values()) == 50 - recording.saved_count
 
 
 def test_a_sound_recording_has_no_losses(chunked, depth_images):

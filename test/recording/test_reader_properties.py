@@ -8,22 +8,14 @@ from diffcal_ros.recording.compressed_depth import decode_compressed_depth
 import numpy as np
 import pytest
 from support.packed_depth import PNG, png, RVL, rvl
+from support.properties import many
 
 hypothesis = pytest.importorskip('hypothesis', reason='hypothesis is not installed')
-given, settings, Check = hypothesis.given, hypothesis.settings, hypothesis.HealthCheck
+given = hypothesis.given
 st = pytest.importorskip('hypothesis.strategies')
 numpy_strategies = pytest.importorskip('hypothesis.extra.numpy')
 
-_MANY = settings(
-    max_examples=60,
-    deadline=None,
-    derandomize=True,
-    database=None,
-    suppress_health_check=[
-        hypothesis.HealthCheck.function_scoped_fixture,
-        hypothesis.HealthCheck.too_slow,
-    ],
-)
+_MANY = many(60)
 _LONGEST = 1600
 images = numpy_strategies.arrays(
     np.uint16,

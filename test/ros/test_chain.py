@@ -3,7 +3,10 @@
 """The three nodes as processes: the sample bag ends in the command line's number."""
 
 import json
+import os
 from pathlib import Path
+import subprocess
+import sys
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from diffcal_ros import calibrate, load_scene, open_inputs
@@ -107,6 +110,30 @@ def test_bare_nodes_say_what_they_want_and_end_without_a_trace(start_node, make_
     for node in nodes:
         assert node.interrupt() == 0, node.output
         assert 'Traceback' not in node.output
+
+
+@pytest.mark.parametrize(
+    ('variables', 'arguments', 'words'),
+    [
+        ({}, ['--params-file', '/nowhere.yaml'], "Couldn't parse params file"),
+        ({}, ['--no-such-option'], 'check what follows --ros-args'),
+        ({'ROS_DOMAIN_ID': 'mine'}, [], 'ROS_DOMAIN_ID (0 to 101)'),
+        ({'ROS_LOG_DIR': '/dev/null/log'}, [], 'ROS_LOG_DIR'),
+    ],
+)
+def test_what_ros_gives_up_at_is_told(variables, arguments, words):
+    code = 'import sys; from diffcal_ros.ros.marker_pose_node import main; sys.exit(main())'
+    done = subprocess.run(
+        [sys.executable, '-c', code, '--ros-args', *arguments],
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert 'ROS cannot be started (' in done.stderr
+    assert words in done.stderr
+    assert 'Traceback' not in done.stderr
 
 
 def test_a_wrong_value_at_the_start_ends_the_node_with_a_sentence(start_node):

@@ -13,6 +13,7 @@ from diffcal_ros.ros.run_node import PIP_PACKAGES
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGE_XML = (ROOT / 'package.xml').read_text()
 SHARED = (
     'package.xml',
     'launch/calibrate.launch.py',
@@ -34,8 +35,8 @@ ROSDEP = {
     'tqdm': 'python3-tqdm',
     'trimesh': 'python3-trimesh-pip',
 }
-# rosdep knows no key for these: the README's line for pip does.
-PIP_ONLY = {'lz4', 'mcap', 'qdldl', 'warp-lang', 'zstandard'}
+# rosdep knows no key for these: the line for pip in docs/live.md does.
+PIP_ONLY = {'joblib', 'lz4', 'mcap', 'qdldl', 'warp-lang', 'zstandard'}
 
 
 def _required() -> set[str]:
@@ -65,11 +66,17 @@ def test_a_link_to_setup_py_finds_what_is_beside_the_file(tmp_path, has_requirem
 
 
 def test_package_xml_names_every_requirement_that_rosdep_knows():
-    declared = set(
-        re.findall('<exec_depend>(.*?)</exec_depend>', (ROOT / 'package.xml').read_text())
-    )
+    declared = set(re.findall('<exec_depend>(.*?)</exec_depend>', PACKAGE_XML))
     assert _required() == set(ROSDEP) | PIP_ONLY
     assert set(ROSDEP.values()) <= declared
+
+
+def test_the_recipe_for_a_workspace_installs_what_rosdep_does_not():
+    recipe = (ROOT / 'docs' / 'live.md').read_text()
+    (named,) = re.findall(r'pip install --break-system-packages (.*)', recipe)
+    assert set(named.split()) == PIP_ONLY
+    (stated,) = re.findall('rosdep has no key for these: pip install (.*?) -->', PACKAGE_XML)
+    assert set(stated.split()) == PIP_ONLY
 
 
 def test_a_missing_pip_package_is_told_with_the_line_that_installs_all(tmp_path):

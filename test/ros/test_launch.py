@@ -86,6 +86,35 @@ def test_a_topic_goes_before_what_the_camera_says(launched):
         module.camera_topics(context)
 
 
+@pytest.mark.parametrize(
+    ('given', 'words'),
+    [
+        ({'camera': 'kinect'}, "camera is 'kinect'"),
+        ({'rate': 'fast'}, "rate is 'fast': use a number"),
+        ({'loop': 'maybe'}, "loop is 'maybe': use true or false"),
+        ({'rviz': 'no'}, "rviz is 'no': use true or false"),
+        ({'use_sim_time': ''}, 'use_sim_time must not be empty'),
+        ({'params_file': '/nowhere.yaml'}, "there is no file '/nowhere.yaml'"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_before_anything_starts(launched, given, words):
+    from launch.actions import GroupAction, OpaqueFunction
+
+    module, context = launched(**given)
+    with pytest.raises(ValueError, match=words):
+        module.check_arguments(context)
+    started = module.generate_launch_description().entities
+    checks = [place for place, one in enumerate(started) if isinstance(one, OpaqueFunction)]
+    groups = [place for place, one in enumerate(started) if isinstance(one, GroupAction)]
+    assert checks[0] < groups[0]
+
+
+def test_every_value_in_the_help_is_taken(launched):
+    for camera in ('orbbec', '/arm'):
+        module, context = launched(camera=camera, rate='0.5', loop='True', rviz='false')
+        module.check_arguments(context)
+
+
 def test_what_is_not_given_stays_as_the_parameter_file_says(launched):
     module, context = launched(bag=BAG, rate='2', loop='true', use_sim_time='true')
     calibration, _, source = module._nodes(context)

@@ -28,6 +28,9 @@ WRONG = {
         ('device', 'cuda:9', 'cuda:9'),
         ('autostart', False, 'read-only'),
         ('pose_source', 'gps', 'use one of scene, estimated, stored, tf, topic'),
+        ('world_frame', '/rig', "'/rig' is no name of a frame"),
+        ('body_frame', 'scene_world', "two frames are called 'scene_world'"),
+        ('out', '/dev/null/results', '/dev/null is no folder'),
     ],
     'depth_source': [
         ('rate', 0.0, 'rate'),
@@ -40,6 +43,7 @@ WRONG = {
         ('window', 1000, 'window'),
         ('corner_refinement', 'magic', 'use one of edges, none, subpixel'),
         ('use_depth', False, 'read-only'),
+        ('marker_frame', 'marker ', 'is no name of a frame'),
     ],
 }
 

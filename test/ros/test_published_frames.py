@@ -5,13 +5,16 @@
 from importlib.util import find_spec
 import json
 from pathlib import Path
+import shutil
 import tempfile
 
+from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.rigid_transform import inverse, rotation_matrix, transform
 from diffcal_ros.ros.calibration import CalibrationNode
 from diffcal_ros.ros.conversion import (
     header_message,
     image_message,
+    stamp_ns,
     transform_matrix,
     transform_message,
 )
@@ -25,9 +28,10 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
-from support.posed_bags import copy_beam, send_tf
+from support.posed_bags import copy_beam, send_tf, spoil, true_pose
 from support.ros_images import depth_image
 from support.tf2_messages import provide_tf2_messages, withdraw_tf2_messages
+import yaml
 
 DEPTH, COLOR = 'camera_depth_optical_frame', 'camera_color_optical_frame'
 BASE_FROM_DEPTH = transform(rotation_matrix(np.array([0.1, -0.7, 0.2])), np.array([0.5, 0.1, 2.0]))
@@ -59,6 +63,27 @@ def bag(recorded_beam, tmp_path):
         send_tf(writer, '/tf_static', np.eye(4), *broken, stamps[0], is_turned=False)
 
     return copy_beam(recorded_beam, tmp_path / 'bag', extra)
+
+
+@pytest.fixture
+def turning_bag(recorded_beam, tmp_path):
+    """The filmed beam before a camera that a robot turns; /tf goes on when the film is over."""
+
+    def extra(writer, stamps):
+        period = stamps[1] - stamps[0]
+        for number in range(-1, 3 * len(stamps)):
+            stamp = stamps[0] + number * period
+            send_tf(writer, '/tf', turned(number), 'robot_base', 'flange', stamp)
+            send_tf(writer, '/tf', np.eye(4), 'robot_base', 'wheel', stamp)
+            send_tf(writer, '/tf', np.eye(4), 'base', 'broken', stamp, is_turned=False)
+        spoil(writer, ('/tf',), stamps[1])
+
+    return copy_beam(recorded_beam, tmp_path / 'turning', extra)
+
+
+def turned(number):
+    """Return robot_base_from_flange when so many frames have passed, shape (4, 4)."""
+    return transform(rotation_matrix(np.array([0.1, 0.02 * number, 0.3])), np.array([0.5, 0.1, 2]))
 
 
 class Listener:
@@ -101,6 +126,68 @@ def test_a_recordings_still_frames_are_passed_on(make_bench, bag, recorded_beam,
     # Who comes late hears of them, too.
     late = Listener(bench, messages)
     bench.until(lambda: len(late.still) == 2, 'the latched message')
+
+
+def test_a_recordings_moving_frames_go_with_its_images(make_bench, turning_bag, messages):
+    """Loops go on, the frames of others are left to them, and what is unusable is left out."""
+    bench = make_bench({'bag': turning_bag, 'wait_for_subscriber': 5.0, 'loop': True})
+    came = bench.collect(messages, '/tf', 100)
+    images = bench.collect(Image, 'depth/image_rect_raw')
+    said_by_another(bench, messages, '/tf_static', 'robot', 'wheel')
+    bench.add(DepthSourceNode)
+    recording = open_recording(turning_bag)
+    count = recording.depth_count
+    bench.until(lambda: len(images) > 2 * count, 'a third round')
+    found = [one for message in came for one in message.transforms]
+    assert {one.child_frame_id for one in found} == {'flange'}
+    stamps = [stamp_ns(one.header.stamp) for one in found]
+    assert (np.diff(stamps) > 0).all()
+    first = [stamp_ns(image.header.stamp) for image in images[:count]]
+    period = first[1] - first[0]
+    # One before the first image, one with each, and none of those after the film.
+    rounds = [first[0] + number * period for number in range(-1, 2 * count)]
+    np.testing.assert_allclose(stamps[: len(rounds)], rounds, rtol=0.0, atol=1000.0)
+    for number in (-1, 0, count - 1):
+        matrix = transform_matrix(found[number + 1].transform)
+        np.testing.assert_allclose(matrix, turned(number), atol=1e-12)
+    np.testing.assert_allclose(transform_matrix(found[count + 1].transform), turned(0), atol=1e-12)
+    bench.status(REPLAY, b'\x01', 'the message is no tf2_msgs/msg/TFMessage')
+    bench.until(lambda: int(bench.value(REPLAY, '/tf sent') or 0) >= len(rounds), 'the count')
+
+
+def test_a_pose_from_tf_works_in_a_replay(make_bench, recorded_beam, tmp_path, messages):
+    """The recording alone says where the camera is: on a /tf that goes on all the while."""
+    truth = true_pose(recorded_beam)
+
+    def extra(writer, stamps):
+        for stamp in stamps:
+            send_tf(writer, '/tf', turned(3), 'base', 'rig', stamp)
+            send_tf(writer, '/tf', turned(3) @ inverse(truth), 'base', DEPTH, stamp)
+
+    folder = tmp_path / 'scene'
+    folder.mkdir()
+    document = yaml.safe_load(recorded_beam.scene.read_text())
+    document.update(pose={'source': 'tf', 'world_frame': 'rig'})
+    document.pop('bag', None)
+    shutil.copy(recorded_beam.scene.parent / 'beam.tet', folder)
+    (folder / 'scene.yaml').write_text(yaml.safe_dump(document))
+    bench = make_bench(
+        {
+            'scene': folder / 'scene.yaml',
+            'bag': copy_beam(recorded_beam, tmp_path / 'bag', extra),
+            'wait_for_subscriber': 60.0,
+            'rate': 0.5,
+            # More frames than come, so that nothing is fitted.
+            'window.seconds': 3600.0,
+        }
+    )
+    node = bench.add(CalibrationNode)
+    bench.add(DepthSourceNode)
+    bench.status(REPLAY, OK, 'was replayed to its end')
+    bench.status('calibration: fit', OK, 'collecting frames')
+    session = node._session
+    (seen,) = session.inputs.snapshot(session.window.frames).observe(session.scene)
+    np.testing.assert_allclose(seen.depth_from_world, truth, atol=1e-9)
 
 
 def test_what_another_node_says_is_left_to_it(make_bench, bag, messages):

@@ -13,7 +13,7 @@ from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.modulus_field import write_modulus_field
 from diffcal_ros.scene.refinement import refined_scene
 from diffcal_ros.scene.save import save_fitted_scene
-from diffcal_ros.synthetic.posed_body import start_material
+from diffcal_ros.scene.start_material import start_material
 from diffcal_ros.tet_mesh import TetMesh
 import meshio
 import numpy as np

@@ -6,22 +6,14 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
 import pytest
+from support.properties import many
 import yaml
 
 hypothesis = pytest.importorskip('hypothesis', reason='hypothesis is not installed')
-given, settings, Check = hypothesis.given, hypothesis.settings, hypothesis.HealthCheck
+given = hypothesis.given
 st = pytest.importorskip('hypothesis.strategies')
 
-_MANY = settings(
-    max_examples=80,
-    deadline=None,
-    derandomize=True,
-    database=None,
-    suppress_health_check=[
-        hypothesis.HealthCheck.function_scoped_fixture,
-        hypothesis.HealthCheck.too_slow,
-    ],
-)
+_MANY = many(80)
 _LONGEST = 4000
 _SECTIONS = (
     *('format', 'name', 'mesh', 'held', 'regions', 'gravity', 'placement', 'marker', 'fit'),

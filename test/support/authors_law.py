@@ -14,23 +14,23 @@ from diffcal_ros.fem.laws.stable_neo_hookean import (
     stiffness_block,
     stress_tangent,
 )
-from diffcal_ros.material import PLAIN_SHARES
+from diffcal_ros.material import PLAIN_CONVERSION
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
 __all__ = [
-    'SHARES',
+    'CONVERSION',
     'TAKES_TURNING_STEPS',
     'cofactor',
     'energy_density',
     'point',
     'stiffness_block',
     'stress',
-    'stress_of_numbers',
+    'stress_of_lame_parameters',
     'stress_tangent',
 ]
-SHARES = PLAIN_SHARES
+CONVERSION = PLAIN_CONVERSION
 TAKES_TURNING_STEPS = True
 
 
@@ -45,7 +45,7 @@ def stress(F: wp.mat33d, mu: wp.float64, lam: wp.float64):
 
 
 @wp.func
-def stress_of_numbers(
+def stress_of_lame_parameters(
     F: wp.mat33d, mu: wp.float64, lam: wp.float64, dmu: wp.float64, dlam: wp.float64
 ):
     """The law is linear in its numbers."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit a modulus that varies over the body, beside the ordinary parameters."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 import time
 from typing import Any
@@ -17,10 +17,8 @@ from diffcal_ros.calibration.field.weight_choice import (
     WeightTrial,
 )
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.outcome_rules import judge, warn
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
-from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
-from diffcal_ros.calibration.uncertainty.prior_chance import placement_chance
+from diffcal_ros.calibration.result_at import result_at
 from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
@@ -69,14 +67,14 @@ class FieldFit:
         return {
             'kind': self.kind.describe(),
             'unknowns': self.unknown_count,
-            'weight': self.weights.trials[self.weights.chosen].share,
+            'weight': self.weights.trials[self.weights.chosen].fraction,
             'weight_from': self.weights.reason,
             'youngs_modulus_percentiles': {'5': low, '50': middle, '95': high},
             'log_std_median': float(np.median(self.log_std)),
             'gap_without': self.uniform.gap_end.as_dict(),
             'weights': [
                 {
-                    'weight': trial.share,
+                    'weight': trial.fraction,
                     'misfit': trial.misfit,
                     'roughness': trial.roughness,
                     'residual_mm': 1e3 * trial.residual,
@@ -93,7 +91,7 @@ def fit_field(
     uniform: CalibrationResult,
     kind: FieldKind | None = None,
     *,
-    share: float | None = None,
+    fraction: float | None = None,
     on_iteration: Progress | None = None,
 ) -> FieldFit:
     """Fit a field beside the ordinary parameters, from where a fit without one ended.
@@ -102,7 +100,7 @@ def fit_field(
         calibration: that was run, with the robust loss; it ends with the field in its model.
         uniform: its result.
         kind: what the field is made of; default: one modulus a tetrahedron.
-        share: weight of the field's roughness, see `field.search`; None: found automatically.
+        fraction: weight of the field's roughness, see `field.search`; None: found automatically.
         on_iteration: told of the fit under every weight; returns False to stop.
 
     Raises:
@@ -110,7 +108,7 @@ def fit_field(
     """
     _check(calibration, uniform)
     kind = kind or FieldKind()
-    check_field(calibration.scene, kind, share)
+    check_field(calibration.scene, kind, fraction)
     begun = time.perf_counter() - uniform.seconds
     search = FieldSearch(calibration, kind)
     history = list(uniform.history)
@@ -127,15 +125,18 @@ def fit_field(
         )
         return on_iteration is None or on_iteration(history[-1])
 
-    if share is None:
+    if fraction is None:
         weights = choose_weight(search, _noise(calibration), on_trial=record)
     else:
-        weights = fit_under(search, share)
+        weights = fit_under(search, fraction)
         record(weights.trials[0])
-    posterior = _converged(search, weights.trials[weights.chosen].share)
-    result = replace(
-        _result(calibration, uniform, posterior, is_stopped=weights.is_stopped),
-        history=tuple(history),
+    posterior = _converged(search, weights.trials[weights.chosen].fraction)
+    result = _result(
+        calibration,
+        uniform,
+        posterior,
+        history,
+        is_stopped=weights.is_stopped,
         seconds=time.perf_counter() - begun,
     )
     return FieldFit(
@@ -158,28 +159,28 @@ def _relative_modulus(calibration: Calibration) -> FloatArray:
     return relative
 
 
-def _converged(search: FieldSearch, share: float) -> Posterior:
+def _converged(search: FieldSearch, fraction: float) -> Posterior:
     """Come to rest under the chosen weight, and tell how sure the field is there."""
     search.refine()
-    search.fix_unit(share)
-    search.descend(share, _LAST_ROUNDS)
-    return search.posterior(share)
+    search.fix_unit(fraction)
+    search.descend(fraction, _LAST_ROUNDS)
+    return search.posterior(fraction)
 
 
-def check_field(scene: Scene, kind: FieldKind, share: float | None) -> None:
+def check_field(scene: Scene, kind: FieldKind, fraction: float | None) -> None:
     """Refuse what cannot be fitted before anything slow begins.
 
     Args:
         scene: gives the mesh and whether the body moves.
         kind: what the field is made of.
-        share: weight of its roughness; None: found automatically.
+        fraction: weight of its roughness; None: found automatically.
 
     Raises:
         InputError: with what to change.
     """
     tets_from_unknowns(scene.mesh, kind)
-    if share is not None and not 0.0 < share <= 1.0:
-        raise InputError(f'the weight of the roughness is {share:g}: give a share from 0 to 1')
+    if fraction is not None and not 0.0 < fraction <= 1.0:
+        raise InputError(f'the weight of the roughness is {fraction:g}: give a share from 0 to 1')
     if any(setup.motion is not None for setup in scene.observations):
         raise InputError(
             "a field is fitted to bodies at rest: leave observations with 'motion' out"
@@ -223,8 +224,10 @@ def _result(
     calibration: Calibration,
     uniform: CalibrationResult,
     posterior: Posterior,
+    history: Sequence[IterationRecord],
     *,
     is_stopped: bool,
+    seconds: float,
 ) -> CalibrationResult:
     """Describe the ordinary parameters and the gap at the search's end."""
     objective, parameters = calibration.likelihood('a field'), calibration.parameters
@@ -238,17 +241,20 @@ def _result(
         covariance=posterior.covariance + MESH_SHIFT_FACTOR**2 * np.outer(shift, shift),
         statistical=posterior.covariance,
     )
-    gap = objective.gap(coordinates)
-    fitted = fitted_parameters(parameters, coordinates, uncertainty)
     stop = Stop.INTERRUPTED if is_stopped else Stop.CONVERGED
-    minimum = Minimum(coordinates, linear, 0, stop)
-    placement = placement_chance(parameters, coordinates)
-    outcome = judge(minimum, gap, fitted, uncertainty, placement=placement)
+    found = result_at(
+        Minimum(coordinates, linear, 0, stop),
+        parameters,
+        uncertainty,
+        (uniform.gap_start, objective.gap(coordinates)),
+        history,
+        loss=uniform.loss,
+        seconds=seconds,
+    )
     return replace(
-        uniform,
-        outcome=outcome,
-        parameters=fitted,
-        gap_end=gap,
-        correlation=uncertainty.correlation,
-        warnings=tuple(warn(gap, fitted, uncertainty, placement=placement)),
+        found,
+        gap_held_out=uniform.gap_held_out,
+        profiles=uniform.profiles,
+        alternatives=uniform.alternatives,
+        details=uniform.details,
     )

@@ -83,8 +83,8 @@ def krylov_space(
         is_over = count >= most or process.is_exhausted
         if is_over or count % _CHECK_EVERY == 0:
             values, patterns = process.ritz()
-            shares = patterns[0] / (values + lowest_weight * values[-1])
-            left = process.beside[-1] * abs(float(patterns[-1] @ shares))
+            fractions = patterns[0] / (values + lowest_weight * values[-1])
+            left = process.beside[-1] * abs(float(patterns[-1] @ fractions))
             if is_over or left < _TOLERANCE:
                 return KrylovSpace(
                     vectors=np.stack(process.vectors[:count]),

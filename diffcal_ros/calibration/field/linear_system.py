@@ -31,14 +31,14 @@ class _Seen:
     Attributes:
         view: the rendered body.
         pixels: places of the depth residuals, shape (M,).
-        pieces: places of the edge residuals, shape (E,).
+        segments: places of the edge residuals, shape (E,).
         edge_scale: metres at the body per pixel, shape (E,).
         channels: both, with the derivative by the ordinary parameters.
     """
 
     view: View
     pixels: IntArray
-    pieces: IntArray
+    segments: IntArray
     edge_scale: FloatArray
     channels: tuple[ResidualChannel, ...]
 
@@ -54,21 +54,21 @@ class _Seen:
         )
         return weighed
 
-    def by_parameter(self, place: int) -> FloatArray:
+    def by_parameter(self, index: int) -> FloatArray:
         """Return how rendered values follow one of the ordinary parameters, shape (M + E,)."""
-        return np.concatenate([channel.jacobian[:, place] for channel in self.channels])
+        return np.concatenate([channel.jacobian[:, index] for channel in self.channels])
 
     def push(self, motion: FloatArray) -> FloatArray:
         """Return how rendered values follow a motion of the points, (N, 3) to (M + E,)."""
         depth = self.view.trace.push_depth(self.pixels, motion[None])[:, 0]
-        edge = self.view.trace.push_outline(self.pieces, motion[None])[:, 0]
+        edge = self.view.trace.push_outline(self.segments, motion[None])[:, 0]
         return np.concatenate([depth, edge * self.edge_scale])
 
     def pull_back(self, by_values: FloatArray) -> FloatArray:
         """Pull a derivative by rendered values back to the points, (M + E,) to (N, 3)."""
         count = len(self.pixels)
         depth = self.view.trace.pull_depth(self.pixels, by_values[:count])
-        edge = self.view.trace.pull_outline(self.pieces, by_values[count:] * self.edge_scale)
+        edge = self.view.trace.pull_outline(self.segments, by_values[count:] * self.edge_scale)
         return depth + edge
 
 
@@ -101,7 +101,7 @@ class FieldSystem:
         self._coordinates = coordinates
         self._spread = tets_from_unknowns
         self._seen = self._look()
-        self._model.factor_postures()
+        self._model.factor_bodies()
         self._modulus = self._model.material(coordinates).youngs_modulus
         data = equations((c for seen in self._seen for c in seen.channels), len(coordinates))
         whole = data.under(self._model.parameters.prior(), coordinates)
@@ -109,8 +109,8 @@ class FieldSystem:
         self.field_negative_gradient = self._to_unknowns([seen.pull for seen in self._seen])
         self.mixed = np.stack(
             [
-                self._to_unknowns([s.weighed(s.by_parameter(place)) for s in self._seen])
-                for place in range(len(coordinates))
+                self._to_unknowns([s.weighed(s.by_parameter(index)) for s in self._seen])
+                for index in range(len(coordinates))
             ],
             axis=1,
         )
@@ -173,8 +173,8 @@ class FieldSystem:
         both = objective.with_jacobians(number, comparison, view, tangent, self._coordinates)
         return _Seen(
             view=view,
-            pixels=comparison.depth.places,
-            pieces=comparison.edge.places,
+            pixels=comparison.depth.indices,
+            segments=comparison.edge.indices,
             edge_scale=comparison.edge_scale,
             channels=tuple(robust_channel(*own, objective.scales) for own in both),
         )

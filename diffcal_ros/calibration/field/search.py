@@ -92,19 +92,19 @@ class FieldSearch:
         self._model.set_log_modulus(self._spread @ state.unknowns)
         self.calibration.coordinates = state.coordinates
 
-    def fix_unit(self, share: float) -> None:
+    def fix_unit(self, fraction: float) -> None:
         """Keep the weights' unit from now on; the cost must have its final form."""
-        self._unit = self._expand(share)[1].strongest
+        self._unit = self._expand(fraction)[1].strongest
 
     def refine(self) -> None:
         """Weigh by the noise and correlation that the residuals show."""
         if self.objective.refine(self.state.coordinates):
             self._unit = None
 
-    def descend(self, share: float, most_rounds: int) -> int:
+    def descend(self, fraction: float, most_rounds: int) -> int:
         """Minimise under a weight; return the rounds."""
         for number in range(most_rounds):
-            if self._round(share) < _SMALL_GAIN:
+            if self._round(fraction) < _SMALL_GAIN:
                 return number + 1
         return most_rounds
 
@@ -121,17 +121,17 @@ class FieldSearch:
         compared = self.objective.comparisons(self.state.coordinates)
         return max(spread(comparison.depth) for comparison in compared)
 
-    def posterior(self, share: float) -> Posterior:
+    def posterior(self, fraction: float) -> Posterior:
         """Return the errors at the present state, taken as a minimum."""
-        system, space = self._expand(share)
-        weight = share * (self._unit or space.strongest)
+        system, space = self._expand(fraction)
+        weight = fraction * (self._unit or space.strongest)
         patterns = space.ritz_vectors()
-        shares = space.values / (space.values + weight)
+        fractions = space.values / (space.values + weight)
         mixed, along = system.mixed, patterns @ system.mixed
         # Of the field with each ordinary parameter's part in it.
-        carried = (self._smoothness.solve(mixed) - (patterns.T * shares) @ along) / weight
+        carried = (self._smoothness.solve(mixed) - (patterns.T * fractions) @ along) / weight
         covariance = system.covariance(mixed.T @ carried)
-        seen = (self._spread @ patterns.T) ** 2 @ shares
+        seen = (self._spread @ patterns.T) ** 2 @ fractions
         field = (self._smoothness.variances() - seen) / weight
         shared = self._spread @ system.against_field(carried).T
         return Posterior(self._log_std(field, shared, covariance), covariance)
@@ -142,23 +142,23 @@ class FieldSearch:
         """Put the errors of the field and of the moduli that it is added to together."""
         variances = field.copy()
         regions = self.calibration.scene.regions
-        for place, parameter in enumerate(self.calibration.parameters):
+        for index, parameter in enumerate(self.calibration.parameters):
             if parameter.kind is Kind.YOUNGS_MODULUS:
                 tets = regions[parameter.target].tets
-                variances[tets] += covariance[place, place] + 2.0 * shared[tets, place]
+                variances[tets] += covariance[index, index] + 2.0 * shared[tets, index]
         return np.sqrt(np.maximum(variances, 0.0))
 
-    def _expand(self, share: float) -> tuple[FieldSystem, KrylovSpace]:
+    def _expand(self, fraction: float) -> tuple[FieldSystem, KrylovSpace]:
         """Linearise here and build the space for weights down to a share."""
         state = self.state
         system = FieldSystem(self.objective, state.coordinates, self._spread)
         right_side = system.reduced_negative_gradient() + system.known(state.unknowns)
-        return system, krylov_space(system.known, self._smoothness, right_side, share)
+        return system, krylov_space(system.known, self._smoothness, right_side, fraction)
 
-    def _round(self, share: float) -> float:
+    def _round(self, fraction: float) -> float:
         """Take one step; return by which share the cost fell."""
-        system, space = self._expand(share)
-        weight = share * (self._unit or space.strongest)
+        system, space = self._expand(fraction)
+        weight = fraction * (self._unit or space.strongest)
         start, here = self.state, self._merit()
         before = here.cost(self._first) + 0.5 * weight * self.roughness()
         step = space.solve(weight) - start.unknowns

@@ -21,7 +21,7 @@ from scipy.sparse.linalg import splu
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_SIZE_SHARE = 1e-3
+_SIZE_FRACTION = 1e-3
 _MEAN_WEIGHT = 1e3
 # Right-hand sides at once, so that the variances of a large field need little memory.
 _BLOCK = 256
@@ -45,7 +45,7 @@ class Smoothness:
         """
         self._spread = tets_from_unknowns
         volumes = np.abs(mesh.volumes)
-        form = face_roughness(mesh) + _SIZE_SHARE * diags(volumes / volumes.sum())
+        form = face_roughness(mesh) + _SIZE_FRACTION * diags(volumes / volumes.sum())
         self._form = csc_matrix(tets_from_unknowns.T @ form @ tets_from_unknowns)
         self._factor = splu(self._form)
         means = np.zeros((mesh.tet_count, len(regions)))

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 # Patterns that the data see a hundred times worse than the best take up what is wrong elsewhere:
 # on a real twisted beam the halves blur again below.
-SHARES = tuple(float(10.0 ** (-0.5 * step)) for step in range(1, 5))
+FRACTIONS = tuple(float(10.0 ** (-0.5 * step)) for step in range(1, 5))
 _FIRST_ROUNDS, _ROUNDS = 12, 4
 # What a robust cost loses and gains as pixels leave and join.
 _LEAST_FALL = 0.03
@@ -34,7 +34,7 @@ class WeightTrial:
     """The fit under one weight.
 
     Attributes:
-        share: the weight, see `field.search`.
+        fraction: the weight, see `field.search`.
         misfit: chi-square of data and ordinary priors.
         roughness: of the field.
         residual: robust standard deviation of the depth residuals [m].
@@ -43,7 +43,7 @@ class WeightTrial:
         state: where the fit ended.
     """
 
-    share: float
+    fraction: float
     misfit: float
     roughness: float
     residual: float
@@ -80,8 +80,8 @@ def choose_weight(
         on_trial: told of every fit; returns False to stop.
     """
     trials: list[WeightTrial] = []
-    for number, share in enumerate(SHARES):
-        trials.append(_fit_under(search, share, is_first=number == 0))
+    for number, fraction in enumerate(FRACTIONS):
+        trials.append(_fit_under(search, fraction, is_first=number == 0))
         goes_on = on_trial(trials[-1])
         if trials[-1].residual <= _AT_NOISE * noise:
             return WeightChoice(tuple(trials), number, _AT_NOISE_REASON)
@@ -92,21 +92,21 @@ def choose_weight(
     return WeightChoice(tuple(trials), chosen, reason)
 
 
-def fit_under(search: FieldSearch, share: float) -> WeightChoice:
+def fit_under(search: FieldSearch, fraction: float) -> WeightChoice:
     """Fit under a given weight."""
-    return WeightChoice((_fit_under(search, share, is_first=True),), 0, 'given')
+    return WeightChoice((_fit_under(search, fraction, is_first=True),), 0, 'given')
 
 
-def _fit_under(search: FieldSearch, share: float, *, is_first: bool) -> WeightTrial:
+def _fit_under(search: FieldSearch, fraction: float, *, is_first: bool) -> WeightTrial:
     rounds = 0
     if is_first:
-        rounds = search.descend(share, _FIRST_ROUNDS)
+        rounds = search.descend(fraction, _FIRST_ROUNDS)
         # What the field explains was taken for noise before.
         search.refine()
-        search.fix_unit(share)
-    rounds += search.descend(share, _ROUNDS)
+        search.fix_unit(fraction)
+    rounds += search.descend(fraction, _ROUNDS)
     return WeightTrial(
-        share=share,
+        fraction=fraction,
         misfit=search.misfit(),
         roughness=search.roughness(),
         residual=search.residual_spread(),

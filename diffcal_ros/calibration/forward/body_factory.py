@@ -11,7 +11,7 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.scene.model import Scene
 
 
-def make_postures(
+def make_bodies(
     scene: Scene, observations: Sequence[Observation], solver: str, device: str
 ) -> dict[int, Posture]:
     """Return the bodies, by number of the scene's observation."""
@@ -30,7 +30,7 @@ def _posture(
     return MovingPosture(scene, setup, times, solver, device)
 
 
-def state_numbers(observations: Sequence[Observation]) -> tuple[int, ...]:
+def state_indices(observations: Sequence[Observation]) -> tuple[int, ...]:
     """Return which state of its body each observation shows: 0 at rest, else that of its time."""
     times = {
         index: instants(observations, index) for index in {o.setup_index for o in observations}

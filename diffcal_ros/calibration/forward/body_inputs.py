@@ -56,7 +56,7 @@ class BodyInputs:
             poissons_ratio=columns[Kind.POISSONS_RATIO],
             density=columns[Kind.DENSITY],
             convention=scene.convention,
-            shares=find_law(scene.law).SHARES,
+            conversion=find_law(scene.law).CONVERSION,
         )
 
     def damping(self, coordinates: FloatArray) -> FloatArray:
@@ -97,23 +97,23 @@ class BodyInputs:
         return self._effects.gravity(self._effects.amplitudes(coordinates), setup_index)
 
     def change(
-        self, place: int, setup_index: int, rest_nodes: FloatArray, coordinates: FloatArray
+        self, index: int, setup_index: int, rest_nodes: FloatArray, coordinates: FloatArray
     ) -> Change | None:
         """Return how a parameter acts on the body in one posture, or None where it does not.
 
         Args:
-            place: of the parameter.
+            index: of the parameter.
             setup_index: of the posture.
             rest_nodes: nodes at rest in the world frame [m], shape (N, 3).
             coordinates: shape (k,).
         """
-        parameter: Parameter = self._parameters.parameters[place]
+        parameter: Parameter = self._parameters.parameters[index]
         if parameter.effect:
             return self._effect_change(parameter, setup_index, rest_nodes, coordinates)
         if parameter.kind in (Kind.DAMPING, Kind.RELEASE_TIME):
-            return self._motion_change(parameter, setup_index, coordinates[place])
+            return self._motion_change(parameter, setup_index, coordinates[index])
         if parameter.kind in _CABLE:
-            return Change(conditions=self._cable_change(parameter, coordinates[place]))
+            return Change(conditions=self._cable_change(parameter, coordinates[index]))
         if parameter.kind not in _MATERIAL:
             return None
         column = np.zeros(self._scene.mesh.tet_count)
@@ -122,7 +122,7 @@ class BodyInputs:
         if parameter.kind is Kind.YOUNGS_MODULUS:
             return Change(youngs_modulus=column * self.material(coordinates).youngs_modulus)
         if parameter.kind is Kind.DENSITY:
-            return Change(density=column * parameter.value(coordinates[place]))
+            return Change(density=column * parameter.value(coordinates[index]))
         return Change(poissons_ratio=column)
 
     def _cable_change(self, parameter: Parameter, coordinate: float) -> Conditions:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.effects.effect import Effect, Numbers
-from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_border
+from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
@@ -181,15 +181,15 @@ class EffectModel:
             nodes: of the elements, shape (T, n).
             triangles: of the surface, shape (F, 3).
         """
-        own = seen_border()
+        own = seen_boundary()
         stated = {**own.settings, **self._scene.effects.get(own.identifier, {})}
         is_second = self._tets.second(stated['at'])
         count = int(nodes.max()) + 1
         votes, all_votes = np.zeros(count), np.zeros(count)
         np.add.at(votes, nodes, is_second[:, None].astype(np.float64))
         np.add.at(all_votes, nodes, 1.0)
-        shares = votes / np.maximum(all_votes, 1.0)
-        found: NDArray[np.bool_] = shares[triangles].mean(axis=1) > 0.5
+        fractions = votes / np.maximum(all_votes, 1.0)
+        found: NDArray[np.bool_] = fractions[triangles].mean(axis=1) > 0.5
         return found
 
 
@@ -207,9 +207,9 @@ def _axes_of(scene: Scene, setup: ObservationSetup) -> BodyAxes:
 
 
 def _tets_of(scene: Scene, axes: BodyAxes) -> Tets:
-    share = axes.share(scene.mesh.rest_positions[scene.mesh.tets].mean(axis=1))
+    fraction = axes.fraction(scene.mesh.rest_positions[scene.mesh.tets].mean(axis=1))
     if len(scene.regions) == 1:
-        return Tets(share, None)
+        return Tets(fraction, None)
     others = np.ones(scene.mesh.tet_count, dtype=bool)
     others[scene.regions[0].tets] = False
-    return Tets(share, others)
+    return Tets(fraction, others)

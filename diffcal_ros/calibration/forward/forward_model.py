@@ -7,12 +7,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from diffcal_ros.calibration.forward.body_factory import make_postures, state_numbers
 from diffcal_ros.calibration.forward.body_inputs import BodyInputs
 from diffcal_ros.calibration.forward.effect_model import EffectModel, SensorModel
 from diffcal_ros.calibration.forward.posture import Posture, PostureInputs
+from diffcal_ros.calibration.forward.shared_bodies import SharedBodies
 from diffcal_ros.calibration.forward.side_by_side import side_by_side
-from diffcal_ros.calibration.observations.observation import Observation, pose_owners
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.camera_offsets import CameraOffsets
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.depth.trace import Trace
@@ -64,6 +64,7 @@ class ForwardModel:
         solver: str = 'auto',
         device: str = 'cpu',
         share_tracers: bool = True,
+        shared: SharedBodies | None = None,
     ) -> None:
         """Prepare bodies and cameras.
 
@@ -74,56 +75,38 @@ class ForwardModel:
             solver: name of the sparse solver.
             device: Warp device.
             share_tracers: let one tracer see all frames of a recording, one after the other.
+            shared: bodies of another model of the same observations; None: own ones are made.
         """
+        self.scene, self.parameters = scene, parameters
         self.observations = tuple(observations)
         self.device = device
         self._make = partial(
             ForwardModel, solver=solver, device=device, share_tracers=share_tracers
         )
-        self.bodies = make_postures(scene, self.observations, solver, device)
-        self._states = state_numbers(self.observations)
-        self.tracers = self._make_tracers(device, share_tracers)
+        self._shared = shared or SharedBodies(
+            scene, self.observations, solver, device, share_tracers=share_tracers
+        )
+        self.bodies, self.tracers = self._shared.bodies, self._shared.tracers
+        self._states = self._shared.states
         pivots = [self._pivot(observation) for observation in observations]
         self.cameras = CameraOffsets(scene, self.observations, parameters, pivots)
-        # Models that share bodies take turns: only the last one to settle them may ask them.
-        self._turn: dict[str, ForwardModel] = {}
-        self._take(scene, parameters)
-        for index, posture in self.bodies.items():
-            posture.body.axes = self.effects.axes(index)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what it is made of: another process has bodies of its own."""
-        return self._make, (self.scene, self.observations, self.parameters)
-
-    def _make_tracers(self, device: str, share: bool) -> list[DepthTracer]:
-        owners = pose_owners(self.observations) if share else range(len(self.observations))
-        tracers: dict[int, DepthTracer] = {}
-        for observation, owner in zip(self.observations, owners, strict=True):
-            if owner not in tracers:
-                shape = self.body(observation).discretisation
-                tracers[owner] = DepthTracer(
-                    shape.surface_triangles, shape.node_count, observation.camera, device=device
-                )
-        return [tracers[owner] for owner in owners]
-
-    def _take(self, scene: Scene, parameters: ParameterSet) -> None:
-        """Take parameters, and know nothing of the last coordinates."""
-        self.scene, self.parameters = scene, parameters
         self.effects = EffectModel(scene, parameters)
         self.inputs = BodyInputs(scene, parameters, self.effects)
         self._coordinates: FloatArray | None = None
         self._tangents: dict[int, FloatArray] = {}
         self._tangent_coordinates: FloatArray | None = None
         self._views: list[View] = []
+        if shared is None:
+            for index, posture in self.bodies.items():
+                posture.body.axes = self.effects.axes(index)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what it is made of: another process has bodies of its own."""
+        return self._make, (self.scene, self.observations, self.parameters)
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'ForwardModel':
         """Return a model of the same bodies and cameras with other parameters or effects."""
-        # Not by `copy`, which would make bodies anew, as for another process.
-        other = object.__new__(ForwardModel)
-        vars(other).update(vars(self))
-        other.cameras = self.cameras.with_parameters(scene, parameters)
-        other._take(scene, parameters)
-        return other
+        return self._make(scene, self.observations, parameters, shared=self._shared)
 
     @property
     def is_moving(self) -> bool:
@@ -132,7 +115,7 @@ class ForwardModel:
 
     def body(self, observation: Observation) -> StaticBody:
         """Return the simulated body of an observation."""
-        return self.bodies[observation.setup_index].body
+        return self._shared.body(observation)
 
     def views(self, coordinates: FloatArray) -> list[View]:
         """Simulate and trace; one view an observation.
@@ -144,11 +127,10 @@ class ForwardModel:
             EquilibriumError: when a posture has no equilibrium.
             MotionError: when a body cannot be followed in its motion.
         """
-        is_there = self._turn.get('last') is self and self._coordinates is not None
+        is_there = self._shared.are_of(self) and self._coordinates is not None
         if is_there and np.array_equal(coordinates, np.asarray(self._coordinates)):
             return self._views
-        self._turn['before'] = self._turn.get('last', self)
-        self._turn['last'] = self
+        self._shared.enter(self)
         predictions = {index: self._prediction(index, coordinates) for index in self.bodies}
         self._coordinates = None  # Where one posture fails, the others are elsewhere already.
         inputs = {index: self._posture_inputs(index, coordinates) for index in self.bodies}
@@ -205,16 +187,18 @@ class ForwardModel:
         """
         gradient = np.zeros(len(coordinates))
         for number in range(len(self.observations)):
-            for place in range(len(coordinates)):
-                motion = self.cameras.motion(number, place, self.world(number), coordinates)
+            for parameter_index in range(len(coordinates)):
+                motion = self.cameras.motion(
+                    number, parameter_index, self.world(number), coordinates
+                )
                 if motion is not None:
-                    gradient[place] += float((motion * by_points[number]).sum())
+                    gradient[parameter_index] += float((motion * by_points[number]).sum())
         for index, pulled in self._pulled(by_points, coordinates).items():
             rest = self.bodies[index].body.discretisation.rest_nodes
-            for place in range(len(coordinates)):
-                change = self.inputs.change(place, index, rest, coordinates)
+            for parameter_index in range(len(coordinates)):
+                change = self.inputs.change(parameter_index, index, rest, coordinates)
                 if change is not None:
-                    gradient[place] += pulled.along(change)
+                    gradient[parameter_index] += pulled.along(change)
         return gradient
 
     def pull_back_to_tets(
@@ -248,7 +232,7 @@ class ForwardModel:
             by_world[index][state] += by_points[number] @ rotation
         return {index: self.bodies[index].gradient(both) for index, both in by_world.items()}
 
-    def factor_postures(self) -> None:
+    def factor_bodies(self) -> None:
         """Factor every body's stiffness where it is now: pays before many single solves."""
         for posture in self.bodies.values():
             posture.body.factor()
@@ -293,7 +277,7 @@ class ForwardModel:
             self._coordinates, self._tangent_coordinates
         ):
             return None
-        if self._turn.get('before') is not self:
+        if not self._shared.were_of(self):
             return None
         change = coordinates - self._tangent_coordinates
         return np.einsum('k,ksni->sni', change, self._tangents[index])
@@ -302,14 +286,14 @@ class ForwardModel:
         """World displacement per unit of each coordinate [m], zero for camera parameters."""
         rest = posture.body.discretisation.rest_nodes
         tangents = np.zeros((len(self.parameters), self._state_count(index), *rest.shape))
-        places, changes = [], []
-        for place in range(len(self.parameters)):
-            change = self.inputs.change(place, index, rest, coordinates)
+        indices, changes = [], []
+        for parameter_index in range(len(self.parameters)):
+            change = self.inputs.change(parameter_index, index, rest, coordinates)
             if change is not None:
-                places.append(place)
+                indices.append(parameter_index)
                 changes.append(change)
         if changes:
-            tangents[places] = posture.tangents(changes)
+            tangents[indices] = posture.tangents(changes)
         return tangents
 
     def _pivot(self, observation: Observation) -> FloatArray:
@@ -322,10 +306,10 @@ class ForwardModel:
         to_camera = self.cameras.rotation(number, coordinates)
         index, state = self.observations[number].setup_index, self._states[number]
         tangents = self._tangents[index][:, state] @ to_camera.T
-        for place in range(len(self.parameters)):
-            motion = self.cameras.motion(number, place, self.world(number), coordinates)
+        for parameter_index in range(len(self.parameters)):
+            motion = self.cameras.motion(number, parameter_index, self.world(number), coordinates)
             if motion is not None:
-                tangents[place] = motion
+                tangents[parameter_index] = motion
         return tangents
 
     def _posture_inputs(self, index: int, coordinates: FloatArray) -> PostureInputs:

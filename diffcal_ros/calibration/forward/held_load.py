@@ -100,7 +100,7 @@ class HeldLoadPosture:
         """
         parts = []
         for frame in self._all():
-            # Each frame settles the body anew: what it says of effects would not last.
+            # Each frame solves the body anew: what it says of effects would not last.
             parts.append(replace(self._at(frame).gradient(by_positions[frame]), by_effects=None))
         factors = [self._creep().factor(self._held(frame)) for frame in self._all()]
         pairs = list(zip(factors, parts, strict=True))

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.finer_motion import is_affordable, refined_inputs
-from diffcal_ros.calibration.forward.posture import PostureInputs
+from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import HeldMotion, Release
 from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody, TIME_STEP
@@ -17,7 +16,6 @@ from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, world_positions
 from diffcal_ros.scene.refinement import refined_scene
-from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
@@ -87,14 +85,7 @@ class MovingPosture:
         self._is_turned = any(part.turn is not None for part in setup.staying)
 
     def _make_body(self) -> StaticBody:
-        return StaticBody(
-            TetMesh(self._rest, self._scene.mesh.tets),
-            self._scene.element,
-            self._staying,
-            law=find_law(self._scene.law),
-            solver=self._solver,
-            device=self._device,
-        )
+        return make_body(self._scene, self._rest, self._staying, self._solver, self._device)
 
     @property
     def motion(self) -> Motion:
@@ -171,12 +162,12 @@ class MovingPosture:
         (static,) = body.tangents([stiffer])
         error = MeshError(body, solver=solver)
         moved = error.displacement(inputs.material, inputs.gravity, path)
-        share = float((static * moved).sum() / max(float((static**2).sum()), 1e-300))
+        fraction = float((static * moved).sum() / max(float((static**2).sum()), 1e-300))
         sag = body.state.positions - body.discretisation.rest_nodes
         sagged = self.motion.positions - body.discretisation.rest_nodes
         follows = np.einsum('sni,ni->s', sagged, sag) / max(float((sag**2).sum()), 1e-300)
-        rest = follows[:, None, None] * (moved - share * static)
-        return share * by_stiffness + rest
+        rest = follows[:, None, None] * (moved - fraction * static)
+        return fraction * by_stiffness + rest
 
     def step_moves(self, inputs: PostureInputs) -> FloatArray:
         """Return how steps too short to matter would move the nodes [m], shape (S, N, 3).

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from diffcal_ros.fem.cable_route import CableRoute
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.creep import Creep, NO_CREEP
 from diffcal_ros.fem.force_changes import Change, StaticGradient
@@ -129,16 +130,39 @@ def clamped_body(
         device: Warp device.
     """
     rest = world_positions(scene.mesh, setup)
-    body = StaticBody(
-        TetMesh(rest, scene.mesh.tets),
+    held = held_targets(setup, rest).vertices
+    body = make_body(scene, rest, held, solver, device, cables=cable_routes(scene))
+    return body, clamp_path(setup, rest)
+
+
+def make_body(
+    scene: Scene,
+    rest_world: FloatArray,
+    held_vertices: NDArray[np.int32],
+    solver: str = 'auto',
+    device: str = 'cpu',
+    *,
+    cables: Sequence[CableRoute] = (),
+) -> StaticBody:
+    """Make a body of a scene.
+
+    Args:
+        scene: mesh, element and material law.
+        rest_world: vertices at rest in the world frame [m], shape (V, 3).
+        held_vertices: shape (h,).
+        solver: name of the sparse solver.
+        device: Warp device.
+        cables: that run through the body.
+    """
+    return StaticBody(
+        TetMesh(rest_world, scene.mesh.tets),
         scene.element,
-        held_targets(setup, rest).vertices,
+        held_vertices,
         law=find_law(scene.law),
         solver=solver,
         device=device,
-        cables=cable_routes(scene),
+        cables=cables,
     )
-    return body, clamp_path(setup, rest)
 
 
 def clamp_path(setup: ObservationSetup, rest_world: FloatArray) -> HeldPath | None:

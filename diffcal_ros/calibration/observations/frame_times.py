@@ -11,7 +11,7 @@ import numpy as np
 
 _SECOND = 1_000_000_000  # [ns]
 # Stamps that jump back or repeat are left out, up to this share of a recording.
-_BAD_SHARE = 0.2
+_BAD_FRACTION = 0.2
 # After so long without a frame [s] nobody knows what happened to the body.
 _LONGEST_GAP = 1.0
 FEWEST_FRAMES = 4
@@ -22,12 +22,12 @@ class FrameTime:
     """One frame of a recording.
 
     Attributes:
-        place: of the frame among all depth images of the recording.
+        index: of the frame among all depth images of the recording.
         time: after the first frame [s].
         is_held_out: it is kept from the fit.
     """
 
-    place: int
+    index: int
     time: float
     is_held_out: bool = False
 
@@ -47,7 +47,7 @@ def frame_times(
     Raises:
         RecordingError: when the stamps are no times.
     """
-    known = [(place, stamp) for place, stamp in enumerate(stamps_ns) if stamp is not None]
+    known = [(index, stamp) for index, stamp in enumerate(stamps_ns) if stamp is not None]
     if len(known) < FEWEST_FRAMES:
         raise RecordingError(
             f'there are {len(known)} depth frames: a motion needs at least {FEWEST_FRAMES}'
@@ -59,20 +59,20 @@ def frame_times(
         )
     rising: list[tuple[int, int]] = []
     bad = {'jump back': 0, 'repeat the one before': 0}
-    for place, stamp in known:
+    for index, stamp in known:
         if not rising or stamp > rising[-1][1]:
-            rising.append((place, stamp))
+            rising.append((index, stamp))
         else:
             bad['jump back' if stamp < rising[-1][1] else 'repeat the one before'] += 1
     told = ' and '.join(f'{count} stamps {what}' for what, count in bad.items() if count)
-    if sum(bad.values()) > _BAD_SHARE * len(known):
+    if sum(bad.values()) > _BAD_FRACTION * len(known):
         raise RecordingError(
             f'of {len(known)} depth frames {told}: their order in time is not known; record with '
             'one clock, and do not join recordings'
         )
     notes = [f'{told}: these frames are left out'] if told else []
     first = rising[0][1]
-    frames = [FrameTime(place, (stamp - first) / _SECOND) for place, stamp in rising]
+    frames = [FrameTime(index, (stamp - first) / _SECOND) for index, stamp in rising]
     return (frames, notes) if is_slow else _up_to_gap(frames, notes)
 
 
@@ -110,12 +110,12 @@ def chosen_frames(frames: Sequence[FrameTime], motion: MotionSetup) -> list[Fram
             f'{expected:.3g} s: it is never seen; record longer, or correct `motion.at` (and '
             '`duration`) in the scene'
         )
-    places = np.linspace(0, len(inside) - 1, min(motion.most_frames, len(inside)))
-    used = [inside[place] for place in places.round().astype(int)]
+    indices = np.linspace(0, len(inside) - 1, min(motion.most_frames, len(inside)))
+    used = [inside[index] for index in indices.round().astype(int)]
     if not motion.hold_out:
         return used
     middle = motion.hold_out // 2
     return [
-        FrameTime(frame.place, frame.time, number % motion.hold_out == middle)
+        FrameTime(frame.index, frame.time, number % motion.hold_out == middle)
         for number, frame in enumerate(used)
     ]

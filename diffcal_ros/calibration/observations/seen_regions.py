@@ -48,7 +48,7 @@ def _pixels(objective: RobustObjective, coordinates: FloatArray) -> NDArray[np.i
     for number, view in enumerate(model.views(coordinates)):
         counted, _ = objective.comparers[number].pixels(view)
         # A face of the mesh is one triangle of the linear, four of the quadratic element.
-        share = len(model.tracers[number].triangles) // len(mesh.surface_tets)
-        owners = region[mesh.surface_tets].repeat(share)
+        fraction = len(model.tracers[number].triangles) // len(mesh.surface_tets)
+        owners = region[mesh.surface_tets].repeat(fraction)
         pixels += np.bincount(owners[view.trace.faces[counted]], minlength=len(regions))
     return pixels

@@ -8,7 +8,7 @@ from diffcal_ros.calibration.observations.observation import Observation, pose_o
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.effects.camera_offset import stated_offset
 from diffcal_ros.rigid_motion import moved, moved_by
-from diffcal_ros.rigid_transform import apply, rotation_matrix
+from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -43,13 +43,9 @@ class CameraOffsets:
         poses = sorted(set(self._owners))
         self.offset_pivot: FloatArray = np.mean([pivots[owner] for owner in poses], axis=0)
 
-    def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'CameraOffsets':
-        """Return the same cameras with other parameters."""
-        return CameraOffsets(scene, self._observations, parameters, self._pivots)
-
     def rigid_offset(self, coordinates: FloatArray) -> FloatArray:
         """Return the offset's translation [m] and rotation vector [rad], shape (6,)."""
-        return self._six(coordinates, Kind.RIGID_OFFSET, None)
+        return self._twist(coordinates, Kind.RIGID_OFFSET, None)
 
     def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
         """Return world positions in the frame of one observation's camera [m], shape (N, 3)."""
@@ -65,18 +61,23 @@ class CameraOffsets:
             rotation = rotation_matrix(twist[3:]) @ rotation
         return rotation
 
+    def pose(self, number: int, coordinates: FloatArray) -> FloatArray:
+        """Return depth_from_world of one observation's camera, offsets included, (4, 4)."""
+        origin = self.points(number, np.zeros((1, 3)), coordinates)[0]
+        return transform(self.rotation(number, coordinates), origin)
+
     def motion(
-        self, number: int, place: int, world: FloatArray, coordinates: FloatArray
+        self, number: int, index: int, world: FloatArray, coordinates: FloatArray
     ) -> FloatArray | None:
         """Return how a camera parameter moves the points [m], shape (N, 3); None for others.
 
         Args:
             number: of the observation.
-            place: of the parameter.
+            index: of the parameter.
             world: positions in the world frame [m], shape (N, 3).
             coordinates: shape (k,).
         """
-        parameter = self._parameters.parameters[place]
+        parameter = self._parameters.parameters[index]
         is_pose = parameter.kind is Kind.CAMERA_POSE and parameter.target == self._owners[number]
         if not is_pose and parameter.kind is not Kind.RIGID_OFFSET:
             return None
@@ -93,13 +94,13 @@ class CameraOffsets:
         measured = self._observations[number].pose_pivot
         return [
             (
-                self._six(coordinates, Kind.CAMERA_POSE, self._owners[number]),
+                self._twist(coordinates, Kind.CAMERA_POSE, self._owners[number]),
                 pivot if measured is None else measured,
             ),
             (self.rigid_offset(coordinates), self.offset_pivot),
         ]
 
-    def _six(self, coordinates: FloatArray, kind: Kind, observation: int | None) -> FloatArray:
+    def _twist(self, coordinates: FloatArray, kind: Kind, observation: int | None) -> FloatArray:
         is_rigid = kind is Kind.RIGID_OFFSET
         values = stated_offset(self._scene.effects) if is_rigid else np.zeros(6)
         for parameter, coordinate in zip(self._parameters, coordinates, strict=True):

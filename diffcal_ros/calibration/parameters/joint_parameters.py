@@ -22,19 +22,19 @@ class JointParameters(ParameterSet):
 
     Attributes:
         members: parameters of each member.
-        places: where each of a member's coordinates stands among all, shape (k,) each.
+        indices: where each of a member's coordinates stands among all, shape (k,) each.
     """
 
     members: tuple[ParameterSet, ...] = ()
-    places: tuple[IntArray, ...] = ()
+    indices: tuple[IntArray, ...] = ()
 
     def prior(self) -> Prior:
         """Return what is known of the coordinates of all members together."""
         means, precision = np.zeros(len(self)), np.zeros((len(self), len(self)))
-        for member, places in zip(self.members, self.places, strict=True):
+        for member, indices in zip(self.members, self.indices, strict=True):
             mean, own = member.prior()
-            means[places] += mean
-            precision[np.ix_(places, places)] += own
+            means[indices] += mean
+            precision[np.ix_(indices, indices)] += own
         return Prior(means, precision)
 
 
@@ -58,8 +58,8 @@ def joint_parameters(members: Mapping[str, ParameterSet], shared: Shared) -> Joi
     joint: dict[str, Parameter] = {}
     for name, names in shared.items():
         member, own = next(iter(names.items()))
-        place = members[member].names.index(own)
-        joint[name] = replace(members[member].parameters[place], name=name)
+        index = members[member].names.index(own)
+        joint[name] = replace(members[member].parameters[index], name=name)
     labels: list[list[str]] = []
     for member, parameters in members.items():
         labels.append([])
@@ -74,9 +74,9 @@ def joint_parameters(members: Mapping[str, ParameterSet], shared: Shared) -> Joi
                     'once for each member; take it out'
                 )
             labels[-1].append(label)
-    order = {label: place for place, label in enumerate(joint)}
+    order = {label: index for index, label in enumerate(joint)}
     return JointParameters(
         tuple(joint.values()),
         members=tuple(members.values()),
-        places=tuple(np.array([order[label] for label in own]) for own in labels),
+        indices=tuple(np.array([order[label] for label in own]) for own in labels),
     )

@@ -153,13 +153,17 @@ class ParameterSet:
             spread = std / mean if p.is_logarithmic else std
             means[index], precision[index, index] = p.coordinate(mean), 1.0 / spread**2
         for observation, covariance in self.pose_covariances:
-            places = [
-                index
-                for index, p in enumerate(self.parameters)
-                if p.kind is Kind.CAMERA_POSE and p.target == observation
-            ]
-            precision[np.ix_(places, places)] = np.linalg.inv(covariance)
+            indices = self.pose_indices(observation)
+            precision[np.ix_(indices, indices)] = np.linalg.inv(covariance)
         return Prior(means, precision)
+
+    def pose_indices(self, observation: int) -> list[int]:
+        """Places of the parameters of one observation's camera pose."""
+        return [
+            index
+            for index, p in enumerate(self.parameters)
+            if p.kind is Kind.CAMERA_POSE and p.target == observation
+        ]
 
     def find(self, kind: Kind) -> list[int]:
         """Places of the parameters of one kind."""

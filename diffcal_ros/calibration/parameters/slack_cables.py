@@ -33,14 +33,14 @@ def taut_start(
     Raises:
         EquilibriumError: when the start has no equilibrium.
     """
-    places = parameters.find(Kind.REST_LENGTH)
-    if not places:
+    indices = parameters.find(Kind.REST_LENGTH)
+    if not indices:
         return start, ()
     coordinates, notes = start.copy(), []
     lower, upper = parameters.bounds()
-    for place in places:
+    for index in indices:
         model.views(coordinates)
-        number = parameters.parameters[place].target
+        number = parameters.parameters[index].target
         excess = min(
             _slack(posture.body.cables[number], posture.positions(0))
             for posture in model.bodies.values()
@@ -48,12 +48,12 @@ def taut_start(
         if excess <= 0.0:
             continue
         cable = model.scene.cables[number]
-        begun = float(coordinates[place])
+        begun = float(coordinates[index])
         taut = begun - excess - _TAUT * _smoothing(model, number)
-        coordinates[place] = np.clip(taut, lower[place], upper[place])
+        coordinates[index] = np.clip(taut, lower[index], upper[index])
         notes.append(
             f'cable {cable.name} was slack at its start of {1e3 * begun:.4g} mm: the fit started '
-            f'where it is just taut, {1e3 * coordinates[place]:.4g} mm'
+            f'where it is just taut, {1e3 * coordinates[index]:.4g} mm'
         )
     return coordinates, tuple(notes)
 
@@ -67,9 +67,9 @@ def barely_pulling(
     the data are as likely, by the ratio of likelihoods at 95 %. Any longer rest length would do.
     """
     model, names = objective.model, []
-    for place in parameters.find(Kind.REST_LENGTH):
+    for index in parameters.find(Kind.REST_LENGTH):
         model.views(coordinates)
-        parameter = parameters.parameters[place]
+        parameter = parameters.parameters[index]
         smoothing = _smoothing(model, parameter.target)
         loose = min(
             _slack(posture.body.cables[parameter.target], posture.positions(0))
@@ -79,7 +79,7 @@ def barely_pulling(
             names.append(parameter.name)
         elif loose > -smoothing:
             without = coordinates.copy()
-            without[place] += _OUT_OF_THE_WAY * smoothing
+            without[index] += _OUT_OF_THE_WAY * smoothing
             if objective.cost(without) - objective.cost(coordinates) < _AS_LIKELY:
                 names.append(parameter.name)
     return tuple(names)

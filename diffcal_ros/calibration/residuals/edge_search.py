@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Find the observed edge of the body near each piece of the rendered outline.
+"""Find the observed edge of the body near each segment of the rendered outline.
 
 A truncated depth residual cannot say how far an outline is off: it is constant beyond the edge.
 The distance along the outline's normal to where the observed depth leaves the body can, and
@@ -39,12 +39,12 @@ class ObservedImage:
         upload(self._depth, depth)
 
     def edge_distances(self, outline: Outline, tolerances: FloatArray, reach: int) -> FloatArray:
-        """Return the signed distance from each outline piece to the observed edge.
+        """Return the signed distance from each outline segment to the observed edge.
 
         Args:
-            outline: the rendered outline with P pieces.
+            outline: the rendered outline with P segments.
             tolerances: how far observed depth may be from the outline's to count as the body
-                [m], shape (P,); 0 skips a piece.
+                [m], shape (P,); 0 skips a segment.
             reach: how far to look [px].
 
         Returns:

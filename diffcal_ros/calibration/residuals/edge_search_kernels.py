@@ -112,25 +112,25 @@ def search_edges(
     masked: wp.array2d[wp.uint8],  # (H, W) 1 where nothing may be judged
     points: wp.array[wp.vec3d],  # (P,) column, row [px] and z [m]
     normals: wp.array[wp.vec2d],  # (P,) out of the body
-    tolerances: wp.array[wp.float64],  # (P,) [m], 0 skips the piece
+    tolerances: wp.array[wp.float64],  # (P,) [m], 0 skips the segment
     reach: wp.int32,  # [px]
     # Out:
     distances: wp.array[wp.float64],  # (P,) outward distance to the edge [px], NaN for none
 ):
     """Look outwards and inwards for the nearest observed edge."""
-    piece = wp.tid()
-    distances[piece] = wp.float64(wp.nan)
-    tolerance = tolerances[piece]
+    segment = wp.tid()
+    distances[segment] = wp.float64(wp.nan)
+    tolerance = tolerances[segment]
     if tolerance <= wp.float64(0.0):
         return
-    point = points[piece]
-    normal = normals[piece]
+    point = points[segment]
+    normal = normals[segment]
     outward_open = wp.bool(True)
     inward_open = wp.bool(True)
     for step in range(reach):
         if outward_open:
             if is_edge(observed, masked, point, normal, step, tolerance):
-                distances[piece] = refined(observed, masked, point, normal, step, tolerance)
+                distances[segment] = refined(observed, masked, point, normal, step, tolerance)
                 return
             state = state_at(
                 observed,
@@ -144,7 +144,7 @@ def search_edges(
             outward_open = state != _IN_FRONT and state != _UNKNOWN
         if inward_open:
             if is_edge(observed, masked, point, normal, -step - 1, tolerance):
-                distances[piece] = refined(observed, masked, point, normal, -step - 1, tolerance)
+                distances[segment] = refined(observed, masked, point, normal, -step - 1, tolerance)
                 return
             state = state_at(
                 observed,

@@ -55,7 +55,7 @@ def measure_gap(
     residuals: list[FloatArray],
     counted: list[NDArray[np.bool_]],
     truncation: float,
-    shares: Sequence[MeasuredShares] | None = None,
+    fractions: Sequence[MeasuredShares] | None = None,
 ) -> Gap:
     """Measure the gap over all views.
 
@@ -63,7 +63,7 @@ def measure_gap(
         residuals: observed less rendered depth [m], any shape, NaN where nothing was observed.
         counted: rendered, unmasked pixels, same shapes.
         truncation: residuals beyond this belong to something else than the body [m].
-        shares: of what is measured beside the rendered body, one a view; None: not looked for.
+        fractions: of what is measured beside the rendered body, one a view; None: not looked for.
     """
     unmasked = sum(int(mask.sum()) for mask in counted)
     kept = [
@@ -73,14 +73,14 @@ def measure_gap(
     sizes = np.concatenate(kept) if kept else np.zeros(0)
     if unmasked == 0 or len(sizes) == 0:
         return Gap(float('nan'), float('nan'), 0.0, 0)
-    unexplained = sum(share.unexplained for share in shares or ())
+    unexplained = sum(fraction.unexplained for fraction in fractions or ())
     return Gap(
         median=float(np.median(sizes)),
         rms=float(np.sqrt(np.mean(sizes**2))),
         coverage=len(sizes) / unmasked,
         pixels=len(sizes),
         explained=float('nan')
-        if shares is None
+        if fractions is None
         else float(len(sizes) / (len(sizes) + unexplained)),
-        hidden=float(min(1.0, sum(share.hidden for share in shares or ()) / unmasked)),
+        hidden=float(min(1.0, sum(fraction.hidden for fraction in fractions or ()) / unmasked)),
     )

@@ -64,7 +64,7 @@ class SimulatedView:
     left_out: BoolArray
 
 
-def measured_shares(
+def measured_fractions(
     observed: NDArray[np.float32],
     simulated: SimulatedView,
     camera: PinholeCamera,
@@ -154,14 +154,14 @@ def _ending_surfaces(
         return np.zeros(outside.shape, dtype=bool)
     numbers = np.arange(1, count + 1)
     sizes = ndimage.sum(outside, names, numbers)
-    shares = ndimage.sum(own, names, numbers) / np.maximum(sizes, 1.0)
+    fractions = ndimage.sum(own, names, numbers) / np.maximum(sizes, 1.0)
     touching = own & is_matched & (distance <= band + 2.5)
     touches = ndimage.sum(touching, names, numbers) >= 2.0
     # A surface that leaves the window goes on beyond what the body can reach.
     border = np.zeros(count + 1, dtype=bool)
     for side in (names[0], names[-1], names[:, 0], names[:, -1]):
         border[side] = True
-    kept = np.concatenate([[False], touches & (shares > _OWN) & ~border[1:]])
+    kept = np.concatenate([[False], touches & (fractions > _OWN) & ~border[1:]])
     found: BoolArray = kept[names] & own
     return found
 
@@ -199,7 +199,7 @@ def _hidden(
     if count == 0:
         return before
     around = ndimage.sum(owners > 0, owners, numbers)
-    shares = ndimage.sum(goes_on, owners, numbers) / np.maximum(around, 1.0)
-    kept = np.concatenate([[False], shares > _GOES_ON])
+    fractions = ndimage.sum(goes_on, owners, numbers) / np.maximum(around, 1.0)
+    kept = np.concatenate([[False], fractions > _GOES_ON])
     found: BoolArray = kept[names] & before
     return found

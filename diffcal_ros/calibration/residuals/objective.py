@@ -17,7 +17,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
     ViewComparer,
 )
 from diffcal_ros.calibration.residuals.scale_estimate import annealed, refined, SeenView
-from diffcal_ros.calibration.residuals.two_way_comparison import TwoWayComparison
+from diffcal_ros.calibration.residuals.two_way_comparison import Misfit, TwoWayComparison
 from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel
 import numpy as np
@@ -51,8 +51,8 @@ class RobustObjective:
         self.comparers = comparers or make_comparers(model, device=device)
         self.scales = Scales()
         self._prior = model.parameters.prior()
-        self._bias_places = model.parameters.find(Kind.EDGE_BIAS)
-        self._effect_places = model.parameters.find(Kind.EFFECT)
+        self._bias_indices = model.parameters.find(Kind.EDGE_BIAS)
+        self._effect_indices = model.parameters.find(Kind.EFFECT)
 
     @property
     def is_annealed(self) -> bool:
@@ -95,24 +95,39 @@ class RobustObjective:
         both = self._both_ways(coordinates, _YARDSTICK)
         return both.gap(self.truncation), both.misfit(_YARDSTICK)
 
-    def misfit(self, coordinates: FloatArray) -> float:
-        """Return the cost, and that of the measured body which the model leaves unexplained.
+    def misfit(self, coordinates: FloatArray) -> Misfit:
+        """Return the figures by which fits from other starts are compared, under the same scales.
 
-        The figure by which fits from other starts are compared, under the same scales: half
-        chi-square, priors included.
+        Args:
+            coordinates: shape (k,).
         """
-        misfit = self._both_ways(coordinates, self.scales).misfit(self.scales)
-        return misfit + self._prior.cost(coordinates)
+        return self.gap_and_misfit(coordinates)[1]
+
+    def misfit_at_start(self, coordinates: FloatArray) -> Misfit:
+        """Return the same under scales that never change, before any fit."""
+        both = self._both_ways(coordinates, _YARDSTICK)
+        return self._misfit_of(both, coordinates, _YARDSTICK)
+
+    def gap_and_misfit(self, coordinates: FloatArray) -> tuple[Gap, Misfit]:
+        """Return `gap` and `misfit` of the same comparison."""
+        both = self._both_ways(coordinates, self.scales)
+        return both.gap(self.truncation), self._misfit_of(both, coordinates, self.scales)
+
+    def _misfit_of(
+        self, both: TwoWayComparison, coordinates: FloatArray, scales: Scales
+    ) -> Misfit:
+        prior = self._prior.cost(coordinates)
+        return Misfit(prior - both.gain(scales), prior + both.misfit(scales))
 
     def _both_ways(self, coordinates: FloatArray, scales: Scales) -> TwoWayComparison:
         """Compare every view, and look beside it for what of the measured body it leaves."""
         views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
-        compared, shares = [], []
+        compared, fractions = [], []
         for comparer, view in zip(self.comparers, views, strict=True):
             comparison = comparer.compare(view, scales.reach, sensor)
             compared.append(self.unbiased(comparison, coordinates))
-            shares.append(comparer.measured_shares(view, sensor))
-        return TwoWayComparison(compared, shares)
+            fractions.append(comparer.measured_fractions(view, sensor))
+        return TwoWayComparison(compared, fractions)
 
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost around some coordinates."""
@@ -174,7 +189,7 @@ class RobustObjective:
 
     def unbiased(self, comparison: Comparison, coordinates: FloatArray) -> Comparison:
         """Take the sensor's edge bias off the edge residuals."""
-        bias = float(sum(coordinates[place] for place in self._bias_places))
+        bias = float(sum(coordinates[index] for index in self._bias_indices))
         values = comparison.edge.values - bias * comparison.edge_scale
         return replace(comparison, edge=replace(comparison.edge, values=values))
 
@@ -200,14 +215,14 @@ class RobustObjective:
             For depth and edge: M residuals, and the Jacobian of the rendered side, shape (M, k).
         """
         unbiased = self.unbiased(comparison, coordinates)
-        by_depth = view.trace.push_depth(unbiased.depth.places, tangent)
-        by_edge = view.trace.push_outline(unbiased.edge.places, tangent)
+        by_depth = view.trace.push_depth(unbiased.depth.indices, tangent)
+        by_edge = view.trace.push_outline(unbiased.edge.indices, tangent)
         by_edge *= comparison.edge_scale[:, None]
-        for place in self._bias_places:
-            by_edge[:, place] = comparison.edge_scale
-        columns = self.comparers[number].sensor_columns(view, unbiased.depth.places)
-        for place in self._effect_places:
-            column = columns.get(self.model.parameters.names[place])
+        for index in self._bias_indices:
+            by_edge[:, index] = comparison.edge_scale
+        columns = self.comparers[number].sensor_columns(view, unbiased.depth.indices)
+        for index in self._effect_indices:
+            column = columns.get(self.model.parameters.names[index])
             if column is not None:
-                by_depth[:, place] = column
+                by_depth[:, index] = column
         return (unbiased.depth, by_depth), (unbiased.edge, by_edge)

@@ -41,7 +41,7 @@ class Scale:
         """Return how many residuals are worth one independent residual.
 
         Args:
-            dimension: 2 for pixels, 1 for pieces of outline.
+            dimension: 2 for pixels, 1 for segments of outline.
         """
         return float(self.repeats * self.correlation**dimension)
 

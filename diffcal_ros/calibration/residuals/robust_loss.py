@@ -7,7 +7,7 @@ weighs 1/n.
 """
 
 from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
-from diffcal_ros.calibration.residuals.robust_residual import Residuals
+from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 from diffcal_ros.least_squares.residual_channel import ResidualChannel, Weights
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,20 @@ def robust_cost(residuals: Residuals, scales: Scales) -> float:
 
 def cost_of_missing(pixels: float, scales: Scales) -> float:
     """Return what as many pixels of depth cost that are as far off as was looked."""
-    worst = _worst(scales.depth, scales.reach.depth)
-    return float(pixels * worst / (scales.depth.noise**2 * scales.depth.patch(2)))
+    return worst_cost(pixels, ResidualKind.DEPTH, scales)
+
+
+def worst_cost(weight: float, kind: ResidualKind, scales: Scales) -> float:
+    """Return what residuals of one kind cost that are as far off as was looked.
+
+    Args:
+        weight: of them in all.
+        kind: of them.
+        scales: width, noise and correlation of that kind, and how far was looked.
+    """
+    scale = scales.of(kind)
+    worst = _worst(scale, scales.reach.of(kind))
+    return float(weight * worst / (scale.noise**2 * scale.patch(kind.dimension)))
 
 
 def robust_weights(residuals: Residuals, scale: Scale) -> Weights:

@@ -21,7 +21,7 @@ from diffcal_ros.calibration.observations.pixel_masks import (
 )
 from diffcal_ros.calibration.residuals.edge_search import ObservedImage
 from diffcal_ros.calibration.residuals.measured_body import (
-    measured_shares,
+    measured_fractions,
     MeasuredShares,
     SimulatedView,
 )
@@ -58,7 +58,7 @@ class ResidualKind(Enum):
 
     @property
     def dimension(self) -> int:
-        """2 for pixels of depth, which fill an area, 1 for pieces of outline."""
+        """2 for pixels of depth, which fill an area, 1 for segments of outline."""
         return 2 if self is ResidualKind.DEPTH else 1
 
 
@@ -90,7 +90,7 @@ class Residuals:
         values: [m], shape (M,).
         weights: share of an independent pixel or of a pixel of outline, shape (M,).
         pixels: column and row of each in the image, shape (M, 2).
-        places: pixel of the window (depth) or piece of the outline (edge), shape (M,).
+        indices: pixel of the window (depth) or segment of the outline (edge), shape (M,).
         missing: summed weight of what was rendered and not found.
     """
 
@@ -98,7 +98,7 @@ class Residuals:
     values: FloatArray
     weights: FloatArray
     pixels: IntArray
-    places: IntArray
+    indices: IntArray
     missing: float
 
 
@@ -209,15 +209,15 @@ class ViewComparer:
         image[trace.rows, trace.columns] = counted
         return SimulatedView(trace.in_image(read), image, self.mask.image)
 
-    def measured_shares(self, view: View, sensor: SensorModel = EXACT_SENSOR) -> MeasuredShares:
+    def measured_fractions(self, view: View, sensor: SensorModel = EXACT_SENSOR) -> MeasuredShares:
         """Find what of the measured body the view leaves unexplained, and what hides it."""
         counted, _ = self.pixels(view)
         simulated = self.simulated(view.trace, self.read(view.trace, sensor), counted)
-        return self.shares_of(self._observation.depth, simulated)
+        return self.fractions_of(self._observation.depth, simulated)
 
-    def shares_of(self, depth: NDArray[np.float32], simulated: SimulatedView) -> MeasuredShares:
+    def fractions_of(self, depth: NDArray[np.float32], simulated: SimulatedView) -> MeasuredShares:
         """Find the same for an image of this camera [m], shape (H, W)."""
-        return measured_shares(
+        return measured_fractions(
             depth,
             simulated,
             self._observation.camera,
@@ -231,10 +231,10 @@ class ViewComparer:
         seen: BoolArray = self._second[np.maximum(trace.faces, 0)]
         return seen
 
-    def sensor_columns(self, view: View, places: IntArray) -> dict[str, FloatArray]:
+    def sensor_columns(self, view: View, indices: IntArray) -> dict[str, FloatArray]:
         """Return how the depth read at some pixels follows the sensor's errors, (M,) each."""
         trace = view.trace
-        seen = SeenPixels(trace.depth.ravel()[places], self.is_second(trace).ravel()[places])
+        seen = SeenPixels(trace.depth.ravel()[indices], self.is_second(trace).ravel()[indices])
         columns = {
             effect.amplitude_name(part.name): effect.depth_error_mode(part.name, seen)
             for effect in EFFECTS.values()
@@ -252,14 +252,14 @@ class ViewComparer:
         usable = comparable & np.isfinite(difference)
         near = np.abs(difference) < reach.depth
         kept = usable & near
-        places = np.flatnonzero(kept.ravel()).astype(np.int32)
-        rows, columns = np.divmod(places, trace.shape[1])
+        indices = np.flatnonzero(kept.ravel()).astype(np.int32)
+        rows, columns = np.divmod(indices, trace.shape[1])
         return Residuals(
             kind=ResidualKind.DEPTH,
-            values=difference.ravel()[places],
-            weights=np.ones(len(places)),
+            values=difference.ravel()[indices],
+            weights=np.ones(len(indices)),
             pixels=np.stack([columns + trace.columns.start, rows + trace.rows.start], axis=1),
-            places=places,
+            indices=indices,
             missing=float((usable & ~near).sum()),
         )
 
@@ -269,22 +269,22 @@ class ViewComparer:
         flat: BoolArray = cosines[faces] <= np.cos(self._masks.grazing_angle)
         return flat & (view.trace.faces >= 0)
 
-    def edge_doubt(self, view: View, places: IntArray) -> FloatArray:
-        """Return how far pieces of the outline may seem to lie inside [px], shape (M,).
+    def edge_doubt(self, view: View, indices: IntArray) -> FloatArray:
+        """Return how far segments of the outline may seem to lie inside [px], shape (M,).
 
         A sensor loses a surface that it sees too flat, and the edge that it shows is then not
         the body's. On a round body such a surface is thinner than a pixel.
 
         Args:
             view: the rendered body.
-            places: pieces of the outline, as in `Residuals.places`, shape (M,).
+            indices: segments of the outline, as in `Residuals.indices`, shape (M,).
         """
         trace = view.trace
         flat = self._seen_too_flat(view, np.maximum(trace.faces, 0))
         outline = trace.outline
-        chosen = np.searchsorted(outline.pieces, places)
+        chosen = np.searchsorted(outline.segments, indices)
         points, normals = outline.points[chosen, :2], outline.normals[chosen]
-        thickness = np.zeros(len(places))
+        thickness = np.zeros(len(indices))
         height, width = flat.shape
         for distance in np.arange(0.5 * _BESIDE_STEP, _BESIDE_REACH, _BESIDE_STEP):
             columns, rows = np.floor(points - distance * normals + 0.5).astype(np.int64).T
@@ -317,13 +317,13 @@ class ViewComparer:
             values=distances[found] * scale,
             weights=weights[found],
             pixels=np.floor(outline.points[found, :2] + 0.5).astype(np.int32),
-            places=outline.pieces[found],
+            indices=outline.segments[found],
             missing=float(weights[~found].sum()),
         )
         return residuals, scale
 
     def metres_per_pixel(self, outline: Outline) -> FloatArray:
-        """Return how far a pixel along its normal is at each piece's depth [m], shape (P,)."""
+        """Return how far a pixel along its normal is at each segment's depth [m], shape (P,)."""
         camera = self._observation.camera
         across, down = outline.normals[:, 0] / camera.fx, outline.normals[:, 1] / camera.fy
         metres: FloatArray = outline.points[:, 2] * np.hypot(across, down)

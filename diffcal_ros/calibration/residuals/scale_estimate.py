@@ -137,6 +137,6 @@ def _joined(parts: Sequence[Residuals]) -> Residuals:
         values=np.concatenate([part.values for part in parts]),
         weights=np.concatenate([part.weights for part in parts]),
         pixels=np.concatenate([part.pixels for part in parts]),
-        places=np.concatenate([part.places for part in parts]),
+        indices=np.concatenate([part.indices for part in parts]),
         missing=sum(part.missing for part in parts),
     )

@@ -28,10 +28,10 @@ def surface_parts(trace: Trace, residuals: Residuals) -> tuple[IntArray, int]:
         residuals: of it; parts are triangles for depths, and surface edges for edges.
     """
     if residuals.kind is ResidualKind.DEPTH:
-        return trace.faces.ravel()[residuals.places], trace.buffers.face_count
+        return trace.faces.ravel()[residuals.indices], trace.buffers.face_count
     outline = trace.outline
-    places = np.searchsorted(outline.pieces, residuals.places)
-    return outline.edges[places], trace.buffers.edge_count
+    indices = np.searchsorted(outline.segments, residuals.indices)
+    return outline.edges[indices], trace.buffers.edge_count
 
 
 def part_means(values: FloatArray, parts: IntArray, count: int) -> FloatArray:
@@ -57,10 +57,10 @@ def repeated_frames(means: Sequence[FloatArray]) -> float:
     power = _mean_product(frames, 0)
     total = 1.0
     for lag in range(1, count):
-        share = _mean_product(frames, lag) / power if power > 0.0 else 0.0
-        if share < _FAINT:
+        fraction = _mean_product(frames, lag) / power if power > 0.0 else 0.0
+        if fraction < _FAINT:
             break
-        total += 2.0 * (1.0 - lag / count) * share
+        total += 2.0 * (1.0 - lag / count) * fraction
     return float(min(total, count))
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind
+from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
-from diffcal_ros.calibration.search.shapes import modulus_places, Shape
+from diffcal_ros.calibration.search.shapes import modulus_indices, Shape
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import minimise
 import numpy as np
@@ -36,12 +37,12 @@ class Basin:
 
     Attributes:
         coordinates: shape (k,).
-        misfit: half chi-square of the coarse image there.
+        misfit: of the coarse image there.
         shape: number of the shape.
     """
 
     coordinates: FloatArray
-    misfit: float
+    misfit: Misfit
     shape: int
 
 
@@ -59,11 +60,13 @@ class Placing:
             shapes: in families, each from stiff to soft.
         """
         self.model, self.objective, self.shapes = model, objective, tuple(shapes)
-        self._moduli = modulus_places(model.parameters)
-        self._places = [place for place, own in enumerate(model.parameters) if own.kind in PLACING]
+        self._moduli = modulus_indices(model.parameters)
+        self._indices = [
+            index for index, own in enumerate(model.parameters) if own.kind in PLACING
+        ]
         self._shifts = [
-            place
-            for place, own in enumerate(model.parameters)
+            index
+            for index, own in enumerate(model.parameters)
             if own.kind is Kind.RIGID_OFFSET and own.axis < 3
         ]
         self._longest = longest_steps(model.parameters)
@@ -86,7 +89,7 @@ class Placing:
 
     def distinct(self, basins: Iterable[Basin]) -> list[Basin]:
         """Return the lowest places, the best first: a fit goes down from a shape to the next."""
-        ordered = sorted(basins, key=lambda own: own.misfit)
+        ordered = sorted(basins, key=lambda own: own.misfit.left)
         return [
             basin
             for number, basin in enumerate(ordered)
@@ -101,7 +104,7 @@ class Placing:
         return bool(np.linalg.norm(change[self._shifts]) < _SAME_SHIFT)
 
     def place(self, number: int, start: FloatArray) -> Basin | None:
-        """Fit what places a shape, from wide to narrow; None where it leaves the image.
+        """Fit what places a shape, residual scales annealed; None where it leaves the image.
 
         Args:
             number: of the shape.
@@ -109,11 +112,11 @@ class Placing:
         """
         shape = self.shapes[number]
         coordinates = shape.coordinates.copy()
-        coordinates[self._places] = start[self._places]
+        coordinates[self._indices] = start[self._indices]
         self.model.show(shape.world)
         self.objective.widen()
         try:
-            if self._places:
+            if self._indices:
                 coordinates = minimise(
                     self.objective,
                     coordinates,
@@ -170,4 +173,4 @@ class Placing:
 
 
 def _best(basins: Iterable[Basin], count: int) -> list[Basin]:
-    return sorted(basins, key=lambda basin: basin.misfit)[:count]
+    return sorted(basins, key=lambda basin: basin.misfit.left)[:count]

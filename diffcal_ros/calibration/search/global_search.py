@@ -20,7 +20,7 @@ from diffcal_ros.calibration.search.coarse_views import (
     stride_for,
 )
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
-from diffcal_ros.calibration.search.shapes import make_shapes, modulus_places, sag
+from diffcal_ros.calibration.search.shapes import make_shapes, modulus_indices, sag
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.element import Element
 import numpy as np
@@ -29,15 +29,21 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-# A place is worth a fit where its coarse misfit is no more than this times the best one's, and so
-# many are at most.
+# A place is worth a fit where it leaves no more than so many times what the best one does, and so
+# many are at most; the one that explains most of the image is, whatever it leaves.
 _WORTH, _MOST = 1.5, 3
 
 
 def worth_fitting(basins: Sequence[Basin]) -> list[Basin]:
     """Return the basins that may hold the best fit."""
-    limit = _WORTH * min((basin.misfit for basin in basins), default=0.0)
-    return [basin for basin in basins if basin.misfit <= limit][:_MOST]
+    if not basins:
+        return []
+    limit = _WORTH * min(basin.misfit.left for basin in basins)
+    worth = [basin for basin in basins if basin.misfit.left <= limit][:_MOST]
+    explains_most = min(basins, key=lambda basin: basin.misfit.above_absence)
+    if not any(basin is explains_most for basin in worth):
+        worth.append(explains_most)
+    return worth
 
 
 def can_search(model: ForwardModel) -> bool:
@@ -97,7 +103,7 @@ class GlobalSearch:
     def _unplaced(self, start: FloatArray) -> FloatArray:
         """Return a start with the placement where its prior has it."""
         mean, _ = self._model.parameters.prior()
-        placed = [place for place, own in enumerate(self._model.parameters) if own.kind in PLACING]
+        placed = [index for index, own in enumerate(self._model.parameters) if own.kind in PLACING]
         unplaced = start.copy()
         unplaced[placed] = mean[placed]
         return unplaced
@@ -113,7 +119,7 @@ class GlobalSearch:
     def _measure_compliance(self, start: FloatArray) -> float | None:
         """Return how far the fit's own body sags at the start [m]; None: it has no equilibrium."""
         model, count = self._model, self._model.scene.mesh.vertex_count
-        if not modulus_places(model.parameters):
+        if not modulus_indices(model.parameters):
             return None
         try:
             model.views(start)

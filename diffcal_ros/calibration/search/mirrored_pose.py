@@ -13,7 +13,7 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 
-# One pose is believed where the other leaves so many times its misfit on the coarse image.
+# One pose is believed where the other leaves so many times as much on the coarse image.
 _CLEAR = 1.5
 
 
@@ -59,4 +59,4 @@ def _misfit(scene: Scene, seen: Observation, settings: CalibrationSettings) -> f
         basins = GlobalSearch(model, parameters.start(), solver=settings.solver).basins()
     except NotSimulatedError:
         return float('inf')
-    return min((basin.misfit for basin in basins), default=float('inf'))
+    return min((basin.misfit.left for basin in basins), default=float('inf'))

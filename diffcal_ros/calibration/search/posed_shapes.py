@@ -54,10 +54,10 @@ class PosedShapes(ForwardModel):
         found = []
         for number, world in enumerate(self._shape):
             tangents = np.zeros((len(self.parameters), *world.shape))
-            for place in range(len(self.parameters)):
-                motion = self.cameras.motion(number, place, world, coordinates)
+            for index in range(len(self.parameters)):
+                motion = self.cameras.motion(number, index, world, coordinates)
                 if motion is not None:
-                    tangents[place] = motion
+                    tangents[index] = motion
             found.append(tangents)
         return found
 

@@ -45,7 +45,7 @@ class Shape:
     family: int
 
 
-def modulus_places(parameters: ParameterSet) -> list[int]:
+def modulus_indices(parameters: ParameterSet) -> list[int]:
     """Return the places of the moduli."""
     return parameters.find(Kind.YOUNGS_MODULUS)
 
@@ -58,18 +58,18 @@ def make_shapes(model: PosedShapes, centre: FloatArray, compliance: float | None
         centre: coordinates of all else, and of the moduli's ratios, shape (k,).
         compliance: how much the fit's own body sags at `centre`, see `sag`; None: not known.
     """
-    places = modulus_places(model.parameters)
-    if not places:
+    indices = modulus_indices(model.parameters)
+    if not indices:
         return [Shape(centre, tuple(model.simulate(centre)), 0)]
     lower, upper = model.parameters.bounds()
-    shapes = _simulated(model, centre, places)
+    shapes = _simulated(model, centre, indices)
     if compliance is None or not shapes:
         return shapes
     shift = _locking(model, centre, shapes, compliance)
     return [
         own
-        for own in (_shifted(shape, places, shift) for shape in shapes)
-        if _is_within(own.coordinates[places], lower[places], upper[places])
+        for own in (_shifted(shape, indices, shift) for shape in shapes)
+        if _is_within(own.coordinates[indices], lower[indices], upper[indices])
     ] or shapes
 
 
@@ -110,15 +110,15 @@ def _contrasts(centre: FloatArray) -> list[FloatArray]:
     return [centre - centre.mean()]
 
 
-def _simulated(model: PosedShapes, centre: FloatArray, places: list[int]) -> list[Shape]:
+def _simulated(model: PosedShapes, centre: FloatArray, indices: list[int]) -> list[Shape]:
     """Simulate families of shapes; what hardly differs from the last one is left out."""
     lower, upper = model.parameters.bounds()
     shapes: list[Shape] = []
-    for family, contrast in enumerate(_contrasts(centre[places])):
+    for family, contrast in enumerate(_contrasts(centre[indices])):
         last: tuple[FloatArray, ...] | None = None
-        for level in _levels(lower[places], upper[places]):
+        for level in _levels(lower[indices], upper[indices]):
             coordinates = centre.copy()
-            coordinates[places] = contrast + level
+            coordinates[indices] = contrast + level
             try:
                 world = tuple(model.simulate(coordinates))
             except NotSimulatedError:
@@ -135,9 +135,9 @@ def _apart(one: Sequence[FloatArray], other: Sequence[FloatArray]) -> float:
     return max(float(np.abs(a - b).max()) for a, b in zip(one, other, strict=True))
 
 
-def _shifted(shape: Shape, places: list[int], shift: float) -> Shape:
+def _shifted(shape: Shape, indices: list[int], shift: float) -> Shape:
     moved = shape.coordinates.copy()
-    moved[places] -= shift
+    moved[indices] -= shift
     return replace(shape, coordinates=moved)
 
 
@@ -153,14 +153,14 @@ def _locking(
     The shapes have one ratio of moduli and the start another, so both are compared by the mean
     of their logarithms, which is what a start needs and no more.
     """
-    places = modulus_places(model.parameters)
+    indices = modulus_indices(model.parameters)
     family = [shape for shape in shapes if shape.family == shapes[0].family]
     rests = [model.body(seen).discretisation.rest_nodes for seen in model.observations]
     pulls = [model.inputs.gravity(seen.setup_index, centre) for seen in model.observations]
     sags = np.array([sag(shape.world, rests, pulls) for shape in family])
-    levels = np.array([float(shape.coordinates[places].mean()) for shape in family])
+    levels = np.array([float(shape.coordinates[indices].mean()) for shape in family])
     order = np.argsort(sags)
     if not sags[order[0]] < compliance < sags[order[-1]]:
         return 0.0
     same = float(np.interp(compliance, sags[order], levels[order]))
-    return float(np.clip(same - centre[places].mean(), -_MOST_LOCKING, 0.0))
+    return float(np.clip(same - centre[indices].mean(), -_MOST_LOCKING, 0.0))

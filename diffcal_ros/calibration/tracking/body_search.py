@@ -103,7 +103,7 @@ def find_body(
     """Fit the frame that an objective compares with.
 
     Args:
-        objective: with widths as wide as the search is to begin with; they narrow.
+        objective: with widths as wide as the search is to begin with; they are annealed.
         start: coordinates, shape (k,).
         bounds: lower and upper, shape (k,) each.
         longest: step of each coordinate, shape (k,).
@@ -149,10 +149,14 @@ def find_body_anywhere(
     for basin in basins()[:1]:
         objective.scales = Scales()
         far = find_body(objective, basin.coordinates, bounds, longest, is_brief=False)
-        if far is not None and (near is None or objective.misfit(far) < objective.misfit(near)):
+        if far is not None and (near is None or _is_better(objective, far, near)):
             return far
     objective.scales = near_scales
     return near
+
+
+def _is_better(objective: RobustObjective, far: FloatArray, near: FloatArray) -> bool:
+    return objective.misfit(near).is_worse(objective.misfit(far), fraction=0.0)
 
 
 class _Approach:

@@ -53,22 +53,22 @@ class ForgettingFilter:
         """Forget every frame."""
         self.count = 0
 
-    def add(self, frame: NormalEquations, stamp_ns: int, least_share: float = 0.0) -> None:
+    def add(self, frame: NormalEquations, stamp_ns: int, least_fraction: float = 0.0) -> None:
         """Take one more frame; after a gap it weighs the more, as what is old has faded.
 
         Args:
             frame: at the point of the filter.
             stamp_ns: not before that of the last one [ns].
-            least_share: that it must weigh, because it says something new.
+            least_fraction: that it must weigh, because it says something new.
         """
         age = (stamp_ns - self._last_ns) / _SECOND
         self.count += 1
-        share = 1.0
+        fraction = 1.0
         if self.count > 1:
-            share = max(1.0 - math.exp(-age / self.memory), 1.0 / self.count, least_share)
+            fraction = max(1.0 - math.exp(-age / self.memory), 1.0 / self.count, least_fraction)
         self._last_ns = stamp_ns
-        self.equations = self.equations.times(1.0 - share) + frame.times(share)
-        self._squares = (1.0 - share) ** 2 * self._squares + share**2
+        self.equations = self.equations.times(1.0 - fraction) + frame.times(fraction)
+        self._squares = (1.0 - fraction) ** 2 * self._squares + fraction**2
 
     def move(self, step: FloatArray) -> None:
         """Move the point that everything is around; the curvature is taken along.

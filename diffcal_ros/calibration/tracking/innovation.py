@@ -12,9 +12,9 @@ FloatArray = NDArray[np.float64]
 _LARGEST_USUAL = 8.0
 # Frames until it is known how large surprises usually are, and how it goes on from there.
 _LEARNING = 15
-_LEARNING_SHARE = 0.02
+_LEARNING_FRACTION = 0.02
 # A camera that becomes noisier is not a body that changes for ever.
-_UNUSUAL_SHARE = 0.0005
+_UNUSUAL_FRACTION = 0.0005
 _LEAST_NEW = 1e-3
 # Directions that scatter less than this share of the largest are rounding.
 _RANK = 1e-10
@@ -24,12 +24,12 @@ class Innovation:
     """Measures the pull of frames on the parameters against the mean pull of those before.
 
     Attributes:
-        new_share: share of a gradient's covariance that is new in every frame; the rest is
+        new_fraction: share of a gradient's covariance that is new in every frame; the rest is
             structure, which stays from frame to frame.
     """
 
     def __init__(self) -> None:
-        self.new_share = 1.0
+        self.new_fraction = 1.0
         self._learned = 0
         self._whitening = np.zeros((0, 0))
 
@@ -40,7 +40,7 @@ class Innovation:
         known = values > _RANK * values[-1]
         self._whitening = scale[:, None] * vectors[:, known] / np.sqrt(values[known])
 
-    def least_share(self, difference: FloatArray) -> float:
+    def least_fraction(self, difference: FloatArray) -> float:
         """Return how much a frame must weigh against those before it: 0 for a usual one.
 
         Args:
@@ -48,7 +48,7 @@ class Innovation:
         """
         whitened = self._whitening.T @ difference
         raw = float(whitened @ whitened) / max(1, len(whitened))
-        surprise = raw / self.new_share
+        surprise = raw / self.new_fraction
         self._learn(raw, surprise)
         if self._learned <= _LEARNING or surprise <= _LARGEST_USUAL:
             return 0.0
@@ -56,9 +56,9 @@ class Innovation:
 
     def _learn(self, raw: float, surprise: float) -> None:
         self._learned += 1
-        share = 1.0 / self._learned
+        fraction = 1.0 / self._learned
         if self._learned > _LEARNING:
             is_usual = surprise <= _LARGEST_USUAL
-            share = max(share, _LEARNING_SHARE) if is_usual else _UNUSUAL_SHARE
-            raw = min(raw, _LARGEST_USUAL * self.new_share)
-        self.new_share += share * (max(raw, _LEAST_NEW) - self.new_share)
+            fraction = max(fraction, _LEARNING_FRACTION) if is_usual else _UNUSUAL_FRACTION
+            raw = min(raw, _LARGEST_USUAL * self.new_fraction)
+        self.new_fraction += fraction * (max(raw, _LEAST_NEW) - self.new_fraction)

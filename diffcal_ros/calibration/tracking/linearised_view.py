@@ -65,14 +65,14 @@ class LinearisedView:
         self._read = self._comparer.read(trace, model.sensor(coordinates))
         self._counted, comparable = self._comparer.pixels(self.rendered)
         self._simulated = self._comparer.simulated(trace, self._read, self._counted)
-        self._places = np.flatnonzero(comparable.ravel()).astype(np.int32)
-        self._read_there = self._read.ravel()[self._places]
-        rows, columns = np.divmod(self._places, trace.shape[1])
+        self._indices = np.flatnonzero(comparable.ravel()).astype(np.int32)
+        self._read_there = self._read.ravel()[self._indices]
+        rows, columns = np.divmod(self._indices, trace.shape[1])
         pixels = np.stack([columns + trace.columns.start, rows + trace.rows.start], axis=1)
         self._pixels = pixels[:, 1] * trace.buffers.camera.width + pixels[:, 0]
         everything = Comparison(
-            depth=_unread(ResidualKind.DEPTH, self._places),
-            edge=_unread(ResidualKind.EDGE, outline.pieces),
+            depth=_unread(ResidualKind.DEPTH, self._indices),
+            edge=_unread(ResidualKind.EDGE, outline.segments),
             edge_scale=self._comparer.metres_per_pixel(outline),
             difference=self._read,
             counted=self._counted,
@@ -93,7 +93,7 @@ class LinearisedView:
         inside = self._depths(depth)
         said = equations(self._channels(inside), len(self.coordinates))
         seen = float(inside.weights.sum())
-        return FrameEquations(said, seen / max(1, len(self._places)))
+        return FrameEquations(said, seen / max(1, len(self._indices)))
 
     def inform(self, depth: NDArray[np.float32]) -> Linearisation:
         """Return how sure a frame is, the last one that was looked at, without priors."""
@@ -103,8 +103,8 @@ class LinearisedView:
         """Return how far a frame is from the view, in both directions or, faster, in one."""
         window = depth[self._trace.rows, self._trace.columns]
         observed = window.astype(np.float64)
-        shares = [self._comparer.shares_of(depth, self._simulated)] if is_both_ways else None
-        return measure_gap([observed - self._read], [self._counted], self._truncation, shares)
+        fractions = [self._comparer.fractions_of(depth, self._simulated)] if is_both_ways else None
+        return measure_gap([observed - self._read], [self._counted], self._truncation, fractions)
 
     def read_depth(self) -> FloatArray:
         """Return the depth that the sensor would read [m], shape (H, W), NaN beside the body."""
@@ -129,21 +129,21 @@ class LinearisedView:
             values=values,
             weights=is_near.astype(np.float64),
             pixels=_NO_PIXELS,
-            places=self._places,
+            indices=self._indices,
             missing=float(missing),
         )
 
     def _edges(self) -> tuple[Residuals, NDArray[np.intp]]:
-        """Return residuals of the outline's pieces, and which pieces they are of."""
+        """Return residuals of the outline's segments, and which segments they are of."""
         edge, _ = self._comparer.edges(self._outline, self._scales.reach)
-        found = np.searchsorted(self._outline.pieces, edge.places)
+        found = np.searchsorted(self._outline.segments, edge.indices)
         return replace(edge, values=edge.values + self._edge_bias[found]), found
 
 
 _NO_PIXELS = np.zeros((0, 2), dtype=np.int32)
 
 
-def _unread(kind: ResidualKind, places: NDArray[np.int32]) -> Residuals:
+def _unread(kind: ResidualKind, indices: NDArray[np.int32]) -> Residuals:
     """Return residuals that are zero, of equal weight."""
-    count = len(places)
-    return Residuals(kind, np.zeros(count), np.ones(count), _NO_PIXELS, places, 0.0)
+    count = len(indices)
+    return Residuals(kind, np.zeros(count), np.ones(count), _NO_PIXELS, indices, 0.0)

@@ -43,7 +43,7 @@ _FAR = 0.07
 _DEAR = 2.0
 _BELIEVED = 6
 _SETTLED = 8  # Frames after a fit or a search that have done the rest.
-_COST_SHARE = 0.05
+_COST_FRACTION = 0.05
 _FRESH = 4.0  # Frames that an estimate must be worth before a change is told.
 
 
@@ -83,7 +83,7 @@ class Tracker:
         self._far[bias] = np.inf
         self._reach = self._least_reach
         self._prior = self._parameters.prior()
-        self._mesh_shares = np.array(
+        self._mesh_fractions = np.array(
             [
                 found.mesh_error / (found.value if parameter.is_logarithmic else 1.0)
                 for parameter, found in zip(self._parameters, fitted, strict=True)
@@ -179,15 +179,15 @@ class Tracker:
 
     def _take(self, frame: DepthFrame, equations: NormalEquations) -> None:
         self._is_found = True
-        share = 0.0
+        fraction = 0.0
         if self._filter.count:
             before = self._filter.equations
-            share = self._innovation.least_share(
+            fraction = self._innovation.least_fraction(
                 equations.negative_gradient - before.negative_gradient
             )
-        self._filter.add(equations, frame.stamp_ns, share)
+        self._filter.add(equations, frame.stamp_ns, fraction)
         usual = equations.cost if self._usual_cost is None else self._usual_cost
-        self._usual_cost = usual + _COST_SHARE * (equations.cost - usual)
+        self._usual_cost = usual + _COST_FRACTION * (equations.cost - usual)
         self._step(frame)
         if self._is_rough and self._filter.count >= _SETTLED:
             self._weigh_anew(frame)
@@ -248,12 +248,12 @@ class Tracker:
         information = self._known.information
         worth = max(1.0, self._filter.frames_worth)
         # What is new in every frame averages out, structure that stays does not.
-        new = min(1.0, self._innovation.new_share)
+        new = min(1.0, self._innovation.new_fraction)
         covariance = information.gradient_covariance * (1.0 - new + new / worth)
         uncertainty = estimate_uncertainty(
             replace(information, gradient_covariance=covariance),
             self._parameters,
-            self._mesh_shares / MESH_SHIFT_FACTOR,
+            self._mesh_fractions / MESH_SHIFT_FACTOR,
         )
         errors = _HELD_ERRORS * np.sqrt(np.maximum(np.diag(uncertainty.statistical), 0.0))
         most = np.maximum(_HELD_MOST * self._longest, self._least_reach)

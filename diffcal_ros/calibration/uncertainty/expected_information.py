@@ -133,14 +133,14 @@ def expected_information(known: Known, candidate: Candidate, *, device: str = 'c
     """
     scene = replace(known.scene, observations=(*known.scene.observations, candidate.setup))
     shared = [
-        place
-        for place, parameter in enumerate(known.parameters)
+        index
+        for index, parameter in enumerate(known.parameters)
         if parameter.kind is not Kind.CAMERA_POSE
     ]
     covariance = candidate.pose_covariance
     own = () if covariance is None else tuple(camera_pose_parameters(0))
     parameters = ParameterSet(
-        (*(known.parameters.parameters[place] for place in shared), *own),
+        (*(known.parameters.parameters[index] for index in shared), *own),
         () if covariance is None else ((0, covariance),),
     )
     coordinates = np.concatenate([known.coordinates[shared], np.zeros(len(own))])

@@ -20,24 +20,24 @@ def fitted_parameters(
     """Turn coordinates and their errors into values and standard errors."""
     lower, upper = parameters.bounds()
     fitted = []
-    for place, parameter in enumerate(parameters):
-        value = parameter.value(coordinates[place])
-        fine, error = coordinates[place], uncertainty.standard_errors[place]
+    for index, parameter in enumerate(parameters):
+        value = parameter.value(coordinates[index])
+        fine, error = coordinates[index], uncertainty.standard_errors[index]
         if parameter.is_logarithmic:  # Of a placement the whole mesh error is doubt.
-            fine += np.clip(uncertainty.fine_shift[place], -_WIDEST, _WIDEST)
-            error = uncertainty.fine_errors[place]
+            fine += np.clip(uncertainty.fine_shift[index], -_WIDEST, _WIDEST)
+            error = uncertainty.fine_errors[index]
         reach = min(Z_95 * error, _WIDEST)
         rate = value if parameter.is_logarithmic else 1.0
         fitted.append(
             FittedParameter(
                 name=parameter.name,
                 value=value,
-                std_error=float(rate * uncertainty.standard_errors[place]),
-                mesh_error=float(rate * abs(MESH_SHIFT_FACTOR * uncertainty.mesh_shift[place])),
+                std_error=float(rate * uncertainty.standard_errors[index]),
+                mesh_error=float(rate * abs(MESH_SHIFT_FACTOR * uncertainty.mesh_shift[index])),
                 unit=parameter.unit,
                 start=parameter.quantity.start,
                 at_bound=bool(
-                    coordinates[place] <= lower[place] or coordinates[place] >= upper[place]
+                    coordinates[index] <= lower[index] or coordinates[index] >= upper[index]
                 ),
                 is_nuisance=parameter.is_nuisance,
                 fine_value=parameter.value(fine),

@@ -23,12 +23,12 @@ def placement_chance(parameters: ParameterSet, coordinates: FloatArray) -> float
         coordinates: where the fit ended, shape (k,).
     """
     prior = parameters.prior()
-    places = [
-        place
-        for place, parameter in enumerate(parameters)
-        if parameter.kind in _PLACEMENTS and prior.precision[place, place] > 0.0
+    indices = [
+        index
+        for index, parameter in enumerate(parameters)
+        if parameter.kind in _PLACEMENTS and prior.precision[index, index] > 0.0
     ]
-    if not places:
+    if not indices:
         return 1.0
-    off = (np.asarray(coordinates) - prior.mean)[places]
-    return float(chi2.sf(off @ prior.precision[np.ix_(places, places)] @ off, len(places)))
+    off = (np.asarray(coordinates) - prior.mean)[indices]
+    return float(chi2.sf(off @ prior.precision[np.ix_(indices, indices)] @ off, len(indices)))

@@ -73,19 +73,19 @@ def profile(fit: Calibration, name: str) -> Profile:
     check_profiles(fit, (name,))
     search = _Search(fit, name)
     below, above = search.walk(-1.0), search.walk(1.0)
-    places = np.concatenate([below[0][:0:-1], above[0]])
+    points = np.concatenate([below[0][:0:-1], above[0]])
     rises = np.concatenate([below[1][:0:-1], above[1]])
     # The best value may be a little off the fit's end, which stops within a fiftieth of an error.
-    parameter = fit.parameters.parameters[search.place]
+    parameter = fit.parameters.parameters[search.index]
     ends = [
         -np.inf if below[2] is None else parameter.value(below[2]),
         np.inf if above[2] is None else parameter.value(above[2]),
     ]
-    middle, reach = search.best[search.place], Z_95 * search.error
+    middle, reach = search.best[search.index], Z_95 * search.error
     return Profile(
         name=name,
         unit=parameter.unit,
-        values=np.array([parameter.value(place) for place in places]),
+        values=np.array([parameter.value(point) for point in points]),
         rises=rises,
         low=float(ends[0]),
         high=float(ends[1]),
@@ -99,15 +99,15 @@ class _Search:
     def __init__(self, fit: Calibration, name: str) -> None:
         objective = fit.likelihood('a profile')
         self._fit, self._objective = fit, _HeldForm(objective)
-        self.place = fit.parameters.names.index(name)
+        self.index = fit.parameters.names.index(name)
         self.best = fit.coordinates.copy()
         self._linear = objective.linearise(self.best)
         none = np.zeros(len(self.best))
         uncertainty = estimate_uncertainty(self._linear, fit.parameters, none)
-        variance = float(uncertainty.statistical[self.place, self.place])
+        variance = float(uncertainty.statistical[self.index, self.index])
         self.error = float(np.sqrt(variance))
         curved = np.linalg.pinv(self._linear.information + fit.parameters.prior()[1])
-        own = float(curved[self.place, self.place])
+        own = float(curved[self.index, self.index])
         # Where the data see nothing, neither number means anything.
         self._threshold = _THRESHOLD * (variance / own if own > 0.0 else 1.0)
 
@@ -118,33 +118,33 @@ class _Search:
             Coordinates from the best one on, rises there over the threshold, and where the
             profile passes it; None where it does not within the bounds.
         """
-        lower, upper = (bound[self.place] for bound in self._fit.parameters.bounds())
-        places, slopes, rises = [self.best[self.place]], [0.0], [0.0]
+        lower, upper = (bound[self.index] for bound in self._fit.parameters.bounds())
+        points, slopes, rises = [self.best[self.index]], [0.0], [0.0]
         coordinates, step = self.best, _STEP * self.error
         for _ in range(_MOST_STEPS):
-            place = float(np.clip(places[-1] + sign * step, lower, upper))
-            if abs(place - places[-1]) < 1e-9 * max(step, 1e-12):
+            point = float(np.clip(points[-1] + sign * step, lower, upper))
+            if abs(point - points[-1]) < 1e-9 * max(step, 1e-12):
                 break
             try:
-                coordinates, slope = self._constrained(coordinates, place)
+                coordinates, slope = self._constrained(coordinates, point)
             except NotSimulatedError:
                 break
-            length = place - places[-1]
+            length = point - points[-1]
             rises.append(rises[-1] + 0.5 * length * (slopes[-1] + slope) / self._threshold)
-            places.append(place)
+            points.append(point)
             slopes.append(slope)
             if rises[-1] > 1.0:
-                end = _crossing(places[-2:], rises[-2:], slopes[-2:], self._threshold)
-                return np.array(places), np.array(rises), end
+                end = _crossing(points[-2:], rises[-2:], slopes[-2:], self._threshold)
+                return np.array(points), np.array(rises), end
             step *= _GROWTH
-        return np.array(places), np.array(rises), None
+        return np.array(points), np.array(rises), None
 
-    def _constrained(self, start: FloatArray, place: float) -> tuple[FloatArray, float]:
+    def _constrained(self, start: FloatArray, point: float) -> tuple[FloatArray, float]:
         """Fit the others with this one held; return them and the profile's slope."""
         lower, upper = (bound.copy() for bound in self._fit.parameters.bounds())
-        lower[self.place] = upper[self.place] = place
+        lower[self.index] = upper[self.index] = point
         begin = start.copy()
-        begin[self.place] = place
+        begin[self.index] = point
         found = minimise(
             self._objective,
             begin,
@@ -153,7 +153,7 @@ class _Search:
             max_iterations=_MAX_ITERATIONS,
         )
         if found.stop is Stop.STUCK:
-            raise EquilibriumError(f'no fit with coordinate {place:g} held')
+            raise EquilibriumError(f'no fit with coordinate {point:g} held')
         return found.coordinates, self._slope(found.linearisation)
 
     def _slope(self, linear: Linearisation) -> float:
@@ -162,9 +162,9 @@ class _Search:
         Optimisers stop within a share of an error; of strongly correlated parameters, the slope
         would still be off by much.
         """
-        others = np.delete(np.arange(len(self.best)), self.place)
+        others = np.delete(np.arange(len(self.best)), self.index)
         if len(others) == 0:
-            return -float(linear.negative_gradient[self.place])
+            return -float(linear.negative_gradient[self.index])
         curvature = linear.curvature[np.ix_(others, others)]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(curvature), 1e-300))
         step, *_ = np.linalg.lstsq(
@@ -172,21 +172,21 @@ class _Search:
             scale * linear.negative_gradient[others],
             rcond=1e-12,
         )
-        follow = float(linear.curvature[self.place, others] @ (scale * step))
-        return -(float(linear.negative_gradient[self.place]) - follow)
+        follow = float(linear.curvature[self.index, others] @ (scale * step))
+        return -(float(linear.negative_gradient[self.index]) - follow)
 
 
 def _crossing(
-    places: list[float], rises: list[float], slopes: list[float], threshold: float
+    points: list[float], rises: list[float], slopes: list[float], threshold: float
 ) -> float:
     """Return where a profile passes its threshold between two points, slope linear between."""
-    width = places[1] - places[0]
+    width = points[1] - points[0]
     first, second = slopes[0] / threshold, slopes[1] / threshold
     # rises[0] + first s + (second - first) s^2 / (2 width) = 1.
     square, missing = 0.5 * (second - first) / width, rises[0] - 1.0
     if abs(square) * width**2 < 1e-12:
-        return places[0] - missing / first
+        return points[0] - missing / first
     root = np.sqrt(max(first**2 - 4.0 * square * missing, 0.0))
     found = [(-first + sign * root) / (2.0 * square) for sign in (1.0, -1.0)]
     inside = [s for s in found if 0.0 <= s / width <= 1.0 + 1e-9]
-    return places[0] + (inside[0] if inside else width)
+    return points[0] + (inside[0] if inside else width)

@@ -179,8 +179,8 @@ def _inverse(
     for vector in vectors[:, ~known].T:
         names.update(
             parameter.name
-            for parameter, share in zip(parameters, np.abs(vector), strict=True)
-            if share > _TAKES_PART
+            for parameter, fraction in zip(parameters, np.abs(vector), strict=True)
+            if fraction > _TAKES_PART
         )
     capped = np.where(known, values, _UNKNOWN**-2)
     order = [name for name in parameters.names if name in names]
@@ -194,9 +194,9 @@ def _prior_bound(
     """Name asked-for parameters whose prior says more than the data."""
     scales, own = natural_scales(parameters), np.diag(precision)
     names = []
-    for place, parameter in enumerate(parameters):
-        if parameter.is_nuisance or parameter.kind is Kind.RIGID_OFFSET or not own[place]:
+    for index, parameter in enumerate(parameters):
+        if parameter.is_nuisance or parameter.kind is Kind.RIGID_OFFSET or not own[index]:
             continue
-        if data_only[place, place] * scales[place] ** 2 * own[place] > 1.0:
+        if data_only[index, index] * scales[index] ** 2 * own[index] > 1.0:
             names.append(parameter.name)
     return tuple(names)

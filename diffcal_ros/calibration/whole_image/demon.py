@@ -98,7 +98,7 @@ def minimise_with_demon(
         on_iteration: told of every step; returns False to stop.
     """
     torch = import_torch()
-    tell = on_iteration or (lambda _: True)
+    report = on_iteration or (lambda _: True)
     lower, upper = (torch.from_numpy(np.ascontiguousarray(bound)) for bound in bounds)
     point = torch.from_numpy(np.clip(start, *bounds)).requires_grad_(True)
     rate = torch.from_numpy(step_sizes)
@@ -110,7 +110,7 @@ def minimise_with_demon(
         path.append(point.detach().numpy().copy())
         if loss.item() < best_loss:
             best_loss, best = loss.item(), path[-1]
-        if not tell(Iteration(step, path[-1], loss.item())):
+        if not report(Iteration(step, path[-1], loss.item())):
             stop = Stop.INTERRUPTED
             break
         point.grad = None

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 # Doublings of a Gauss-Newton step on a whole-image loss, and Adam's longest step over its.
 _DOUBLINGS = 8
-_ADAM_SHARE = 0.1
+_ADAM_FRACTION = 0.1
 
 
 class ImageFit:
@@ -66,7 +66,7 @@ class ImageFit:
                 self.objective,
                 start,
                 bounds,
-                learning_rates(model, start, _ADAM_SHARE * longest),
+                learning_rates(model, start, _ADAM_FRACTION * longest),
                 max_iterations=settings.max_iterations or 100,
                 on_iteration=on_iteration,
             )

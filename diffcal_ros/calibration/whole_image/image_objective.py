@@ -153,8 +153,8 @@ class ImageObjective(FixedForm):
     def _half_chi_square(self, views: list[_ImageView]) -> float:
         if self._noise == 0.0:
             self._noise = self._mean_square(views)
-        share = 0.5 if self.loss == 'paper' else 1.0
-        return share * self._total(views) / self._noise
+        fraction = 0.5 if self.loss == 'paper' else 1.0
+        return fraction * self._total(views) / self._noise
 
     def _weights(self, difference: FloatArray) -> FloatArray:
         if self.loss == 'paper':

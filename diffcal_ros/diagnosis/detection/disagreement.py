@@ -15,7 +15,8 @@ import numpy as np
 ALPHA = 0.003
 # Where the floors hide what would matter, a gap must stand out from them so many times.
 _FAR_ABOVE = 3.0
-# In a motion, mesh and step err a little in many ways: less than this share of the floors is that.
+# In a motion, mesh and time step err a little in many ways: less than this share of the floors
+# is that.
 _LEAST_EXCESS = 0.5
 # Fewer patches say nothing.
 _LEAST_PATCHES = 12

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import pose_owners
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Halving a mesh or a step removes three quarters of a smooth error; what one refinement tells too
-# little about.
+# Halving a mesh or a time step removes three quarters of a smooth error; what one refinement
+# tells too little about.
 _GAIN, _SPREAD = 4.0 / 3.0, 0.5
 # How the waves of a release run on a coarse mesh it tells less about: of what is left beside the
 # parameters there may be hardly anything, or all of it.
@@ -27,8 +27,8 @@ _DOUBT = 0.15
 
 
 @dataclass(frozen=True)
-class Numerics:
-    """What a finer mesh and step would change, view by view [m], shape (N, 3) each.
+class DiscretisationError:
+    """What a finer mesh and time step would change, view by view [m], shape (N, 3) each.
 
     Attributes:
         moves: of the points, beside what the parameters take up.
@@ -55,12 +55,13 @@ class Numerics:
         return np.array([self.shifts.get(name, 0.0) for name in parameters.names])
 
 
-def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
-    """Find how a finer mesh and step would move each view's points.
+def find_discretisation_error(model: ForwardModel, coordinates: FloatArray) -> DiscretisationError:
+    """Find how a finer mesh and time step would move each view's points.
 
-    A motion runs ahead or late where its mesh is too stiff or its step too long: by centimetres
-    after a while, and just as with another modulus and damping. What these take up is taken off,
-    since they are fitted; they are then those of this mesh and step, and so far from the body's.
+    A motion runs ahead or late where its mesh is too stiff or its time step too long: by
+    centimetres after a while, and just as with another modulus and damping. What these take up is
+    taken off, since they are fitted; they are then those of this mesh and time step, and so far
+    from the body's.
     """
     moves = model.mesh_moves(coordinates)
     is_moving = [observation.instant is not None for observation in model.observations]
@@ -68,9 +69,9 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
     motions = [model.scene.observations[o.setup_index].motion for o in model.observations]
     is_slow = tuple(motion is None or motion.is_slow for motion in motions)
     if not any(is_moving):
-        return Numerics(tuple(moves), doubts, is_slow)
+        return DiscretisationError(tuple(moves), doubts, is_slow)
     tangents = model.tangents(coordinates)
-    _, precision = full_prior(model.parameters)
+    _, precision = regularised_prior(model.parameters)
     shifts = []
     for owner in dict.fromkeys(pose_owners(model.observations)):
         views = [
@@ -82,7 +83,7 @@ def find_numerics(model: ForwardModel, coordinates: FloatArray) -> Numerics:
             shifts.append(-_GAIN * _take_off(moves, tangents, views, precision))
     names = model.parameters.names
     mean = np.mean(shifts, axis=0).tolist()
-    return Numerics(tuple(moves), doubts, is_slow, dict(zip(names, mean, strict=True)))
+    return DiscretisationError(tuple(moves), doubts, is_slow, dict(zip(names, mean, strict=True)))
 
 
 def _take_off(

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
-from diffcal_ros.diagnosis.patches.evidence import Evidence
-from diffcal_ros.effects.registry import border_effects
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.effects.registry import boundary_effects
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -19,28 +19,30 @@ BoolArray = NDArray[np.bool_]
 # Borders that are tried, as shares of the free length; the middle is one of them.
 _BORDERS = np.linspace(0.14, 0.86, 37).round(3).tolist()
 _MIDDLE = 0.5
-# A step stands out when it is at least so high [m], leaves at most this share of what no step
+# A jump stands out when it is at least so high [m], leaves at most this share of what no jump
 # leaves, and of what one in the middle leaves.
 _LEAST_STEP = 0.005
 _LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
 _ROUNDING = 1e-6
 
 
-def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArray]) -> Scene:
-    """Return a scene whose effects of two materials have their border where a step is seen.
+def with_material_boundary(
+    scene: Scene, evaluator: PatchEvaluator, candidates: Iterable[FloatArray]
+) -> Scene:
+    """Return a scene whose effects of two materials have their boundary where a jump is seen.
 
     Args:
-        scene: one that has several regions knows its borders, and is returned as it is.
-        evidence: of its model.
-        candidates: coordinates at which the residual is read: a fit may have followed the step.
+        scene: one that has several regions knows its boundaries, and is returned as it is.
+        evaluator: of its model.
+        candidates: coordinates at which the residual is read: a fit may have followed the jump.
     """
-    if knows_border(scene):
+    if knows_boundary(scene):
         return scene
-    beyond = faces_beyond(evidence)
+    beyond = faces_beyond(evaluator)
     best, at = 0.0, None
     for coordinates in candidates:
         try:
-            found = _best_border(*_seen_beyond(evidence, coordinates, beyond))
+            found = _best_boundary(*_seen_beyond(evaluator, coordinates, beyond))
         except NotSimulatedError:
             continue
         if found is not None and found[1] > best:
@@ -50,25 +52,25 @@ def with_border(scene: Scene, evidence: Evidence, candidates: Iterable[FloatArra
     return with_setting(scene, at)
 
 
-def knows_border(scene: Scene) -> bool:
-    """Tell whether a scene has several regions, or states where effects have their border."""
+def knows_boundary(scene: Scene) -> bool:
+    """Tell whether a scene has several regions, or states where effects have their boundary."""
     return len(scene.regions) > 1 or any(
-        effect.identifier in scene.effects for effect in border_effects()
+        effect.identifier in scene.effects for effect in boundary_effects()
     )
 
 
 def with_setting(scene: Scene, at: float) -> Scene:
-    """Return a scene whose effects of two materials have their border at a share."""
-    settings = {effect.identifier: {'at': at} for effect in border_effects()}
+    """Return a scene whose effects of two materials have their boundary at a share."""
+    settings = {effect.identifier: {'at': at} for effect in boundary_effects()}
     return replace(scene, effects={**scene.effects, **settings})
 
 
-def faces_beyond(evidence: Evidence) -> dict[float, BoolArray]:
-    """Return, by border, which triangles of the surface lie beyond it, shape (F,) each.
+def faces_beyond(evaluator: PatchEvaluator) -> dict[float, BoolArray]:
+    """Return, by boundary, which triangles of the surface lie beyond it, shape (F,) each.
 
     All postures have the same mesh, and so the same triangles.
     """
-    model = evidence.model
+    model = evaluator.model
     nodes = model.body(model.observations[0]).discretisation.nodes
     triangles = model.tracers[0].triangles
     effects = {at: EffectModel(with_setting(model.scene, at), model.parameters) for at in _BORDERS}
@@ -76,13 +78,13 @@ def faces_beyond(evidence: Evidence) -> dict[float, BoolArray]:
 
 
 def _seen_beyond(
-    evidence: Evidence, coordinates: FloatArray, on_faces: Mapping[float, BoolArray]
+    evaluator: PatchEvaluator, coordinates: FloatArray, on_faces: Mapping[float, BoolArray]
 ) -> tuple[FloatArray, dict[float, BoolArray]]:
-    """Return residuals of depth [m], shape (n,), and by border which pixels lie beyond it."""
+    """Return residuals of depth [m], shape (n,), and by boundary which pixels lie beyond it."""
     residuals: list[FloatArray] = []
     faces: list[NDArray[np.int32]] = []
-    compared = evidence.comparisons(coordinates)
-    views = evidence.model.views(coordinates)
+    compared = evaluator.comparisons(coordinates)
+    views = evaluator.model.views(coordinates)
     for view, comparison in zip(views, compared, strict=True):
         seen = np.isfinite(comparison.difference) & comparison.counted
         own = comparison.difference[seen]
@@ -92,13 +94,13 @@ def _seen_beyond(
     return np.concatenate(residuals), {at: on[shown] for at, on in on_faces.items()}
 
 
-def _best_border(
+def _best_boundary(
     residuals: FloatArray, beyond: Mapping[float, BoolArray]
 ) -> tuple[float, float] | None:
-    """Return the share where a step stands out, and its height [m]; None where none does."""
-    left = {at: _left_by_step(residuals, second) for at, second in beyond.items()}
+    """Return the share where a jump stands out, and its height [m]; None where none does."""
+    left = {at: _left_by_jump(residuals, second) for at, second in beyond.items()}
     nowhere = np.zeros(len(residuals), dtype=bool)
-    at = outstanding_border(left, _left_by_step(residuals, nowhere))
+    at = outstanding_boundary(left, _left_by_jump(residuals, nowhere))
     if at is None:
         return None
     second = beyond[at]
@@ -108,12 +110,12 @@ def _best_border(
     return (at, height) if height > _LEAST_STEP else None
 
 
-def outstanding_border(left: Mapping[float, float], without: float) -> float | None:
-    """Return the border whose step leaves far less than none and one in the middle; else None.
+def outstanding_boundary(left: Mapping[float, float], without: float) -> float | None:
+    """Return the boundary whose jump leaves far less than none and one in the middle; else None.
 
     Args:
-        left: what a step at each border leaves.
-        without: what no step leaves.
+        left: what a jump at each boundary leaves.
+        without: what no jump leaves.
     """
     # Borders between the same two elements are alike: the middle one is the safest.
     least = min(left.values()) * (1.0 + _ROUNDING)
@@ -123,7 +125,7 @@ def outstanding_border(left: Mapping[float, float], without: float) -> float | N
     return at if left[at] < most else None
 
 
-def _left_by_step(residuals: FloatArray, second: BoolArray) -> float:
-    """Return the sum of absolute residuals that a step leaves [m]."""
+def _left_by_jump(residuals: FloatArray, second: BoolArray) -> float:
+    """Return the sum of absolute residuals that a jump leaves [m]."""
     parts = (residuals[second], residuals[~second])
     return sum(float(np.abs(part - np.median(part)).sum()) for part in parts if len(part))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import AS_WELL, Selection
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import excess_over, Part
 import numpy as np
 
@@ -36,7 +36,7 @@ class Choice:
     runner_up: str | None
 
 
-def choose(selection: Selection, evidence: Evidence) -> Choice | None:
+def choose(selection: Selection, evaluator: PatchEvaluator) -> Choice | None:
     """Return the favoured model; None where there is none."""
     best = selection.best
     if best is None:
@@ -54,13 +54,13 @@ def choose(selection: Selection, evidence: Evidence) -> Choice | None:
     weights = {key: np.exp((levels[key] - top) / _TEMPERATURE) for key in levels}
     confidence = float(weights[best.identifiers] / sum(weights.values()))
     others = [key for key in ranked if key != best.identifiers]
-    has_one_pose = len({seen.setup_index for seen in evidence.model.observations}) == 1
+    has_one_pose = len({seen.setup_index for seen in evaluator.model.observations}) == 1
     as_well = _ONE_POSE_AS_WELL if has_one_pose else AS_WELL
     near = {key for key in others if top - levels[key] < as_well}
-    if not evidence.is_measured:
+    if not evaluator.is_measured:
         # The log evidence rests on a floor that is a guess: what is left must tell.
         near |= _as_near(best, rivals)
-    if has_one_pose or not evidence.is_measured:
+    if has_one_pose or not evaluator.is_measured:
         confidence = min(confidence, 1.0 / (1 + len(near)))
     alike = [best.identifiers, *(key for key in others if key in near)]
     return Choice(
@@ -77,7 +77,7 @@ def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, .
         rival.identifiers
         for rival in rivals
         if rival.identifiers != best.identifiers
-        and excess_over(rival.fit.blocks, best.fit.blocks, Part.REPORT) < _HARDLY_MORE
+        and excess_over(rival.fit.groups, best.fit.groups, Part.REPORT) < _HARDLY_MORE
     }
 
 

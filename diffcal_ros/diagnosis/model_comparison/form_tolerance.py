@@ -19,10 +19,10 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
-from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 
 # Usual tolerance: a share of what the effect does. Those that are tried.
 _USUAL = 0.1
-_SHARES = np.array([0.0, 0.02, 0.05, 0.1, 0.17, 0.25])
+_FRACTIONS = np.array([0.0, 0.02, 0.05, 0.1, 0.17, 0.25])
 # Over which g changes: of the body's length, and of the picture of the body.
 _LENGTH = 0.5
 # Points between which it is interpolated, on the same scales.
@@ -49,64 +49,72 @@ class Tolerated:
     Attributes:
         log_evidence: of the patches that were fitted; of the exact form it is the fit's own.
         log_prediction: log density of the patches of the report given those that were fitted.
-        share: expected tolerance, of what the effects do.
+        fraction: expected tolerance, of what the effects do.
         size: root mean square of what it lets the patches move [m].
         chi_square: of the patches that were fitted, with the most likely tolerance.
     """
 
     log_evidence: float
     log_prediction: float
-    share: float
+    fraction: float
     size: float
     chi_square: float
 
 
-def tolerated(model: ForwardModel, fit: Refit, nominal: Refit, groups: Sequence[str]) -> Tolerated:
+def tolerated(
+    model: ForwardModel,
+    fit: Refit,
+    nominal: Refit,
+    effect_classes: Sequence[str],
+    points: Sequence[FloatArray],
+) -> Tolerated:
     """Judge a fitted model.
 
     Args:
         model: with its effects.
         fit: of it.
         nominal: fit of the model without.
-        groups: of the effects; what a sensor's error is times varies over the image.
+        effect_classes: of the effects; what a sensor's error is times varies over the image.
+        points: nodes of the body in each view where its model without the effects stands [m],
+            camera frame, shape (N, 3) each: near enough for what varies over half the body.
     """
     done = _done_by(fit, nominal)
-    ways = _ways(model, fit, groups, done)
-    blocks = [
+    ways = _ways(model, fit, effect_classes, done, points)
+    groups = [
         replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, w])))
-        for b, w in zip(fit.blocks, ways, strict=True)
+        for b, w in zip(fit.groups, ways, strict=True)
     ]
     prior = np.log(np.diff(halfnorm.cdf(_borders(), scale=_USUAL)))
-    seen, both = (_levels(fit, blocks, part) for part in (Part.FIT, Part.ALL))
+    seen, both = (_levels(fit, groups, part) for part in (Part.FIT, Part.ALL))
     levels = prior + seen.levels
     chances = np.exp(levels - logsumexp(levels))
-    share = float(chances @ _SHARES)
+    fraction = float(chances @ _FRACTIONS)
     moved = np.concatenate(done) if done else np.zeros(0)
     return Tolerated(
         log_evidence=float(logsumexp(levels)),
         log_prediction=float(logsumexp(prior + both.levels) - logsumexp(levels)),
-        share=share,
-        size=share * float(np.sqrt(np.mean(moved**2))) if len(moved) else 0.0,
+        fraction=fraction,
+        size=fraction * float(np.sqrt(np.mean(moved**2))) if len(moved) else 0.0,
         chi_square=float(seen.chi_squares[int(np.argmax(levels))]),
     )
 
 
 def _borders() -> FloatArray:
-    middles = 0.5 * (_SHARES[1:] + _SHARES[:-1])
+    middles = 0.5 * (_FRACTIONS[1:] + _FRACTIONS[:-1])
     return np.concatenate([[0.0], middles, [np.inf]])
 
 
 def _done_by(fit: Refit, nominal: Refit) -> list[FloatArray]:
-    """Return how far the effects move each patch of each block beside what the nominal fit did."""
+    """Return how far the effects move each patch of each group beside what the nominal fit did."""
     before = {
-        (block.view, block.kind, block.is_rigid, int(cell)): float(value)
-        for block in nominal.blocks
-        for cell, value in zip(block.patches.cells, block.patches.values, strict=True)
+        (group.view, group.kind, group.is_rigid, int(cell)): float(value)
+        for group in nominal.groups
+        for cell, value in zip(group.patches.cells, group.patches.values, strict=True)
     }
     found = []
-    for block in fit.blocks:
-        names = [(block.view, block.kind, block.is_rigid, int(c)) for c in block.patches.cells]
-        after = block.patches.values
+    for group in fit.groups:
+        names = [(group.view, group.kind, group.is_rigid, int(c)) for c in group.patches.cells]
+        after = group.patches.values
         found.append(
             np.array([before.get(name, v) - v for name, v in zip(names, after, strict=True)])
         )
@@ -114,41 +122,44 @@ def _done_by(fit: Refit, nominal: Refit) -> list[FloatArray]:
 
 
 def _ways(
-    model: ForwardModel, fit: Refit, groups: Sequence[str], done: Sequence[FloatArray]
+    model: ForwardModel,
+    fit: Refit,
+    effect_classes: Sequence[str],
+    done: Sequence[FloatArray],
+    points: Sequence[FloatArray],
 ) -> list[FloatArray]:
-    """Return what the functions of one tolerance's size do to the patches of each block [m]."""
-    places: list[Callable[[Block], tuple[FloatArray, FloatArray]]] = []
-    if any(group != 'sensor' for group in groups):
-        points = [view.points for view in model.views(fit.coordinates)]
-        places.append(lambda block: (_along(model, block, points[block.view]), _ALONG))
-    if 'sensor' in groups:
-        centers = np.concatenate([block.patches.centers for block in fit.blocks])
+    """Return what the functions of one tolerance's size do to the patches of each group [m]."""
+    locations: list[Callable[[PatchGroup], tuple[FloatArray, FloatArray]]] = []
+    if any(effect_class != 'sensor' for effect_class in effect_classes):
+        locations.append(lambda group: (_along(model, group, points[group.view]), _ALONG))
+    if 'sensor' in effect_classes:
+        centers = np.concatenate([group.patches.centers for group in fit.groups])
         low, span = centers.min(axis=0), float(np.ptp(centers, axis=0).max())
-        places.append(lambda block: ((block.patches.centers - low) / span, _ACROSS))
-    views = sorted({block.view for block in fit.blocks})
+        locations.append(lambda group: ((group.patches.centers - low) / span, _ACROSS))
+    views = sorted({group.view for group in fit.groups})
     found = []
-    for block, moved in zip(fit.blocks, done, strict=True):
+    for group, moved in zip(fit.groups, done, strict=True):
         columns = []
-        for where in places:
-            modes = _interpolated(*where(block)) / np.sqrt(len(places))
+        for where in locations:
+            modes = _interpolated(*where(group)) / np.sqrt(len(locations))
             own = np.zeros((len(moved), len(views), modes.shape[1]))
-            own[:, views.index(block.view)] = np.sqrt(1.0 - _SHARED) * modes
+            own[:, views.index(group.view)] = np.sqrt(1.0 - _SHARED) * modes
             columns += [np.sqrt(_SHARED) * modes, own.reshape(len(moved), -1)]
         found.append(moved[:, None] * np.hstack(columns))
     return found
 
 
-def _along(model: ForwardModel, block: Block, points: FloatArray) -> FloatArray:
-    observation = model.observations[block.view]
+def _along(model: ForwardModel, group: PatchGroup, points: FloatArray) -> FloatArray:
+    observation = model.observations[group.view]
     rest = model.body(observation).discretisation.rest_nodes
-    share = model.effects.axes(observation.setup_index).share(rest)
-    return np.asarray(share[nearest_nodes(block, points, observation.camera)])[:, None]
+    fraction = model.effects.axes(observation.setup_index).fraction(rest)
+    return np.asarray(fraction[nearest_nodes(group, points, observation.camera)])[:, None]
 
 
-def _interpolated(places: FloatArray, points: FloatArray) -> FloatArray:
+def _interpolated(locations: FloatArray, points: FloatArray) -> FloatArray:
     """Return functions whose sum with independent weights of size one is the process, (n, k)."""
     values, turns = np.linalg.eigh(_kernel(points, points))
-    return np.asarray(_kernel(places, points) @ turns / np.sqrt(values))
+    return np.asarray(_kernel(locations, points) @ turns / np.sqrt(values))
 
 
 def _kernel(one: FloatArray, other: FloatArray) -> FloatArray:
@@ -164,9 +175,9 @@ class _Levels:
     chi_squares: FloatArray
 
 
-def _levels(fit: Refit, blocks: Sequence[Block], part: Part) -> _Levels:
-    seen = whiten(blocks, part)
-    mean, precision = full_prior(fit.parameters)
+def _levels(fit: Refit, groups: Sequence[PatchGroup], part: Part) -> _Levels:
+    seen = whiten(groups, part)
+    mean, precision = regularised_prior(fit.parameters)
     count = len(fit.coordinates)
     offset = fit.coordinates - (mean - fit.shifts)
     lower, upper = fit.parameters.bounds()
@@ -177,9 +188,9 @@ def _levels(fit: Refit, blocks: Sequence[Block], part: Part) -> _Levels:
     pull[:count] -= precision @ offset
     cost = 0.5 * (seen.chi_square + float(offset @ precision @ offset))
     levels, chi_squares = [], []
-    for share in _SHARES:
-        size = count if share == 0.0 else len(pull)
-        prior = np.eye(size) / (share**2 if share > 0.0 else 1.0)
+    for fraction in _FRACTIONS:
+        size = count if fraction == 0.0 else len(pull)
+        prior = np.eye(size) / (fraction**2 if fraction > 0.0 else 1.0)
         prior[:count, :count] = precision
         information = products[:size, :size] + prior
         moving = np.concatenate([free, np.arange(count, size)])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.starts import more_starts
 from diffcal_ros.errors import NotSimulatedError
@@ -20,9 +20,7 @@ from scipy.stats import chi2
 FloatArray = NDArray[np.float64]
 
 # Of a start that tangents propose, where the whole cannot be simulated.
-_SHARES = (1.0, 0.3, 0.0)
-# Amplitudes that noise alone makes as large with this chance may be zero.
-_BY_CHANCE = 0.003
+_FRACTIONS = (1.0, 0.3, 0.0)
 # An effect whose usual size moves no patch by more than this is idle [m].
 _NOTHING = 1e-7
 
@@ -53,14 +51,14 @@ class Hypothesis:
     Attributes:
         added: the effects.
         scene: with the settings of the effects.
-        evidence: of the model.
+        evaluator: of the model.
         fit: where it ended.
         judged: with a tolerance for the form of its effects; None: of just this form.
     """
 
     added: tuple[Candidate, ...]
     scene: Scene
-    evidence: Evidence
+    evaluator: PatchEvaluator
     fit: Refit
     judged: Tolerated | None = None
 
@@ -94,27 +92,20 @@ class Hypothesis:
         """Tell whether one of the effects does nothing, as a plane that touches nowhere."""
         return any(self._reach(candidate) < _NOTHING for candidate in self.added)
 
-    @property
-    def has_doubtful_effect(self) -> bool:
-        """Tell whether the amplitudes of one of the effects may be zero within their errors."""
-        return any(self._chance_of_zero(candidate) > _BY_CHANCE for candidate in self.added)
-
-    def _chance_of_zero(self, candidate: Candidate) -> float:
+    def chance_of_zero(self, candidate: Candidate) -> float:
         """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test."""
-        if not candidate.effect.has_tangent:
-            return 0.0  # It is there at zero.
-        places = [self.fit.parameters.names.index(name) for name in candidate.names]
-        values = self.fit.coordinates[places]
-        covariance = self.fit.covariance[np.ix_(places, places)]
-        return float(chi2.sf(values @ np.linalg.pinv(covariance) @ values, len(places)))
+        indices = [self.fit.parameters.names.index(name) for name in candidate.names]
+        values = self.fit.coordinates[indices]
+        covariance = self.fit.covariance[np.ix_(indices, indices)]
+        return float(chi2.sf(values @ np.linalg.pinv(covariance) @ values, len(indices)))
 
     def _reach(self, candidate: Candidate) -> float:
         """Return how far usual sizes of an effect move the patch that they move most [m]."""
         names = self.fit.parameters.names
         farthest = 0.0
         for name, component in zip(candidate.names, candidate.components, strict=True):
-            place = names.index(name)
-            slopes = [b.patches.jacobian[:, place] for b in self.fit.blocks]
+            index = names.index(name)
+            slopes = [b.patches.jacobian[:, index] for b in self.fit.groups]
             largest = max((float(np.abs(s).max(initial=0.0)) for s in slopes), default=0.0)
             farthest = max(farthest, largest * candidate.effect.component(component).scale)
         return farthest
@@ -126,10 +117,10 @@ class Hypothesis:
         names = fit.parameters.names
         found = []
         for name, component in zip(candidate.names, candidate.components, strict=True):
-            place = names.index(name)
+            index = names.index(name)
             part = candidate.effect.component(component)
-            is_inside = lower[place] < fit.coordinates[place] < upper[place]
-            value, std_error = fit.of_the_body(place)
+            is_inside = lower[index] < fit.coordinates[index] < upper[index]
+            value, std_error = fit.of_the_body(index)
             found.append(
                 Amplitude(
                     name=component,
@@ -143,12 +134,12 @@ class Hypothesis:
 
 
 def with_effects(
-    nominal: Evidence, base: Refit, added: Sequence[Candidate]
-) -> tuple[Scene, Evidence]:
-    """Return the scene with effects, and the evidence of a model of it, not yet fitted.
+    nominal: PatchEvaluator, base: Refit, added: Sequence[Candidate]
+) -> tuple[Scene, PatchEvaluator]:
+    """Return the scene with effects, and the patches of a model of it, not yet fitted.
 
     Args:
-        nominal: evidence of the nominal model.
+        nominal: evaluates the patches of the nominal model.
         base: its fit.
         added: effects to add.
     """
@@ -158,64 +149,67 @@ def with_effects(
 
 
 def try_effects(
-    nominal: Evidence,
+    nominal: PatchEvaluator,
     base: Refit,
     added: Sequence[Candidate],
     starts: dict[str, float],
     *,
     max_iterations: int = 12,
-    least_evidence: float = -np.inf,
+    least_log_evidence: float = -np.inf,
 ) -> Hypothesis | None:
     """Add effects to the nominal model and refit everything.
 
     Args:
-        nominal: evidence of the nominal model.
+        nominal: evaluates the patches of the nominal model.
         base: its fit.
         added: effects to add.
         starts: where amplitudes start, SI units by name among the parameters; others at zero.
         max_iterations: evaluations of the model at most.
-        least_evidence: logarithm of the evidence below which the model is of no use.
+        least_log_evidence: log evidence below which the model is of no use.
 
     Returns:
         The refitted model, or None where it cannot be simulated.
     """
-    scene, evidence = with_effects(nominal, base, added)
+    scene, evaluator = with_effects(nominal, base, added)
     far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
     best: Refit | None = None
     for more in more_starts(nominal, base, added):
-        is_robust = not evidence.is_measured and not far & more.keys()
+        is_robust = not evaluator.is_measured and not far & more.keys()
         # Of several starts the best is kept.
-        least = least_evidence if best is None else max(least_evidence, best.log_evidence)
+        least = least_log_evidence if best is None else max(least_log_evidence, best.log_evidence)
         begin = {**starts, **more}
-        found = _refit_from(evidence, base, begin, max_iterations, is_robust, least)
+        found = _refit_from(evaluator, base, begin, max_iterations, is_robust, least)
         if found is None:
             continue
         if best is None or found.log_evidence > best.log_evidence:
             best = found
-    return None if best is None else Hypothesis(tuple(added), scene, evidence, best)
+    return None if best is None else Hypothesis(tuple(added), scene, evaluator, best)
 
 
-def with_tolerance(hypothesis: Hypothesis, nominal: Refit) -> Hypothesis:
+def with_tolerance(
+    hypothesis: Hypothesis, nominal: Refit, points: Sequence[FloatArray]
+) -> Hypothesis:
     """Judge a fitted model with a tolerance for the form of its effects.
 
     Where the floor is a guess so is what is left above it, and what a motion leaves is its mesh's
-    and step's more than a form's: these are judged as they are.
+    and time step's more than a form's: these are judged as they are.
 
     Args:
         hypothesis: the model.
         nominal: fit of the model without its effects.
+        points: nodes of the body in each view there [m], camera frame, shape (N, 3) each.
     """
-    evidence = hypothesis.evidence
-    seen = evidence.model.observations
-    if not evidence.is_measured or any(one.instant is not None for one in seen):
+    evaluator = hypothesis.evaluator
+    seen = evaluator.model.observations
+    if not evaluator.is_measured or any(one.instant is not None for one in seen):
         return hypothesis
-    groups = [candidate.effect.group for candidate in hypothesis.added]
-    judged = tolerated(evidence.model, hypothesis.fit, nominal, groups)
+    effect_classes = [candidate.effect.group for candidate in hypothesis.added]
+    judged = tolerated(evaluator.model, hypothesis.fit, nominal, effect_classes, points)
     return replace(hypothesis, judged=judged)
 
 
 def refitted_there(hypothesis: Hypothesis) -> Hypothesis:
-    """Fit a motion's model on with what mesh and step cost where it stands.
+    """Fit a motion's model on with what mesh and time step cost where it stands.
 
     Found around the nominal fit, these are of another motion: where the drag of the air hides in
     the damping, nothing rings that a coarse mesh would delay.
@@ -225,39 +219,42 @@ def refitted_there(hypothesis: Hypothesis) -> Hypothesis:
 
     Returns:
         The fitted model; the same one where it cannot be simulated again: a state that was
-        reached by small steps is not always found from another one.
+        reached by small load steps is not always found from another one.
     """
     here = hypothesis.fit.coordinates
     try:
-        evidence = hypothesis.evidence.renewed(here)
-        return replace(hypothesis, evidence=evidence, fit=refit(evidence, here))
+        evaluator = hypothesis.evaluator.renewed(here)
+        return replace(hypothesis, evaluator=evaluator, fit=refit(evaluator, here))
     except NotSimulatedError:
         return hypothesis
 
 
 def _refit_from(
-    evidence: Evidence,
+    evaluator: PatchEvaluator,
     base: Refit,
     starts: dict[str, float],
     max_iterations: int,
     is_robust: bool,
-    least_evidence: float,
+    least_log_evidence: float,
 ) -> Refit | None:
     """Refit from a start; tangents may have promised more than the body can bear."""
     amplitudes = {
         p.name
-        for p in evidence.model.parameters.parameters[len(base.parameters) :]
+        for p in evaluator.model.parameters.parameters[len(base.parameters) :]
         if p.quantity.prior_std is not None
     }
-    for share in _SHARES:
-        fewer = {n: share * v if n in amplitudes else v for n, v in starts.items()}
-        begin = _start(evidence.model.parameters, base, fewer)
+    for fraction in _FRACTIONS:
+        fewer = {n: fraction * v if n in amplitudes else v for n, v in starts.items()}
+        begin = _start(evaluator.model.parameters, base, fewer)
         try:
             if is_robust:
                 # What noise to fit patches by is a guess: the robust fit stands as it is.
-                return refit(evidence, evidence.robust_fit(begin), max_iterations=1)
+                return refit(evaluator, evaluator.robust_fit(begin), max_iterations=1)
             return refit(
-                evidence, begin, max_iterations=max_iterations, least_evidence=least_evidence
+                evaluator,
+                begin,
+                max_iterations=max_iterations,
+                least_log_evidence=least_log_evidence,
             )
         except NotSimulatedError:
             continue
@@ -298,7 +295,7 @@ def _with_amplitudes(
 def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> FloatArray:
     begin = parameters.start()
     begin[: len(base.coordinates)] = base.coordinates
-    for place, parameter in enumerate(parameters):
+    for index, parameter in enumerate(parameters):
         if parameter.name in starts:
-            begin[place] = starts[parameter.name]
+            begin[index] = starts[parameter.name]
     return np.clip(begin, *parameters.bounds())

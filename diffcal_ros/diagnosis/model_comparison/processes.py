@@ -18,7 +18,7 @@ from typing import Any
 from diffcal_ros.calibration.forward.side_by_side import core_count
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Task
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.process_pool import process_pool
 
 # What a process refits, once it has begun.
@@ -28,11 +28,11 @@ _own: dict[str, Any] = {}
 class Processes:
     """Processes that know the nominal model."""
 
-    def __init__(self, nominal: Evidence, base: Refit, jobs: int) -> None:
+    def __init__(self, nominal: PatchEvaluator, base: Refit, jobs: int) -> None:
         """Start them.
 
         Args:
-            nominal: evidence of the nominal model.
+            nominal: evaluates the patches of the nominal model.
             base: its fit.
             jobs: how many processes; they share the cores.
         """
@@ -60,7 +60,7 @@ class Processes:
         self._folder.cleanup()
 
 
-def fit_here(task: Task, nominal: Evidence, base: Refit) -> Refit | None:
+def fit_here(task: Task, nominal: PatchEvaluator, base: Refit) -> Refit | None:
     """Refit in the process that calls."""
     try:
         return task.fit(nominal, base)

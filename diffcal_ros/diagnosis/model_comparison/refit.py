@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit the patches of one model, nonlinearly, with all nominal parameters free."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.diagnosis.model_comparison.descent import Descent
-from diffcal_ros.diagnosis.patches.evidence import Evidence
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.model_comparison.patch_fit import PatchFit
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
-# What one refinement tells of an error of mesh and step is off by about this share of it.
+# What one refinement tells of an error of mesh and time step is off by about this share of it.
 _SHIFT_DOUBT = 0.25
 
 
@@ -26,12 +27,13 @@ class Refit:
     Attributes:
         parameters: of the model.
         coordinates: shape (k,).
-        blocks: all patches there.
+        groups: all patches there.
         chi_square: of the part that was fitted, without priors.
         log_evidence: of the model: half chi-square, priors and the volume of the posterior
             against that of the prior, negative.
         covariance: of the coordinates, shape (k, k).
-        shifts: from the coordinates to those of the body itself, see `Numerics`, shape (k,).
+        shifts: from the coordinates to those of the body itself, see `DiscretisationError`,
+            shape (k,).
         promise: what one more step would gain of the log evidence, if all were linear.
         patch_count: number of patches fitted.
         evaluations: of the model.
@@ -40,7 +42,7 @@ class Refit:
 
     parameters: ParameterSet
     coordinates: FloatArray
-    blocks: list[Block]
+    groups: list[PatchGroup]
     chi_square: float
     log_evidence: float
     covariance: FloatArray
@@ -55,52 +57,54 @@ class Refit:
         """Chi-square per degree of freedom: 1 where noise alone is left."""
         return self.chi_square / max(self.patch_count - len(self.coordinates), 1)
 
-    def of_the_body(self, place: int) -> tuple[float, float]:
+    def of_the_body(self, index: int) -> tuple[float, float]:
         """Return a coordinate of the body itself, not of its mesh, and its standard error."""
-        shift = float(self.shifts[place])
-        variance = float(self.covariance[place, place]) + (_SHIFT_DOUBT * shift) ** 2
-        return float(self.coordinates[place]) + shift, float(np.sqrt(variance))
+        shift = float(self.shifts[index])
+        variance = float(self.covariance[index, index]) + (_SHIFT_DOUBT * shift) ** 2
+        return float(self.coordinates[index]) + shift, float(np.sqrt(variance))
 
 
 def refit(
-    evidence: Evidence,
+    evaluator: PatchEvaluator,
     start: FloatArray,
     *,
     max_iterations: int = MAX_ITERATIONS,
     part: Part = Part.FIT,
-    least_evidence: float = -np.inf,
+    least_log_evidence: float = -np.inf,
+    known: Sequence[PatchGroup] | None = None,
 ) -> Refit:
     """Fit by Gauss-Newton with Levenberg and Marquardt's damping.
 
     Args:
-        evidence: of the model.
+        evaluator: of the model.
         start: coordinates, shape (k,).
         max_iterations: evaluations of the model at most.
         part: patches that are fitted.
-        least_evidence: logarithm of the evidence below which the fit is of no use: it is given
+        least_log_evidence: log evidence below which the fit is of no use: it is given
             up where it will hardly come so far.
+        known: all patches at the start, where they were evaluated before.
 
     Raises:
         EquilibriumError: when the start cannot be simulated.
         MotionError: likewise.
         OutOfViewError: when a camera does not see the body at the start.
     """
-    descent = Descent(evidence, start, part)
-    descent.run(max_iterations, -least_evidence)
-    seen, precision = descent.seen, descent.precision
+    fit = PatchFit(evaluator, start, part, known)
+    fit.run(max_iterations, -least_log_evidence)
+    seen, precision = fit.seen, fit.precision
     information = seen.jacobian.T @ seen.jacobian + precision
     return Refit(
-        parameters=evidence.model.parameters,
-        coordinates=descent.here,
-        blocks=descent.blocks,
+        parameters=evaluator.model.parameters,
+        coordinates=fit.here,
+        groups=fit.groups,
         chi_square=seen.chi_square,
-        log_evidence=-descent.cost - 0.5 * _log_volumes(information, precision),
+        log_evidence=-fit.cost - 0.5 * _log_volumes(information, precision),
         covariance=np.linalg.pinv(information),
-        shifts=evidence.numerics.shifts_of(evidence.model.parameters),
-        promise=descent.promise(),
+        shifts=evaluator.discretisation_error.shifts_of(evaluator.model.parameters),
+        promise=fit.promise(),
         patch_count=len(seen),
-        evaluations=descent.evaluations,
-        is_converged=max_iterations == 1 or descent.is_done or descent.is_exhausted,
+        evaluations=fit.evaluations,
+        is_converged=max_iterations == 1 or fit.is_done or fit.is_exhausted,
     )
 
 

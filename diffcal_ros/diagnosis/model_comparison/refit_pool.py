@@ -11,7 +11,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_e
 from diffcal_ros.diagnosis.model_comparison.processes import fit_here, Processes
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest, Task
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 
 Progress = Callable[[str], None]
@@ -26,28 +26,28 @@ class RefitPool:
     """Those who refit; a context that ends their processes.
 
     Attributes:
-        nominal: evidence of the nominal model.
+        nominal: evaluates the patches of the nominal model.
         base: its fit.
     """
 
     def __init__(
         self,
-        nominal: Evidence,
+        nominal: PatchEvaluator,
         base: Refit,
-        tell: Progress = lambda _: None,
+        report: Progress = lambda _: None,
         *,
         jobs: int = 1,
     ) -> None:
         """Begin nothing yet.
 
         Args:
-            nominal: evidence of the nominal model.
+            nominal: evaluates the patches of the nominal model.
             base: its fit.
-            tell: told what is being done.
+            report: called with what is being done.
             jobs: processes at most; on a GPU there is only one.
         """
         self.nominal, self.base = nominal, base
-        self._tell = tell
+        self._report = report
         self._jobs = min(jobs, _MOST) if nominal.model.device == 'cpu' else 1
         self._processes: Processes | None = None
 
@@ -70,15 +70,15 @@ class RefitPool:
     def finish(self, hypotheses: Sequence[Hypothesis], least: Sequence[float]) -> list[Hypothesis]:
         """Fit models to the end; one that cannot be simulated again stays what it is.
 
-        A state that was reached by small steps is not always found from another one.
+        A state that was reached by small load steps is not always found from another one.
 
         Args:
             hypotheses: models.
-            least: logarithm of the evidence below which each is of no use.
+            least: log evidence below which each is of no use.
         """
         tasks = [
-            Continuation(h.added, h.fit.coordinates, evidence)
-            for h, evidence in zip(hypotheses, least, strict=True)
+            Continuation(h.added, h.fit.coordinates, h.fit.groups, log_evidence)
+            for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
         return [
             hypothesis if fit is None else replace(hypothesis, fit=fit)
@@ -86,8 +86,8 @@ class RefitPool:
         ]
 
     def _hypothesis(self, added: tuple[Candidate, ...], fit: Refit) -> Hypothesis:
-        scene, evidence = with_effects(self.nominal, self.base, added)
-        return Hypothesis(added, scene, evidence, fit)
+        scene, evaluator = with_effects(self.nominal, self.base, added)
+        return Hypothesis(added, scene, evaluator, fit)
 
     def _fits(self, tasks: Sequence[Task]) -> list[Refit | None]:
         found: list[Refit | None] = []
@@ -97,7 +97,7 @@ class RefitPool:
                 found.extend(self._fits_in_processes(self._processes, left))
                 continue
             begun = time.perf_counter()
-            self._tell(left[0].words)
+            self._report(left[0].words)
             found.append(fit_here(left[0], self.nominal, self.base))
             seconds = time.perf_counter() - begun
             if self._jobs > 1 and seconds * (len(left) - 1) > _WORTH_STARTING:
@@ -110,12 +110,12 @@ class RefitPool:
         """Yield fits in order; fewer where a process has died, and then there is no pool."""
         try:
             # The longest first: none is left alone at the end.
-            longest = sorted(range(len(tasks)), key=lambda place: -tasks[place].max_iterations)
-            pending = {place: processes.submit(tasks[place]) for place in longest}
-            for place, task in enumerate(tasks):
-                self._tell(task.words)
-                yield pending[place].result()
+            longest = sorted(range(len(tasks)), key=lambda index: -tasks[index].max_iterations)
+            pending = {index: processes.submit(tasks[index]) for index in longest}
+            for index, task in enumerate(tasks):
+                self._report(task.words)
+                yield pending[index].result()
         except BrokenProcessPool:
-            self._tell('a process died (was there memory enough?): going on in one')
+            self._report('a process died (was there memory enough?): going on in one')
             self.__exit__()
             self._jobs = 1

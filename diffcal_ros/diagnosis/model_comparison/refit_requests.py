@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refits that any process can do: models that add effects to one nominal model."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects, with_effects
 from diffcal_ros.diagnosis.model_comparison.refit import MAX_ITERATIONS, Refit, refit
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
@@ -28,7 +30,7 @@ class Task(Protocol):
     def words(self) -> str:
         """What is being done, for a person."""
 
-    def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
+    def fit(self, nominal: PatchEvaluator, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
 
 
@@ -40,20 +42,20 @@ class RefitRequest:
         added: effects.
         starts: where amplitudes start, SI units by name; others at zero.
         max_iterations: evaluations of the model at most.
-        least_evidence: logarithm of the evidence below which the model is of no use.
+        least_log_evidence: log evidence below which the model is of no use.
     """
 
     added: tuple[Candidate, ...]
     starts: dict[str, float]
     max_iterations: int
-    least_evidence: float = -np.inf
+    least_log_evidence: float = -np.inf
 
     @property
     def words(self) -> str:
         """What is being done, for a person."""
         return f'refitting with {" and ".join(candidate.identifier for candidate in self.added)}'
 
-    def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
+    def fit(self, nominal: PatchEvaluator, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
         found = try_effects(
             nominal,
@@ -61,7 +63,7 @@ class RefitRequest:
             self.added,
             self.starts,
             max_iterations=self.max_iterations,
-            least_evidence=self.least_evidence,
+            least_log_evidence=self.least_log_evidence,
         )
         return None if found is None else found.fit
 
@@ -73,13 +75,15 @@ class Continuation:
     Attributes:
         added: effects.
         coordinates: where it stands, shape (k,).
-        least_evidence: logarithm of the evidence below which the model is of no use.
+        groups: all patches there.
+        least_log_evidence: log evidence below which the model is of no use.
         max_iterations: evaluations of the model at most.
     """
 
     added: tuple[Candidate, ...]
     coordinates: FloatArray
-    least_evidence: float
+    groups: Sequence[PatchGroup]
+    least_log_evidence: float
     max_iterations: int = MAX_ITERATIONS
 
     @property
@@ -88,14 +92,15 @@ class Continuation:
         names = sorted(candidate.identifier for candidate in self.added)
         return f'refitting with {" and ".join(names)} to the end'
 
-    def fit(self, nominal: Evidence, base: Refit) -> Refit | None:
+    def fit(self, nominal: PatchEvaluator, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
-        _, evidence = with_effects(nominal, base, self.added)
+        _, evaluator = with_effects(nominal, base, self.added)
         with suppress(NotSimulatedError):
             return refit(
-                evidence,
+                evaluator,
                 self.coordinates,
                 max_iterations=self.max_iterations,
-                least_evidence=self.least_evidence,
+                least_log_evidence=self.least_log_evidence,
+                known=self.groups,
             )
         return None

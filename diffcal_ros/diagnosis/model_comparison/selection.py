@@ -5,13 +5,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from diffcal_ros.diagnosis.model_comparison.descent import HOPE
+from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
+from diffcal_ros.diagnosis.model_comparison.patch_fit import HOPE
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.strain import unstrained
-from diffcal_ros.diagnosis.patches.whitened import closed_share, Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import (
@@ -83,7 +84,7 @@ class Selection:
             told = two.judged.log_prediction - one.judged.log_prediction
             return told / self.noise_scale > _HELD_OUT_GAIN
         fits = (one.fit, two.fit)
-        likelihoods = [-0.5 * whiten(fit.blocks, Part.REPORT).chi_square for fit in fits]
+        likelihoods = [-0.5 * whiten(fit.groups, Part.REPORT).chi_square for fit in fits]
         return (likelihoods[1] - likelihoods[0]) / self.noise_scale > _HELD_OUT_GAIN
 
     def _fullest(self, leader: Hypothesis) -> Hypothesis:
@@ -102,11 +103,11 @@ class Selection:
 
 def _closed(one: Refit, two: Refit) -> float:
     """Return the share of the excess on held-out patches that a second effect closes."""
-    before, after = patch_gap(one.blocks, Part.REPORT), patch_gap(two.blocks, Part.REPORT)
+    before, after = patch_gap(one.groups, Part.REPORT), patch_gap(two.groups, Part.REPORT)
     floor = before.whole_floor
     if before.most - floor <= 0.2 * floor:
         return 0.0
-    return closed_share(before.most, after.most, floor)
+    return closed_fraction(before.most, after.most, floor)
 
 
 def select(pool: RefitPool, scores: Screen) -> Selection:
@@ -127,7 +128,9 @@ def select(pool: RefitPool, scores: Screen) -> Selection:
         pairs = _pairs(pool, singles, scores)
         singles = sorted([*singles, *_halves(pool, singles, pairs)], key=_order)
     singles = _judged(pool, [h for h in singles if not h.has_idle_effect])
-    pairs = [h for h in pairs if not (h.has_idle_effect or h.has_doubtful_effect)]
+    pairs = [
+        h for h in pairs if not (h.has_idle_effect or has_doubtful_effect(h, pool.base, singles))
+    ]
     pairs = _judged(pool, pairs)
     best = min([*singles, *pairs], key=lambda h: h.chi_square_per_patch, default=None)
     scale = 1.0 if best is None else max(1.0, best.chi_square_per_patch)
@@ -163,7 +166,7 @@ def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
     """Tell whether one effect leaves so much that a second one is sought."""
     if is_measured:
         return hypothesis.fit.chi_square_per_patch > _POOR
-    left = patch_gap(hypothesis.fit.blocks, Part.FIT)
+    left = patch_gap(hypothesis.fit.groups, Part.FIT)
     return left.most > _POOR_FLOORS * left.whole_floor
 
 
@@ -178,15 +181,15 @@ def _finished(
     for _ in range(_ROUNDS):
         reach = _within_reach([*models, *rivals])
         worth: dict[int, float] = {}
-        for place, hypothesis in enumerate(models):
+        for index, hypothesis in enumerate(models):
             fit = hypothesis.fit
             least = -np.inf if front & set(hypothesis.identifiers) else reach
             # After a brief look a model may be far behind, and halfway down.
             if not fit.is_converged and fit.log_evidence + HOPE * fit.promise >= least:
-                worth[place] = least
-        further = pool.finish([models[place] for place in worth], list(worth.values()))
-        for place, hypothesis in zip(worth, further, strict=True):
-            models[place] = hypothesis
+                worth[index] = least
+        further = pool.finish([models[index] for index in worth], list(worth.values()))
+        for index, hypothesis in zip(worth, further, strict=True):
+            models[index] = hypothesis
         # A twin that ran out of evaluations is no reason to be sure of the other one.
         front = frozenset()
     return sorted(models, key=_order)
@@ -194,8 +197,9 @@ def _finished(
 
 def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Judge models with a tolerance for the form of their effects; best first."""
-    base = replace(pool.base, blocks=unstrained(pool.base))
-    return sorted((with_tolerance(h, base) for h in models), key=_order)
+    base = replace(pool.base, groups=unstrained(pool.base))
+    points = [view.points for view in pool.nominal.model.views(base.coordinates)]
+    return sorted((with_tolerance(h, base, points) for h in models), key=_order)
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
@@ -215,9 +219,9 @@ def _pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> li
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
         try:
-            again = screen(one.evidence, one.fit.coordinates, others)
+            again = screen(one.evaluator, one.fit.coordinates, others)
         except NotSimulatedError:
-            continue  # It was reached by small steps, and is not found from rest.
+            continue  # It was reached by small load steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             starts = {**_fitted(one), **starts_of(score)}

@@ -4,9 +4,9 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
@@ -19,7 +19,7 @@ _STRAINED = 3.0
 _UNLIKELY = float(chi2.sf(_STRAINED**2, 1))
 
 
-def unstrained(fit: Refit) -> list[Block]:
+def unstrained(fit: Refit) -> list[PatchGroup]:
     """Return the patches as they would be if nothing strained its prior, to first order.
 
     An effect may hide in a parameter of which better is known, and one of the camera in its pose:
@@ -27,28 +27,28 @@ def unstrained(fit: Refit) -> list[Block]:
     """
     beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
     if not beyond.any():
-        return fit.blocks
+        return fit.groups
     return [
         replace(
-            block,
+            group,
             patches=replace(
-                block.patches, values=block.patches.values + block.patches.jacobian @ beyond
+                group.patches, values=group.patches.values + group.patches.jacobian @ beyond
             ),
         )
-        for block in fit.blocks
+        for group in fit.groups
     ]
 
 
 def _parameters_beyond(fit: Refit) -> FloatArray:
     beyond = np.zeros(len(fit.coordinates))
-    for place, parameter in enumerate(fit.parameters):
+    for index, parameter in enumerate(fit.parameters):
         mean, std = parameter.quantity.prior_mean, parameter.quantity.prior_std
         if mean is None or std is None or parameter.is_nuisance:
             continue
         allowed = _STRAINED * (std / mean if parameter.is_logarithmic else std)
-        here, _ = fit.of_the_body(place)
+        here, _ = fit.of_the_body(index)
         offset = here - parameter.coordinate(mean)
-        beyond[place] = offset - np.clip(offset, -allowed, allowed)
+        beyond[index] = offset - np.clip(offset, -allowed, allowed)
     return beyond
 
 
@@ -56,14 +56,10 @@ def _poses_beyond(parameters: ParameterSet, coordinates: FloatArray) -> FloatArr
     """Return how far camera poses are off, beyond what their covariances allow, shape (k,)."""
     beyond = np.zeros(len(coordinates))
     for observation, covariance in parameters.pose_covariances:
-        places = [
-            place
-            for place, p in enumerate(parameters)
-            if p.kind is Kind.CAMERA_POSE and p.target == observation
-        ]
-        offset = coordinates[places]
+        indices = parameters.pose_indices(observation)
+        offset = coordinates[indices]
         size = float(np.sqrt(offset @ np.linalg.solve(covariance, offset)))
-        allowed = float(np.sqrt(chi2.isf(_UNLIKELY, len(places))))
+        allowed = float(np.sqrt(chi2.isf(_UNLIKELY, len(indices))))
         if size > allowed:
-            beyond[places] = (1.0 - allowed / size) * offset
+            beyond[indices] = (1.0 - allowed / size) * offset
     return beyond

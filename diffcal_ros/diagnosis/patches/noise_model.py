@@ -39,8 +39,8 @@ class NoiseModel:
         smooth: of the smooth error of depth [m].
         smooth_length: over which that changes [px].
         rough: of an error of depth that no two patches share [m].
-        edge_pixels: standard deviation of where one piece of an outline is found [px].
-        edge_smooth: of an error that pieces near each other share [px].
+        edge_pixels: standard deviation of where one segment of an outline is found [px].
+        edge_smooth: of an error that segments near each other share [px].
         edge_length: over which that changes [px].
         edge_rough: of one that no two patches of outline share [px].
         is_measured: whether `pixel` comes from repeated frames.

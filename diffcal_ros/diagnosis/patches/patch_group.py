@@ -20,13 +20,13 @@ _MOST, _MOST_SIGMAS = 0.8, 1.28
 
 
 @dataclass(frozen=True)
-class Block:
+class PatchGroup:
     """Patches of one kind in one view, with what the mesh may add to them.
 
     Attributes:
         view: number of the observation.
         kind: `depth` or `edge`.
-        group: number of the first view of its recording; views of a group share errors.
+        recording: number of the first view of its recording; its views share errors.
         patches: residuals and Jacobian; the mesh's expected error is taken off.
         mesh: what the mesh's error adds to the values, one standard deviation [m], shape (n,).
         is_report: which patches are kept for the report, shape (n,).
@@ -35,16 +35,16 @@ class Block:
 
     view: int
     kind: str
-    group: int
+    recording: int
     patches: Patches
     mesh: FloatArray
     is_report: BoolArray
     is_rigid: bool = False
 
 
-def of_the_body(blocks: Sequence[Block]) -> list[Block]:
-    """Return the blocks that show the body, not the fixture."""
-    return [block for block in blocks if not block.is_rigid]
+def of_the_body(groups: Sequence[PatchGroup]) -> list[PatchGroup]:
+    """Return the groups that show the body, not the fixture."""
+    return [group for group in groups if not group.is_rigid]
 
 
 def report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:
@@ -57,26 +57,26 @@ def report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray
     return found
 
 
-def strange_patches(blocks: Sequence[Block]) -> frozenset[PatchName]:
+def strange_patches(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
     """Return patches so far off the rest of their view that they show something else.
 
     Where a clamp or a cable covers the body, its edge is found in place of the body's. A model
     that lacks an effect is off in many patches, and none of them is strange then.
     """
     found: set[PatchName] = set()
-    bodies = of_the_body(blocks)
-    for view in dict.fromkeys(block.view for block in bodies):
-        own = [block for block in bodies if block.view == view]
-        sizes = [_sizes(block) for block in own]
+    bodies = of_the_body(groups)
+    for view in dict.fromkeys(group.view for group in bodies):
+        own = [group for group in bodies if group.view == view]
+        sizes = [_sizes(group) for group in own]
         # A quantile that a fault of a fifth of the body already moves.
         usual = max(1.0, float(np.quantile(np.concatenate(sizes), _MOST)) / _MOST_SIGMAS)
-        for block, size in zip(own, sizes, strict=True):
-            cells = block.patches.cells[size > _STRANGE * usual]
-            found.update((view, block.kind, int(cell)) for cell in cells)
+        for group, size in zip(own, sizes, strict=True):
+            cells = group.patches.cells[size > _STRANGE * usual]
+            found.update((view, group.kind, int(cell)) for cell in cells)
     return frozenset(found)
 
 
-def _sizes(block: Block) -> FloatArray:
+def _sizes(group: PatchGroup) -> FloatArray:
     """Return residuals in units of their noise, shape (n,)."""
-    noise = block.patches.variances + block.mesh**2
-    return np.asarray(np.abs(block.patches.values) / np.sqrt(noise))
+    noise = group.patches.variances + group.mesh**2
+    return np.asarray(np.abs(group.patches.values) / np.sqrt(noise))

@@ -62,9 +62,9 @@ class Patches:
         further = CommonError(spread, self.common.length).covariance(self.centers)
         return replace(self, covariance=self.covariance + further)
 
-    def chosen(self, places: IntArray | NDArray[np.bool_]) -> 'Patches':
+    def chosen(self, indices: IntArray | NDArray[np.bool_]) -> 'Patches':
         """Return some of the patches."""
-        own = np.arange(len(self.values))[places]
+        own = np.arange(len(self.values))[indices]
         return Patches(
             values=self.values[own],
             jacobian=self.jacobian[own],
@@ -121,7 +121,7 @@ def edge_patches(
         residuals: of the outline.
         jacobian: shape (M, k).
         pixel_sizes: of a pixel at the body for each residual [m], shape (M,).
-        doubt: how far each piece may seem to lie inside [px], shape (M,).
+        doubt: how far each segment may seem to lie inside [px], shape (M,).
         noise: of the observation.
         cell: side of the cells [px].
     """
@@ -185,12 +185,12 @@ def averaged_by_cell(
         nothing = np.zeros(0)
         empty = np.zeros((0, jacobian.shape[1]))
         return nothing, empty, np.zeros((0, 2)), np.zeros(0, dtype=np.int64), nothing
-    cells, places = np.unique(numbers, return_inverse=True)
+    cells, indices = np.unique(numbers, return_inverse=True)
     columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian])
     totals = np.zeros(len(cells))
-    np.add.at(totals, places, weights)
+    np.add.at(totals, indices, weights)
     sums = np.zeros((len(cells), columns.shape[1]))
-    np.add.at(sums, places, weights[:, None] * columns)
+    np.add.at(sums, indices, weights[:, None] * columns)
     enough = totals >= least
     means = sums[enough] / totals[enough, None]
     return means[:, 0], means[:, 3:], means[:, 1:3], cells[enough], totals[enough]

@@ -86,10 +86,10 @@ class RigidReference:
             Camera frame [m], shape (count, V, 3).
         """
         tangents = np.zeros((count, *self._world.shape))
-        for place in range(len(coordinates)):
-            motion = model.cameras.motion(number, place, self._world, coordinates)
+        for index in range(len(coordinates)):
+            motion = model.cameras.motion(number, index, self._world, coordinates)
             if motion is not None:
-                tangents[place] = motion
+                tangents[index] = motion
         return tangents
 
     def lay_over(
@@ -163,5 +163,5 @@ def _chosen(residuals: Residuals, kept: BoolArray) -> Residuals:
         values=residuals.values[kept],
         weights=residuals.weights[kept],
         pixels=residuals.pixels[kept],
-        places=residuals.places[kept],
+        indices=residuals.indices[kept],
     )

@@ -12,14 +12,14 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
-from diffcal_ros.diagnosis.patches.patch_group import Block, of_the_body
+from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
 # Sizes that are tried, by the one assumed; the prior's spread of their logarithm.
-_SHARES = np.geomspace(0.1, 4.0, 60)
+_FRACTIONS = np.geomspace(0.1, 4.0, 60)
 # What is believed at least and at most, by the one assumed: a large effect that is not smooth
 # would pass for noise.
 _LEAST, _MOST = 0.2, 1.0
@@ -31,7 +31,7 @@ _FEWEST = 4
 
 
 def measured_noises(
-    noises: Sequence[NoiseModel], blocks: Sequence[Block], still: Collection[int]
+    noises: Sequence[NoiseModel], groups: Sequence[PatchGroup], still: Collection[int]
 ) -> tuple[NoiseModel, ...]:
     """Return the noise of every view with the roughness that its patches show.
 
@@ -40,14 +40,14 @@ def measured_noises(
 
     Args:
         noises: of every view, as assumed.
-        blocks: of the nominal fit with that noise.
+        groups: of the nominal fit with that noise.
         still: views of bodies at rest.
     """
     quiet = {view for view in still if noises[view].is_measured}
     if not quiet:
         return tuple(noises)
     assumed = noises[min(quiet)].rough
-    found = measured_roughness([block for block in blocks if block.view in quiet], assumed)
+    found = measured_roughness([group for group in groups if group.view in quiet], assumed)
     rough = float(np.clip(found, _LEAST * assumed, _MOST * assumed))
     return tuple(
         replace(noise, rough=rough) if view in quiet else noise
@@ -55,28 +55,28 @@ def measured_noises(
     )
 
 
-def measured_roughness(blocks: Sequence[Block], assumed: float) -> float:
+def measured_roughness(groups: Sequence[PatchGroup], assumed: float) -> float:
     """Return the error of depth that no two patches share [m].
 
     Args:
-        blocks: of the nominal fit; their covariances hold the error that was assumed.
+        groups: of the nominal fit; their covariances hold the error that was assumed.
         assumed: one standard deviation [m]; the median of the prior.
     """
-    sizes = assumed * _SHARES
-    level = -0.5 * (np.log(_SHARES) / _SPREAD) ** 2
-    for block in of_the_body(blocks):
-        if block.kind == 'depth':
-            level = level + log_likelihoods(block, assumed, sizes)
+    sizes = assumed * _FRACTIONS
+    level = -0.5 * (np.log(_FRACTIONS) / _SPREAD) ** 2
+    for group in of_the_body(groups):
+        if group.kind == 'depth':
+            level = level + log_likelihoods(group, assumed, sizes)
     chances = np.exp(level - level.max())
     return float(np.sqrt(chances @ sizes**2 / chances.sum()))
 
 
-def log_likelihoods(block: Block, assumed: float, sizes: FloatArray) -> FloatArray:
-    """Return the restricted log likelihood of sizes of the error [m], one block's part of it."""
-    patches = block.patches
+def log_likelihoods(group: PatchGroup, assumed: float, sizes: FloatArray) -> FloatArray:
+    """Return the restricted log likelihood of sizes of the error [m], one group's part of it."""
+    patches = group.patches
     if len(patches.values) < _FEWEST:
         return np.zeros_like(sizes)
-    beside = _beside(np.column_stack([patches.jacobian, block.mesh, _smooth(patches.centers)]))
+    beside = _beside(np.column_stack([patches.jacobian, group.mesh, _smooth(patches.centers)]))
     if beside.shape[1] < _FEWEST:
         return np.zeros_like(sizes)
     shared = patches.covariance + patches.common.covariance(patches.centers)

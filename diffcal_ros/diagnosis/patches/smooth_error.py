@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
-from diffcal_ros.diagnosis.patches.patch_group import Block, of_the_body
+from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -49,7 +49,7 @@ class SmoothError:
 
 
 def with_smooth_error(
-    noises: Sequence[NoiseModel], blocks: Sequence[Block], still: Collection[int]
+    noises: Sequence[NoiseModel], groups: Sequence[PatchGroup], still: Collection[int]
 ) -> tuple[NoiseModel, ...]:
     """Return the noise of every view with the smooth error that its patches show.
 
@@ -57,13 +57,13 @@ def with_smooth_error(
 
     Args:
         noises: of every view, as assumed.
-        blocks: of the nominal fit with that noise, with tangents of all effects.
+        groups: of the nominal fit with that noise, with tangents of all effects.
         still: views of bodies at rest.
     """
     quiet = {view for view in still if noises[view].is_measured}
     if not quiet:
         return tuple(noises)
-    own = [block for block in blocks if block.view in quiet]
+    own = [group for group in groups if group.view in quiet]
     found = measured_smooth_error(own, noises[min(quiet)])
     return tuple(
         replace(noise, smooth=found.size, smooth_length=found.length, standing=found.standing)
@@ -73,21 +73,21 @@ def with_smooth_error(
     )
 
 
-def measured_smooth_error(blocks: Sequence[Block], assumed: NoiseModel) -> SmoothError:
+def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> SmoothError:
     """Measure it on patches of depth whose covariance holds the error assumed.
 
     Args:
-        blocks: with tangents of all that may have put something there.
+        groups: with tangents of all that may have put something there.
         assumed: noise with the median of the prior of its size.
     """
-    depth = [b for b in of_the_body(blocks) if b.kind == 'depth' and len(b.patches.values)]
+    depth = [b for b in of_the_body(groups) if b.kind == 'depth' and len(b.patches.values)]
     nothing = SmoothError(assumed.smooth, assumed.smooth_length, assumed.standing)
     if not depth:
         return nothing
     beside = _beside(depth)
     if beside.shape[1] < _FEWEST:
         return nothing
-    values = beside.T @ np.concatenate([block.patches.values for block in depth])
+    values = beside.T @ np.concatenate([group.patches.values for group in depth])
     others = beside.T @ _without_smooth(depth, assumed) @ beside
     factor = cholesky(others, lower=True)
     scaled = solve_triangular(factor, np.column_stack([values, beside.T]), lower=True)
@@ -117,11 +117,11 @@ def _levels(values: FloatArray, smooth: FloatArray, sizes: FloatArray) -> FloatA
     return np.asarray(-0.5 * (np.log(variances) + squares / variances).sum(axis=1))
 
 
-def _without_smooth(blocks: Sequence[Block], assumed: NoiseModel) -> FloatArray:
+def _without_smooth(groups: Sequence[PatchGroup], assumed: NoiseModel) -> FloatArray:
     """Return the covariance of all noise but the smooth error, shape (n, n)."""
     own = []
-    for block in blocks:
-        patches = block.patches
+    for group in groups:
+        patches = group.patches
         smooth = assumed.smooth**2 * kernel(patches.centers, assumed.smooth_length)
         # What was taken off before rounding may leave a little less than nothing.
         rest = patches.covariance + patches.common.covariance(patches.centers) - smooth
@@ -129,17 +129,17 @@ def _without_smooth(blocks: Sequence[Block], assumed: NoiseModel) -> FloatArray:
     return np.asarray(block_diag(*own))
 
 
-def _kernel(blocks: Sequence[Block], length: float, standing: float) -> FloatArray:
-    centers = np.concatenate([block.patches.centers for block in blocks])
-    views = np.concatenate([np.full(len(b.patches.values), b.view) for b in blocks])
-    share = np.where(views[:, None] == views, 1.0, standing)
-    return np.asarray(share * kernel(centers, length))
+def _kernel(groups: Sequence[PatchGroup], length: float, standing: float) -> FloatArray:
+    centers = np.concatenate([group.patches.centers for group in groups])
+    views = np.concatenate([np.full(len(b.patches.values), b.view) for b in groups])
+    fraction = np.where(views[:, None] == views, 1.0, standing)
+    return np.asarray(fraction * kernel(centers, length))
 
 
-def _beside(blocks: Sequence[Block]) -> FloatArray:
+def _beside(groups: Sequence[PatchGroup]) -> FloatArray:
     """Return an orthonormal basis of what no tangent and no mesh may have put there."""
-    tangents = np.concatenate([block.patches.jacobian for block in blocks])
-    columns = np.column_stack([tangents, block_diag(*(b.mesh[:, None] for b in blocks))])
+    tangents = np.concatenate([group.patches.jacobian for group in groups])
+    columns = np.column_stack([tangents, block_diag(*(b.mesh[:, None] for b in groups))])
     lengths = np.linalg.norm(columns, axis=0)
     kept = columns[:, lengths > 0.0] / lengths[lengths > 0.0]
     left, spans, _ = np.linalg.svd(kept, full_matrices=True)

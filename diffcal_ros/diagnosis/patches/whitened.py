@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
-from diffcal_ros.diagnosis.patches.patch_group import Block, of_the_body
+from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.least_squares.normal_equations import NormalEquations
 from diffcal_ros.least_squares.residual_channel import ResidualChannel, Weights
@@ -67,28 +67,28 @@ class Whitened:
 
 
 def whiten(
-    blocks: Sequence[Block], part: Part, slack: float = 0.0, *, is_apart: bool = False
+    groups: Sequence[PatchGroup], part: Part, slack: float = 0.0, *, is_apart: bool = False
 ) -> Whitened:
     """Put the patches of one part together.
 
     Those of different recordings share nothing but what stands in the image of all.
 
     Args:
-        blocks: of all views.
+        groups: of all views.
         part: which patches.
         slack: further error of each patch [m]: what a model that is still far off, or tangents
             far from where they were taken, cannot be held to.
         is_apart: whether what stands in all is taken for another one in each view: views then do
             not mix.
     """
-    groups = [_group(own, part, slack) for own in _recordings(blocks)]
-    groups = [group for group in groups if len(group.values)]
-    if not any(group.standing.any() for group in groups):
-        parts = [_whitened(group) for group in groups]
+    recordings = [_recording(own, part, slack) for own in _recordings(groups)]
+    recordings = [recording for recording in recordings if len(recording.values)]
+    if not any(recording.standing.any() for recording in recordings):
+        parts = [_whitened(recording) for recording in recordings]
     elif is_apart:
-        parts = [_whitened(_with_own(group)) for group in groups]
+        parts = [_whitened(_with_own(recording)) for recording in recordings]
     else:
-        parts = [_whitened(_all_together(groups))]
+        parts = [_whitened(_all_together(recordings))]
     return Whitened(
         np.concatenate([part.values for part in parts]),
         np.concatenate([part.jacobian for part in parts]),
@@ -96,33 +96,33 @@ def whiten(
     )
 
 
-def precision_of(blocks: Sequence[Block]) -> FloatArray:
-    """Return the inverse covariance of all patches, in the order of the blocks [1/m^2], (n, n).
+def precision_of(groups: Sequence[PatchGroup]) -> FloatArray:
+    """Return the inverse covariance of all patches, in the order of the groups [1/m^2], (n, n).
 
     What stands in all images is taken for another error in each view.
     """
-    firsts = np.cumsum([0, *(len(block.patches.values) for block in blocks)])
+    firsts = np.cumsum([0, *(len(group.patches.values) for group in groups)])
     found = np.zeros((firsts[-1], firsts[-1]))
-    numbers = {id(block): number for number, block in enumerate(blocks)}
-    for own in _recordings(blocks):
-        group = _with_own(_group(own, Part.ALL, 0.0))
-        places = np.concatenate(
-            [np.arange(firsts[n], firsts[n + 1]) for n in (numbers[id(block)] for block in own)]
+    numbers = {id(group): number for number, group in enumerate(groups)}
+    for own in _recordings(groups):
+        recording = _with_own(_recording(own, Part.ALL, 0.0))
+        indices = np.concatenate(
+            [np.arange(firsts[n], firsts[n + 1]) for n in (numbers[id(group)] for group in own)]
         )
-        covariance = _tolerant(group.covariance, group.values)
-        found[np.ix_(places, places)] = np.linalg.inv(covariance)
+        covariance = _tolerant(recording.covariance, recording.values)
+        found[np.ix_(indices, indices)] = np.linalg.inv(covariance)
     return found
 
 
-def _recordings(blocks: Sequence[Block]) -> list[list[Block]]:
+def _recordings(groups: Sequence[PatchGroup]) -> list[list[PatchGroup]]:
     return [
-        sorted((b for b in blocks if b.group == group), key=lambda block: block.kind)
-        for group in dict.fromkeys(block.group for block in blocks)
+        sorted((b for b in groups if b.recording == recording), key=lambda group: group.kind)
+        for recording in dict.fromkeys(group.recording for group in groups)
     ]
 
 
 @dataclass(frozen=True)
-class _Group:
+class _Recording:
     """Patches with their covariance, and what of it stands in the image of other groups as well.
 
     Attributes:
@@ -144,21 +144,21 @@ class _Group:
     length: float
 
 
-def _group(blocks: Sequence[Block], part: Part, slack: float) -> _Group:
+def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recording:
     """Put the patches of one recording together."""
-    chosen = [chosen_patches(block, part) for block in blocks]
-    patches = [b.patches.chosen(w) for b, w in zip(blocks, chosen, strict=True)]
-    mesh = np.concatenate([b.mesh[w] for b, w in zip(blocks, chosen, strict=True)])
-    covariance = block_diag(*(p.covariance for p in patches)) + _common(blocks, patches)
+    chosen = [chosen_patches(group, part) for group in groups]
+    patches = [b.patches.chosen(w) for b, w in zip(groups, chosen, strict=True)]
+    mesh = np.concatenate([b.mesh[w] for b, w in zip(groups, chosen, strict=True)])
+    covariance = block_diag(*(p.covariance for p in patches)) + _common(groups, patches)
     standing = [
         np.zeros(len(p.values)) if p.standing is None else p.standing.spread for p in patches
     ]
     lengths = [p.standing.length for p in patches if p.standing is not None]
-    return _Group(
+    return _Recording(
         values=np.concatenate([p.values for p in patches]),
         jacobian=np.concatenate([p.jacobian for p in patches]),
         views=np.concatenate(
-            [np.full(len(p.values), b.view) for b, p in zip(blocks, patches, strict=True)]
+            [np.full(len(p.values), b.view) for b, p in zip(groups, patches, strict=True)]
         ),
         # The mesh's error is one number a recording: it moves depth and outline together.
         covariance=covariance + np.outer(mesh, mesh) + slack**2 * np.eye(len(mesh)),
@@ -168,43 +168,43 @@ def _group(blocks: Sequence[Block], part: Part, slack: float) -> _Group:
     )
 
 
-def _with_own(group: _Group) -> _Group:
+def _with_own(recording: _Recording) -> _Recording:
     """Return a group with what stands in all images as an error of its own."""
-    error = CommonError(group.standing, group.length)
+    error = CommonError(recording.standing, recording.length)
     return replace(
-        group,
-        covariance=group.covariance + error.covariance(group.centers),
-        standing=np.zeros_like(group.standing),
+        recording,
+        covariance=recording.covariance + error.covariance(recording.centers),
+        standing=np.zeros_like(recording.standing),
     )
 
 
-def _all_together(groups: Sequence[_Group]) -> _Group:
+def _all_together(recordings: Sequence[_Recording]) -> _Recording:
     """Return all groups as one, with what stands in all of their images."""
-    length = max(group.length for group in groups)
-    whole = _Group(
-        values=np.concatenate([group.values for group in groups]),
-        jacobian=np.concatenate([group.jacobian for group in groups]),
-        views=np.concatenate([group.views for group in groups]),
-        covariance=np.asarray(block_diag(*(group.covariance for group in groups))),
-        standing=np.concatenate([group.standing for group in groups]),
-        centers=np.concatenate([group.centers for group in groups]),
+    length = max(recording.length for recording in recordings)
+    whole = _Recording(
+        values=np.concatenate([recording.values for recording in recordings]),
+        jacobian=np.concatenate([recording.jacobian for recording in recordings]),
+        views=np.concatenate([recording.views for recording in recordings]),
+        covariance=np.asarray(block_diag(*(recording.covariance for recording in recordings))),
+        standing=np.concatenate([recording.standing for recording in recordings]),
+        centers=np.concatenate([recording.centers for recording in recordings]),
         length=length,
     )
     return _with_own(whole)
 
 
-def _whitened(group: _Group) -> Whitened:
-    factor = cholesky(_tolerant(group.covariance, group.values), lower=True)
-    wide = np.hstack([group.values[:, None], group.jacobian])
+def _whitened(recording: _Recording) -> Whitened:
+    factor = cholesky(_tolerant(recording.covariance, recording.values), lower=True)
+    wide = np.hstack([recording.values[:, None], recording.jacobian])
     both = solve_triangular(factor, wide, lower=True)
-    return Whitened(both[:, 0], both[:, 1:], group.views)
+    return Whitened(both[:, 0], both[:, 1:], recording.views)
 
 
-def _common(blocks: Sequence[Block], patches: Sequence[Patches]) -> FloatArray:
+def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatArray:
     """Return the covariance of what frames of one recording have in common, shape (n, n)."""
     parts = []
-    for kind in dict.fromkeys(block.kind for block in blocks):
-        own = [p for b, p in zip(blocks, patches, strict=True) if b.kind == kind]
+    for kind in dict.fromkeys(group.kind for group in groups):
+        own = [p for b, p in zip(groups, patches, strict=True) if b.kind == kind]
         spread = np.concatenate([p.common.spread for p in own])
         common = CommonError(spread, own[0].common.length)
         parts.append(common.covariance(np.concatenate([p.centers for p in own])))
@@ -218,23 +218,23 @@ def _tolerant(covariance: FloatArray, values: FloatArray) -> FloatArray:
     return covariance + np.diag(own * np.maximum(beyond - 1.0, 0.0))
 
 
-def residual_size(blocks: Sequence[Block], part: Part) -> float:
+def residual_size(groups: Sequence[PatchGroup], part: Part) -> float:
     """Return a robust root mean square of the residuals [m]; 0 within the noise."""
-    gap = patch_gap(blocks, part)
+    gap = patch_gap(groups, part)
     size = 1.4826 * gap.median
     return size if size > _CLEAR * gap.whole_floor else 0.0
 
 
-def tangent_slack(blocks: Sequence[Block]) -> float:
+def tangent_slack(groups: Sequence[PatchGroup]) -> float:
     """Return the further error of each patch [m] that tangents at a fit must be allowed."""
-    return _TANGENT_ERROR * residual_size(blocks, Part.FIT)
+    return _TANGENT_ERROR * residual_size(groups, Part.FIT)
 
 
-def chosen_patches(block: Block, part: Part) -> NDArray[np.int64]:
-    """Return the places of a block's patches of one part."""
+def chosen_patches(group: PatchGroup, part: Part) -> NDArray[np.int64]:
+    """Return the indices of a group's patches of one part."""
     if part is Part.ALL:
-        return np.arange(len(block.is_report))
-    return np.flatnonzero(block.is_report == (part is Part.REPORT))
+        return np.arange(len(group.is_report))
+    return np.flatnonzero(group.is_report == (part is Part.REPORT))
 
 
 @dataclass(frozen=True)
@@ -271,7 +271,7 @@ class PatchGap:
         return self.rms if is_measured else self.most
 
 
-def closed_share(old: float, new: float, floor: float) -> float:
+def closed_fraction(old: float, new: float, floor: float) -> float:
     """Return which share of a gap above its floor is closed; NaN where it is within the floor.
 
     Args:
@@ -284,7 +284,7 @@ def closed_share(old: float, new: float, floor: float) -> float:
     return (old - max(new, floor)) / (old - floor)
 
 
-def excess_over(blocks: Sequence[Block], best: Sequence[Block], part: Part) -> float:
+def excess_over(groups: Sequence[PatchGroup], best: Sequence[PatchGroup], part: Part) -> float:
     """Return how much farther off one model is than another, patch by patch [m].
 
     The mean over patches that both see, each counting for a few millimetres at most: what shows a
@@ -292,11 +292,11 @@ def excess_over(blocks: Sequence[Block], best: Sequence[Block], part: Part) -> f
     only one of them meets is not outvoted by the rest, as it would be in a median.
 
     Args:
-        blocks: of the one.
+        groups: of the one.
         best: of the other.
         part: patches that are compared.
     """
-    one, other = _sizes_by_patch(blocks, part), _sizes_by_patch(best, part)
+    one, other = _sizes_by_patch(groups, part), _sizes_by_patch(best, part)
     shared = [name for name in one if name in other]
     if not shared:
         return float('nan')
@@ -304,23 +304,23 @@ def excess_over(blocks: Sequence[Block], best: Sequence[Block], part: Part) -> f
     return float(np.clip(differences, -_MOST_TOLD, _MOST_TOLD).mean())
 
 
-def _sizes_by_patch(blocks: Sequence[Block], part: Part) -> dict[tuple[int, str, int], float]:
+def _sizes_by_patch(groups: Sequence[PatchGroup], part: Part) -> dict[tuple[int, str, int], float]:
     return {
-        (block.view, block.kind, int(block.patches.cells[place])): abs(
-            float(block.patches.values[place])
+        (group.view, group.kind, int(group.patches.cells[index])): abs(
+            float(group.patches.values[index])
         )
-        for block in of_the_body(blocks)
-        for place in chosen_patches(block, part)
+        for group in of_the_body(groups)
+        for index in chosen_patches(group, part)
     }
 
 
-def patch_gap(blocks: Sequence[Block], part: Part) -> PatchGap:
+def patch_gap(groups: Sequence[PatchGroup], part: Part) -> PatchGap:
     """Measure the gap on the body's patches of one part."""
-    blocks = of_the_body(blocks)
-    chosen = [chosen_patches(block, part) for block in blocks]
-    values = np.concatenate([b.patches.values[w] for b, w in zip(blocks, chosen, strict=True)])
-    noise = np.concatenate([b.patches.variances[w] for b, w in zip(blocks, chosen, strict=True)])
-    mesh = np.concatenate([b.mesh[w] for b, w in zip(blocks, chosen, strict=True)])
+    groups = of_the_body(groups)
+    chosen = [chosen_patches(group, part) for group in groups]
+    values = np.concatenate([b.patches.values[w] for b, w in zip(groups, chosen, strict=True)])
+    noise = np.concatenate([b.patches.variances[w] for b, w in zip(groups, chosen, strict=True)])
+    mesh = np.concatenate([b.mesh[w] for b, w in zip(groups, chosen, strict=True)])
     if len(values) == 0:
         nothing = float('nan')
         return PatchGap(nothing, nothing, nothing, nothing, nothing, 0)

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def full_prior(parameters: ParameterSet) -> tuple[FloatArray, FloatArray]:
+def regularised_prior(parameters: ParameterSet) -> tuple[FloatArray, FloatArray]:
     """Return mean and precision of the prior; where none is given, a wide one at the start."""
     mean, precision = parameters.prior()
     scales = natural_scales(parameters)
-    for place, value in enumerate(np.diag(precision)):
+    for index, value in enumerate(np.diag(precision)):
         if value == 0.0:
-            precision[place, place] = 1.0 / scales[place] ** 2
-            mean[place] = parameters.start()[place]
+            precision[index, index] = 1.0 / scales[index] ** 2
+            mean[index] = parameters.start()[index]
     return mean, precision

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
-from diffcal_ros.diagnosis.patches.evidence import Evidence
-from diffcal_ros.diagnosis.patches.patch_group import Block
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
-from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
@@ -104,43 +104,47 @@ def library_parameters(
     return ParameterSet((*nominal.parameters, *more.parameters), nominal.pose_covariances)
 
 
-def library_blocks(
-    evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candidate]
-) -> tuple[tuple[str, ...], list[Block]]:
+def library_groups(
+    evaluator: PatchEvaluator, coordinates: FloatArray, listed: Sequence[Candidate]
+) -> tuple[tuple[str, ...], list[PatchGroup]]:
     """Return patches with tangents of all that may be missing, after those of the parameters.
 
     Args:
-        evidence: of the nominal model.
+        evaluator: of the nominal model.
         coordinates: of its fit, shape (k,).
         listed: candidates.
 
     Returns:
         Names of the amplitudes, and of the effects whose stand-ins follow, and the patches.
     """
-    nominal, scene = evidence.model.parameters, evidence.model.scene
+    nominal, scene = evaluator.model.parameters, evaluator.model.scene
     wide = library_parameters(scene, nominal, listed)
     start = wide.start()
     start[: len(nominal)] = coordinates
-    model = evidence.model.with_parameters(scene, wide)
+    model = evaluator.model.with_parameters(scene, wide)
     owners, changes = _stand_ins(model)
-    blocks = evidence.of(model).blocks(start, model.tangents_of(changes, start))
-    return (*wide.names[len(nominal) :], *owners), blocks
+    groups = evaluator.of(model).groups(start, model.tangents_of(changes, start))
+    return (*wide.names[len(nominal) :], *owners), groups
 
 
-def screen(evidence: Evidence, coordinates: FloatArray, listed: Sequence[Candidate]) -> Screen:
+def screen(
+    evaluator: PatchEvaluator, coordinates: FloatArray, listed: Sequence[Candidate]
+) -> Screen:
     """Score candidates around a fit.
 
     Args:
-        evidence: of the nominal model.
+        evaluator: of the nominal model.
         coordinates: of its fit, shape (k,).
         listed: candidates.
     """
-    nominal = evidence.model.parameters
-    names, blocks = library_blocks(evidence, coordinates, listed)
-    beyond = _beyond_prior(nominal, coordinates + evidence.numerics.shifts_of(nominal))
-    plain = _seen_through(blocks, nominal, names, beyond, 0.0)
-    slack = tangent_slack(blocks)
-    held = plain if slack == 0.0 else _seen_through(blocks, nominal, names, beyond, slack)
+    nominal = evaluator.model.parameters
+    names, groups = library_groups(evaluator, coordinates, listed)
+    beyond = _beyond_prior(
+        nominal, coordinates + evaluator.discretisation_error.shifts_of(nominal)
+    )
+    plain = _seen_through(groups, nominal, names, beyond, 0.0)
+    slack = tangent_slack(groups)
+    held = plain if slack == 0.0 else _seen_through(groups, nominal, names, beyond, slack)
     scores = [_seen_both_ways(candidate, held, plain) for candidate in listed]
     scores.sort(key=lambda score: -score.log_evidence)
     return Screen(
@@ -180,7 +184,7 @@ class _Sight:
     def of(self, candidate: Candidate) -> FloatArray:
         """Return the columns of a candidate's amplitudes, shape (n, c)."""
         effect = candidate.effect
-        own = [place for place, name in enumerate(self.names) if name == effect.identifier]
+        own = [index for index, name in enumerate(self.names) if name == effect.identifier]
         if not effect.has_tangent:
             return self.columns[:, own]
         if effect.screened_at and candidate.at is not None:
@@ -192,14 +196,14 @@ class _Sight:
 
 
 def _seen_through(
-    blocks: list[Block],
+    groups: list[PatchGroup],
     nominal: ParameterSet,
     names: tuple[str, ...],
     beyond: FloatArray,
     slack: float,
 ) -> _Sight:
-    seen = whiten(blocks, Part.FIT, slack)
-    _, precision = full_prior(nominal)
+    seen = whiten(groups, Part.FIT, slack)
+    _, precision = regularised_prior(nominal)
     own = seen.jacobian[:, : len(nominal)]
     project = Projection(own, precision)
     columns = project(seen.jacobian[:, len(nominal) :])

@@ -16,7 +16,7 @@ _LEAST_GAIN = 0.5
 _LEAST_WITHOUT_TANGENT = 0.4
 # Tangents that explain so much of what the best ones do are those of a twin.
 _NEARLY = 0.9
-_CLOSE, _CLOSE_SHARE = 5.0, 0.1
+_CLOSE, _CLOSE_FRACTION = 5.0, 0.1
 
 
 def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
@@ -96,7 +96,7 @@ def starts_of(score: Score) -> dict[str, float]:
 def _variants(scores: Sequence[Score]) -> list[Score]:
     """Keep the variants whose scores are near the best one's: tangents cannot tell them apart."""
     leader = scores[0].log_evidence
-    within = max(_CLOSE, _CLOSE_SHARE * abs(leader))
+    within = max(_CLOSE, _CLOSE_FRACTION * abs(leader))
     near = [score for score in scores if leader - score.log_evidence < within]
     # The fullest one tells how sure each amplitude is when none is left out.
     fullest = max(near, key=_amplitude_count)

@@ -5,7 +5,7 @@
 from collections.abc import Mapping, Sequence
 
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.effects.site import SeenPixels
 from diffcal_ros.errors import NotSimulatedError
@@ -21,11 +21,11 @@ Starts = dict[str, float]
 _NEAR = 0.03
 
 
-def more_starts(nominal: Evidence, base: Refit, added: Sequence[Candidate]) -> list[Starts]:
+def more_starts(nominal: PatchEvaluator, base: Refit, added: Sequence[Candidate]) -> list[Starts]:
     """Return starts to be tried on top of what tangents propose, SI units by name.
 
     Args:
-        nominal: evidence of the nominal model.
+        nominal: evaluates the patches of the nominal model.
         base: its fit.
         added: effects that are added to it.
     """
@@ -39,7 +39,7 @@ def more_starts(nominal: Evidence, base: Refit, added: Sequence[Candidate]) -> l
 class _NominalFit:
     """See `FitsSeen`."""
 
-    def __init__(self, nominal: Evidence, base: Refit) -> None:
+    def __init__(self, nominal: PatchEvaluator, base: Refit) -> None:
         self._nominal = nominal
         names, first = nominal.model.parameters.names, nominal.model.parameters.start()
         self.begin: Mapping[str, float] = dict(zip(names, first.tolist(), strict=True))

@@ -66,7 +66,7 @@ def revert(scene: Path) -> tuple[Path, str]:
         InputError: when there is none.
     """
     versions = read_versions(scene)
-    standing = [place for place, version in enumerate(versions) if not version.is_reverted]
+    standing = [index for index, version in enumerate(versions) if not version.is_reverted]
     if not standing:
         raise InputError(f'the model of {scene} holds no effect that could be taken out')
     last = standing[-1]
@@ -91,6 +91,10 @@ def _read(folder: Path) -> dict[str, Any]:
         if not isinstance(verdict['details'], dict):
             raise ValueError('details is no mapping')
         return verdict
+    except FileNotFoundError as error:
+        raise InputError(
+            f'there is no {path}: run `diffcal diagnose ... --out {folder}` first'
+        ) from error
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
             f'{path} cannot be read ({error}): run `diffcal diagnose ... --out {folder}` first'

@@ -10,16 +10,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.patches.evidence import Evidence
-from diffcal_ros.diagnosis.patches.patch_group import Block, of_the_body
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import (
     chosen_patches,
-    closed_share,
+    closed_fraction,
     Part,
     tangent_slack,
     whiten,
 )
-from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.verdict.free_fields import free_fields
 import numpy as np
 from numpy.typing import NDArray
@@ -48,32 +48,32 @@ class ClassScore:
     closes: float
 
 
-def frame_test(evidence: Evidence, nominal: Refit) -> tuple[ClassScore, ...]:
+def frame_test(evaluator: PatchEvaluator, nominal: Refit) -> tuple[ClassScore, ...]:
     """Score all classes.
 
     Args:
-        evidence: of the nominal model.
+        evaluator: of the nominal model.
         nominal: its fit.
 
     Returns:
         The best first; empty where there are fewer than two views to predict one by another.
     """
-    if len({block.view for block in nominal.blocks}) < 2:
+    if len({group.view for group in nominal.groups}) < 2:
         return ()
-    fields = free_fields(evidence.model, nominal.coordinates)
-    groups = list(fields)
+    fields = free_fields(evaluator.model, nominal.coordinates)
+    classes = list(fields)
     joined = [np.concatenate(own) for own in zip(*fields.values(), strict=True)]
     # The fields are of the body; what a camera's would do to the fixture they do not say.
-    blocks = of_the_body(evidence.blocks(nominal.coordinates, joined))
-    counts = [len(fields[group][0]) for group in groups]
+    groups = of_the_body(evaluator.groups(nominal.coordinates, joined))
+    counts = [len(fields[own][0]) for own in classes]
     ends = len(nominal.parameters) + np.cumsum(counts)
-    seen = whiten(blocks, Part.FIT, tangent_slack(blocks), is_apart=True)
-    _, precision = full_prior(nominal.parameters)
+    seen = whiten(groups, Part.FIT, tangent_slack(groups), is_apart=True)
+    _, precision = regularised_prior(nominal.parameters)
     nuisances = seen.jacobian[:, : len(nominal.parameters)]
     known = np.eye(len(seen)) + nuisances @ np.linalg.solve(precision, nuisances.T)
     nothing = prediction(known, seen.values, seen.views)
     scores = []
-    for group, end, count in zip(groups, ends, counts, strict=True):
+    for effect_class, end, count in zip(classes, ends, counts, strict=True):
         columns = np.arange(end - count, end)
         own = seen.jacobian[:, columns]
         likely = [
@@ -83,8 +83,8 @@ def frame_test(evidence: Evidence, nominal: Refit) -> tuple[ClassScore, ...]:
         size = float(_SIZES[best])
         weights = _weights(known, own, size, seen.values)
         change = _change(precision, nuisances, own, weights, seen.values)
-        closes = _closes(blocks, columns, weights, change)
-        scores.append(ClassScore(group, likely[best] - nothing, size, closes))
+        closes = _closes(groups, columns, weights, change)
+        scores.append(ClassScore(effect_class, likely[best] - nothing, size, closes))
     return tuple(sorted(scores, key=lambda score: -score.prediction))
 
 
@@ -131,19 +131,22 @@ def _change(
 
 
 def _closes(
-    blocks: Sequence[Block], columns: NDArray[np.int64], weights: FloatArray, change: FloatArray
+    groups: Sequence[PatchGroup],
+    columns: NDArray[np.int64],
+    weights: FloatArray,
+    change: FloatArray,
 ) -> float:
     """Return the share of the gap above the floor that the fields close on held-out patches."""
     before, after, floor = [], [], []
-    for block in blocks:
-        chosen = chosen_patches(block, Part.REPORT)
-        slopes = block.patches.jacobian[chosen]
-        values = block.patches.values[chosen]
+    for group in groups:
+        chosen = chosen_patches(group, Part.REPORT)
+        slopes = group.patches.jacobian[chosen]
+        values = group.patches.values[chosen]
         before.append(values)
         after.append(values - slopes[:, columns] @ weights - slopes[:, : len(change)] @ change)
-        noise = block.patches.variances[chosen] + block.mesh[chosen] ** 2
+        noise = group.patches.variances[chosen] + group.mesh[chosen] ** 2
         floor.append(np.sqrt(noise))
     old, new, least = (
         float(np.sqrt(np.mean(np.concatenate(part) ** 2))) for part in (before, after, floor)
     )
-    return closed_share(old, new, least)
+    return closed_fraction(old, new, least)

@@ -57,10 +57,10 @@ def _of_one_size(fields: list[FloatArray]) -> list[FloatArray]:
     return [1e-3 * field[kept] / sizes[kept, None, None] for field in fields]
 
 
-def _hats(share: FloatArray) -> FloatArray:
+def _hats(fraction: FloatArray) -> FloatArray:
     """Return hat functions along the body, shape (h, ...)."""
     return np.stack(
-        [np.clip(1.0 - np.abs(share - place) / _HALF_WIDTH, 0.0, 1.0) for place in _PLACES]
+        [np.clip(1.0 - np.abs(fraction - index) / _HALF_WIDTH, 0.0, 1.0) for index in _PLACES]
     )
 
 
@@ -68,10 +68,10 @@ def _forces(model: ForwardModel) -> Callable[[int, StaticBody], list[Change]]:
     """Return forces that are the same in the world, whatever the pose."""
 
     def changes(index: int, body: StaticBody) -> list[Change]:
-        share = model.effects.axes(index).share(body.discretisation.rest_nodes)
+        fraction = model.effects.axes(index).fraction(body.discretisation.rest_nodes)
         return [
             Change(conditions=Conditions(forces=hat[:, None] * axis))
-            for hat, axis in product(_hats(share), np.eye(3))
+            for hat, axis in product(_hats(fraction), np.eye(3))
         ]
 
     return changes
@@ -91,7 +91,7 @@ def _moduli(
         modes = [np.ones(len(middles)), across[0], across[1], *(across**2)]
         return [
             Change(youngs_modulus=modulus * hat * mode)
-            for hat, mode in product(_hats(axes.share(middles)), modes)
+            for hat, mode in product(_hats(axes.fraction(middles)), modes)
         ]
 
     return changes
@@ -118,15 +118,15 @@ def _shape_fields(model: ForwardModel, number: int, points: FloatArray) -> Float
     observation = model.observations[number]
     rest = model.body(observation).discretisation.rest_nodes
     axes = model.effects.axes(observation.setup_index)
-    share = axes.share(rest)
-    bends = [share[:, None] ** degree * axis for degree in (1, 2, 3) for axis in axes.axes]
+    fraction = axes.fraction(rest)
+    bends = [fraction[:, None] ** degree * axis for degree in (1, 2, 3) for axis in axes.axes]
     across = _across(axes, rest)
     sections = [
-        (hat * place)[:, None] * axis
-        for hat in _hats(share)
-        for place, axis in zip(across, axes.axes[1:], strict=True)
+        (hat * index)[:, None] * axis
+        for hat in _hats(fraction)
+        for index, axis in zip(across, axes.axes[1:], strict=True)
     ]
-    turned = _local_rotations(rest, points, share)
+    turned = _local_rotations(rest, points, fraction)
     return np.einsum('nij,knj->kni', turned, np.stack([*bends, *sections]))
 
 
@@ -136,9 +136,9 @@ def _across(axes: BodyAxes, points: FloatArray) -> FloatArray:
     return np.asarray((across / np.abs(across).max(axis=0)).T)
 
 
-def _local_rotations(rest: FloatArray, points: FloatArray, share: FloatArray) -> FloatArray:
+def _local_rotations(rest: FloatArray, points: FloatArray, fraction: FloatArray) -> FloatArray:
     """Return how the body has turned along its length, rest to camera, shape (N, 3, 3)."""
-    bins = np.minimum((share * _BINS).astype(int), _BINS - 1)
+    bins = np.minimum((fraction * _BINS).astype(int), _BINS - 1)
     turned = np.tile(_rotation(rest, points), (len(rest), 1, 1))
     for number in range(_BINS):
         own = bins == number

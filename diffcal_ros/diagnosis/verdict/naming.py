@@ -3,16 +3,18 @@
 """From refitted models to a verdict: a name, a set of twins, or an effect that is unknown."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.limits import upper_limits
+from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.model_comparison.strain import unstrained
-from diffcal_ros.diagnosis.patches.evidence import Evidence
 from diffcal_ros.diagnosis.patches.local_outlier import LocalOutlier
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.residual_location import where_largest
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Screen
@@ -22,9 +24,10 @@ from diffcal_ros.diagnosis.verdict.unknown import (
     describe_unknown,
     FAR_ABOVE,
     is_unexplained,
+    LEAST_CLOSURE,
     Unknown,
 )
-from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect, Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, Evidence, NamedEffect, Verdict
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
     closure_of,
     details_of,
@@ -44,8 +47,33 @@ _COARSE = 0.0004
 _MOST_NEAR = 3
 
 
+@dataclass(frozen=True)
+class _Naming:
+    """What a verdict names, and what it leaves open.
+
+    Attributes:
+        doubts: why the chosen model may not be named.
+        closure: share of the gap above the floor that it closes; NaN where none was chosen.
+        unknown: an effect outside the library.
+        effects: those named.
+        is_open: no name, and none among several either.
+    """
+
+    doubts: tuple[str, ...]
+    closure: float
+    unknown: Unknown | None
+    effects: tuple[NamedEffect, ...]
+    is_open: bool
+
+    @property
+    def imitated(self) -> list[str]:
+        """Identifiers of named effects that causes outside the library may imitate."""
+        names = [effect.identifier for effect in self.effects]
+        return [name for name in names if EFFECTS[name].imitated_by]
+
+
 def conclude(
-    evidence: Evidence,
+    evaluator: PatchEvaluator,
     nominal: Refit,
     scores: Screen,
     disagreement: Disagreement,
@@ -55,42 +83,25 @@ def conclude(
     outliers: Sequence[LocalOutlier] = (),
 ) -> Diagnosis:
     """Put the verdict together."""
-    doubts = () if choice is None else doubts_about(choice.hypothesis, nominal)
     added = choice.hypothesis.fit if choice is not None else nominal
-    closure = float('nan')
-    if choice is not None:
-        closure = closure_of(nominal, added, evidence.is_measured)
-    unknown: Unknown | None = None
-    nearest = _nearest_class(evidence, nominal, scores, disagreement, choice, closure)
-    if nearest is None and choice is not None and doubts:
-        is_large = disagreement.verdict is Verdict.DISAGREE
-        nearest = choice.hypothesis.added[0].effect.group if is_large else None
-    if nearest is not None:
-        unknown = describe_unknown(evidence, nominal, nearest)
-    effects: tuple[NamedEffect, ...] = ()
-    is_open = choice is None or unknown is not None or bool(doubts)
-    if choice is not None and not is_open and choice.confidence >= _NAMED:
-        effects = named_effects(choice.hypothesis, choice.confidence)
-    separating = None
-    imitated = [effect.identifier for effect in effects if EFFECTS[effect.identifier].imitated_by]
-    if choice is not None and not doubts and len(choice.alike) > 1:
-        separating = what_settles(choice.alike[:3])
-    elif imitated:
-        separating = what_settles(imitated)
+    singles = () if selection is None else selection.singles
+    named = _name(evaluator, nominal, scores, disagreement, choice, singles)
+    unknown = named.unknown
+    notes = _notes(evaluator, nominal, disagreement, choice, named.closure, unknown, outliers)
     return Diagnosis(
         verdict=disagreement.verdict,
-        evidence='confirmed' if evidence.is_measured else 'suspected',
+        evidence=Evidence.CONFIRMED if evaluator.is_measured else Evidence.SUSPECTED,
         p_value=disagreement.p_value,
-        effects=effects,
-        ambiguity_set=() if choice is None or is_open else choice.alike,
+        effects=named.effects,
+        ambiguity_set=() if choice is None or named.is_open else choice.alike,
         runner_up=None if choice is None else choice.runner_up,
         unknown_class=None if unknown is None else unknown.group,
         stand_in=None if unknown is None else unknown.stand_in,
-        separating_recording=separating,
-        where=where_largest(evidence.model, nominal),
-        when=time_course(evidence.model, nominal),
+        separating_recording=_separating_recording(choice, named),
+        where=where_largest(evaluator.model, nominal),
+        when=time_course(evaluator.model, nominal),
         gap_mm=gap_figures(nominal, added),
-        closure=closure,
+        closure=named.closure,
         parameters={
             'before': parameter_table(nominal, nominal),
             'after': parameter_table(added, nominal),
@@ -101,13 +112,46 @@ def conclude(
         seconds=seconds,
         notes=(
             *(outlier.sentence for outlier in outliers),
-            *doubts,
-            *(EFFECTS[name].imitated_by for name in imitated),
-            *_class_of_all(choice if not (is_open or effects) else None),
-            *_notes(evidence, nominal, disagreement, choice, closure, unknown, outliers),
+            *named.doubts,
+            *(EFFECTS[name].imitated_by for name in named.imitated),
+            *_class_of_all(choice if not (named.is_open or named.effects) else None),
+            *notes,
         ),
         details=details_of(nominal, scores, selection, choice),
     )
+
+
+def _name(
+    evaluator: PatchEvaluator,
+    nominal: Refit,
+    scores: Screen,
+    disagreement: Disagreement,
+    choice: Choice | None,
+    singles: Sequence[Hypothesis],
+) -> _Naming:
+    """Name the chosen effects, a class outside the library, or nothing."""
+    doubts: tuple[str, ...] = ()
+    closure = float('nan')
+    if choice is not None:
+        doubts = doubts_about(choice.hypothesis, nominal, singles)
+        closure = closure_of(nominal, choice.hypothesis.fit, evaluator.is_measured)
+    nearest = _nearest_class(evaluator, nominal, scores, disagreement, choice, closure)
+    if nearest is None and choice is not None and doubts:
+        is_large = disagreement.verdict is Verdict.DISAGREE
+        nearest = choice.hypothesis.added[0].effect.group if is_large else None
+    unknown = None if nearest is None else describe_unknown(evaluator, nominal, nearest)
+    effects: tuple[NamedEffect, ...] = ()
+    is_open = choice is None or unknown is not None or bool(doubts)
+    if choice is not None and not is_open and choice.confidence >= _NAMED:
+        effects = named_effects(choice.hypothesis, choice.confidence)
+    return _Naming(doubts, closure, unknown, effects, is_open)
+
+
+def _separating_recording(choice: Choice | None, named: _Naming) -> str | None:
+    """Say what to record to settle a doubt, where there is one that a recording settles."""
+    if choice is not None and not named.doubts and len(choice.alike) > 1:
+        return what_settles(choice.alike[:3])
+    return what_settles(named.imitated) if named.imitated else None
 
 
 def _class_of_all(choice: Choice | None) -> list[str]:
@@ -120,18 +164,25 @@ def _class_of_all(choice: Choice | None) -> list[str]:
     return [f'whichever of them it is, it is of the class {groups.pop()}']
 
 
-def doubts_about(hypothesis: Hypothesis, nominal: Refit) -> tuple[str, ...]:
+def doubts_about(
+    hypothesis: Hypothesis, nominal: Refit, singles: Sequence[Hypothesis] = ()
+) -> tuple[str, ...]:
     """Say why a model may not be named, however much likelier than others it is.
 
-    A name is for a gap that is there, on patches that no fit has seen, and that gets smaller; its
-    amplitude is not zero within its error.
+    A name is for a gap that is there, on patches that no fit has seen, and most of which it
+    closes; no model does as well without it.
+
+    Args:
+        hypothesis: the model.
+        nominal: fit of the model without its effects.
+        singles: models with one effect each, best first.
     """
     words = ' with '.join(hypothesis.identifiers)
-    if hypothesis.has_doubtful_effect:
+    if has_doubtful_effect(hypothesis, nominal, singles):
         return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
     # An effect may hide in a parameter that strains what is known of it.
     before = patch_gap(unstrained(nominal), Part.REPORT)
-    after = patch_gap(hypothesis.fit.blocks, Part.REPORT)
+    after = patch_gap(hypothesis.fit.groups, Part.REPORT)
     if before.rms <= before.whole_floor:
         return (
             f'{words} came nearest, but on held-out patches the gap is within the floors '
@@ -139,11 +190,18 @@ def doubts_about(hypothesis: Hypothesis, nominal: Refit) -> tuple[str, ...]:
         )
     if not after.rms < before.rms and not after.most < before.most:
         return (f'{words} came nearest, but leaves as much on held-out patches: no name for it',)
+    closed = closure_of(nominal, hypothesis.fit, hypothesis.evaluator.is_measured)
+    if closed < LEAST_CLOSURE:
+        # Whatever it follows on the patches that were fitted, most of what is missing is not it.
+        return (
+            f'{words} came nearest, but closes {closed:.0%} of the gap on held-out patches: '
+            'no name for it',
+        )
     return ()
 
 
 def _nearest_class(
-    evidence: Evidence,
+    evaluator: PatchEvaluator,
     nominal: Refit,
     scores: Screen,
     disagreement: Disagreement,
@@ -157,13 +215,13 @@ def _nearest_class(
         # Whatever was refitted does nothing.
         best = next(iter(with_tangents(scores).scores), None)
         return 'load' if best is None else best.candidate.effect.group
-    if is_unexplained(nominal, choice.hypothesis, closure, is_measured=evidence.is_measured):
+    if is_unexplained(nominal, choice.hypothesis, closure, is_measured=evaluator.is_measured):
         return choice.hypothesis.added[0].effect.group
     return None
 
 
 def _notes(
-    evidence: Evidence,
+    evaluator: PatchEvaluator,
     nominal: Refit,
     disagreement: Disagreement,
     choice: Choice | None,
@@ -172,7 +230,7 @@ def _notes(
     outliers: Sequence[LocalOutlier],
 ) -> tuple[str, ...]:
     notes = []
-    left_out = len(evidence.left_out) - sum(len(outlier.patches) for outlier in outliers)
+    left_out = len(evaluator.left_out) - sum(len(outlier.patches) for outlier in outliers)
     if left_out:
         notes.append(f'{left_out} patches show something else than the body and were left out')
     if disagreement.verdict is Verdict.BELOW_MARGIN:
@@ -191,14 +249,14 @@ def _notes(
         notes += _left(choice.hypothesis)
     if choice is not None and choice.hypothesis.is_at_bound:
         notes.append('an amplitude stopped at its bound')
-    hidden = evidence.without_fixture(nominal.blocks)
+    hidden = evaluator.without_fixture(nominal.groups)
     notes += [f'{name} does not show the fixture' for name in hidden]
     return tuple(notes)
 
 
 def _left(hypothesis: Hypothesis) -> list[str]:
     """Say how much a model leaves, and what of that its form may be."""
-    left = patch_gap(hypothesis.fit.blocks, Part.REPORT)
+    left = patch_gap(hypothesis.fit.groups, Part.REPORT)
     if left.rms <= FAR_ABOVE * left.whole_floor:
         return []
     judged = hypothesis.judged
@@ -206,7 +264,7 @@ def _left(hypothesis: Hypothesis) -> list[str]:
     if judged is not None and left.rms <= FAR_ABOVE * float(np.hypot(left.whole_floor, tolerance)):
         return [
             f'{1e3 * left.rms:.2f} mm are still left, as where the form of it is off by '
-            f'{judged.share:.0%}'
+            f'{judged.fraction:.0%}'
         ]
     return [f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing']
 

@@ -50,27 +50,29 @@ def time_course(model: ForwardModel, fit: Refit) -> TimeCourse | None:
         model: the model of the fit.
         fit: with all patches.
     """
-    groups = dict.fromkeys(
-        block.group for block in fit.blocks if model.observations[block.view].instant is not None
+    recordings = dict.fromkeys(
+        group.recording
+        for group in fit.groups
+        if model.observations[group.view].instant is not None
     )
-    courses = [_course(model, fit, group) for group in groups]
+    courses = [_course(model, fit, recording) for recording in recordings]
     return max(courses, key=lambda course: max(course.rms_mm), default=None)
 
 
-def _course(model: ForwardModel, fit: Refit, group: int) -> TimeCourse:
+def _course(model: ForwardModel, fit: Refit, recording: int) -> TimeCourse:
     views = model.views(fit.coordinates)
     frames: dict[float, list[FloatArray]] = {}
     means: dict[float, FloatArray] = {}
     held_out: dict[float, bool] = {}
-    for block in (b for b in fit.blocks if b.group == group):
-        seen = model.observations[block.view]
+    for group in (b for b in fit.groups if b.recording == recording):
+        seen = model.observations[group.view]
         assert seen.instant is not None
         time = seen.instant.time
-        frames.setdefault(time, []).append(1e3 * block.patches.values)
+        frames.setdefault(time, []).append(1e3 * group.patches.values)
         held_out[time] = seen.is_held_out
-        if block.kind == 'depth':
-            parts = part_numbers(block, model, views[block.view].points)
-            means[time] = _means(1e3 * block.patches.values, parts)
+        if group.kind == 'depth':
+            parts = part_numbers(group, model, views[group.view].points)
+            means[time] = _means(1e3 * group.patches.values, parts)
     times = np.array(sorted(frames))
     rms = [float(np.sqrt(np.mean(np.concatenate(frames[t]) ** 2))) for t in times]
     curves = np.stack([means[t] for t in times], axis=1)
@@ -99,9 +101,9 @@ def _swing(curve: FloatArray) -> float:
     return float(seen.std()) if len(seen) > 1 else 0.0
 
 
-def _words(times: FloatArray, place: int) -> str:
-    third = min(3 * place // max(len(times), 1), 2)
-    return f'{_THIRDS[third]}, at {times[place]:.3f} s'
+def _words(times: FloatArray, index: int) -> str:
+    third = min(3 * index // max(len(times), 1), 2)
+    return f'{_THIRDS[third]}, at {times[index]:.3f} s'
 
 
 def _frequency(times: FloatArray, curve: FloatArray) -> float | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore, frame_test
 from diffcal_ros.diagnosis.verdict.verdict import StandIn
@@ -18,7 +18,7 @@ from scipy.stats import chi2
 _POOR = 2.0
 FAR_ABOVE = 1.7
 # One that closes less of the gap, or where the floor was measured of chi-square, is not it.
-_LEAST_CLOSURE = 0.7
+LEAST_CLOSURE = 0.7
 # Where the fields of a class stay the same from pose to pose.
 _FRAMES = {
     'sensor': 'the frame of the camera',
@@ -65,33 +65,33 @@ def is_unexplained(
     gap that stays open counts.
     """
     if not is_measured:
-        return not closure >= _LEAST_CLOSURE
-    left = patch_gap(added.fit.blocks, Part.REPORT)
+        return not closure >= LEAST_CLOSURE
+    left = patch_gap(added.fit.groups, Part.REPORT)
     is_far_above = left.rms > FAR_ABOVE * left.whole_floor
-    if is_far_above and closure < _LEAST_CLOSURE:
+    if is_far_above and closure < LEAST_CLOSURE:
         # It follows the patches that were fitted, and does not predict the others.
         return True
     freedom = max(added.fit.patch_count - len(added.fit.coordinates), 1)
     if chi2.sf(added.chi_square, freedom) >= ALPHA:
         return False
     excess = nominal.chi_square_per_patch - 1.0
-    share = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
-    if not share >= _LEAST_CLOSURE:
+    fraction = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
+    if not fraction >= LEAST_CLOSURE:
         return True
     return added.chi_square_per_patch > _POOR and is_far_above
 
 
-def describe_unknown(evidence: Evidence, nominal: Refit, nearest: str) -> Unknown:
+def describe_unknown(evaluator: PatchEvaluator, nominal: Refit, nearest: str) -> Unknown:
     """Tell what class an effect outside the library is most like.
 
     Args:
-        evidence: of the nominal model.
+        evaluator: of the nominal model.
         nominal: its fit.
         nearest: class of the library's effect that comes nearest.
     """
     # Frames of a motion are no poses of which one could be predicted from the others.
-    is_moving = any(seen.instant is not None for seen in evidence.model.observations)
-    tested = () if is_moving else frame_test(evidence, nominal)
+    is_moving = any(seen.instant is not None for seen in evaluator.model.observations)
+    tested = () if is_moving else frame_test(evaluator, nominal)
     if not tested:
         return Unknown(nearest, None)
     return Unknown(tested[0].group, _stand_in(tested))

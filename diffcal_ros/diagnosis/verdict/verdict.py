@@ -22,6 +22,13 @@ class Verdict(str, Enum):
     CANNOT_TELL = 'cannot_tell'
 
 
+class Evidence(str, Enum):
+    """What a verdict rests on: a sensor floor that was measured, or one that was assumed."""
+
+    CONFIRMED = 'confirmed'
+    SUSPECTED = 'suspected'
+
+
 @dataclass(frozen=True)
 class NamedEffect:
     """An effect that was found.
@@ -95,8 +102,7 @@ class Diagnosis:
 
     Attributes:
         verdict: in one word.
-        evidence: `confirmed` when the sensor floor was measured from repeated frames, else
-            `suspected`.
+        evidence: confirmed when the sensor floor was measured from repeated frames.
         p_value: of the disagreement, under clean data.
         effects: those named; several only when both are needed.
         ambiguity_set: identifiers that explain the data as well.
@@ -118,7 +124,7 @@ class Diagnosis:
     """
 
     verdict: Verdict
-    evidence: str
+    evidence: Evidence
     p_value: float
     effects: tuple[NamedEffect, ...]
     ambiguity_set: tuple[str, ...]
@@ -140,7 +146,8 @@ class Diagnosis:
 
     def as_dict(self) -> dict[str, Any]:
         """Return what verdict.json holds; numbers that are not finite become null."""
-        plain: dict[str, Any] = _finite({**asdict(self), 'verdict': self.verdict.value})
+        words = {'verdict': self.verdict.value, 'evidence': self.evidence.value}
+        plain: dict[str, Any] = _finite({**asdict(self), **words})
         return plain
 
 

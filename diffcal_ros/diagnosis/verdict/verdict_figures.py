@@ -11,7 +11,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.model_comparison.strain import unstrained
-from diffcal_ros.diagnosis.patches.whitened import closed_share, Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
 from diffcal_ros.effects.registry import EFFECTS
@@ -35,7 +35,7 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
                 unit={a.name: a.unit for a in amplitudes},
                 setting=candidate.settings,
                 frame=frame_of(
-                    candidate.identifier, hypothesis.evidence.model, hypothesis.fit.coordinates
+                    candidate.identifier, hypothesis.evaluator.model, hypothesis.fit.coordinates
                 ),
                 confidence=min(confidence, candidate.effect.most_confidence),
                 sentence=candidate.effect.sentence,
@@ -82,13 +82,14 @@ def closure_of(nominal: Refit, added: Refit, is_measured: bool) -> float:
     before, after = (patch_gap(unstrained(fit), Part.REPORT) for fit in (nominal, added))
     floor = before.whole_floor
     old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
-    return closed_share(old, new, floor)
+    return closed_fraction(old, new, floor)
 
 
 def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str]]:
     """Return value, standard error and unit of the parameters that were asked for.
 
-    Those of a motion are fitted to this mesh and step: what they took up of these is put back.
+    Those of a motion are fitted to this mesh and time step: what they took up of these is put
+    back.
 
     Args:
         fit: where they are.
@@ -96,10 +97,10 @@ def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str
     """
     wanted = set(asked.parameters.names)
     table: dict[str, dict[str, float | str]] = {}
-    for place, parameter in enumerate(fit.parameters):
+    for index, parameter in enumerate(fit.parameters):
         if parameter.is_nuisance or parameter.name not in wanted:
             continue
-        coordinate, std_error = fit.of_the_body(place)
+        coordinate, std_error = fit.of_the_body(index)
         value = parameter.value(coordinate)
         table[parameter.name] = {
             'value': value,
@@ -157,7 +158,7 @@ def _refit_table(selection: Selection) -> list[dict[str, object]]:
             'components': [list(c.components) for c in h.added],
             'at': [c.at for c in h.added],
             'log_evidence': h.log_evidence,
-            'tolerance': None if h.judged is None else h.judged.share,
+            'tolerance': None if h.judged is None else h.judged.fraction,
             'chi_square': h.fit.chi_square,
             'at_bound': h.is_at_bound,
             'evaluations': h.fit.evaluations,

@@ -13,7 +13,6 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.effects.registry import EFFECTS
@@ -118,7 +117,7 @@ def fit_effective(
     fitted: Scene,
     simulator: Simulator,
     *,
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> EffectiveFit:
     """Fit the moduli that a simulator's elements need on the mesh of a fit.
 
@@ -132,10 +131,11 @@ def fit_effective(
         result: of it.
         fitted: its scene with fitted values as start values.
         simulator: that the moduli are for.
-        tell: told what is being done.
+        report: called with what is being done.
 
     Raises:
-        InputError: when no modulus was fitted, or the simulator finds no state to start from.
+        InputError: when no modulus was fitted, the loss has no likelihood, or the simulator finds
+            no state to start from.
     """
     names = _fitted_moduli(calibration, result)
     run, notes = _choose(fitted, simulator)
@@ -150,17 +150,15 @@ def fit_effective(
             _run_in_place(made, scene, run)
         return made
 
-    way = f"this package's linear elements under {simulator.law} ({simulator.kinship})"
-    if run is not None:
-        way = f'{simulator.name} itself, derivatives by differences'
-    tell(f'{simulator.name}: the gap with the material, by {way}')
+    way = _way(simulator, is_run=run is not None)
+    report(f'{simulator.name}: the gap with the material, by {way}')
     own = calibrated_points(calibration, final)
     target = prepared(material)
     start = _materials(target, result)
     gap_material, off_material = _look(target, start, own)
-    tell(f'{simulator.name}: linear elements in the shape of the calibrated body')
+    report(f'{simulator.name}: linear elements in the shape of the calibrated body')
     scene, begin = _matched(calibration, material, observations, own, names)
-    tell(f'{simulator.name}: fitting the effective modulus')
+    report(f'{simulator.name}: fitting the effective modulus')
     fitter = prepared(scene)
     fitter.coordinates = _begin(fitter, begin)
     found = fitter.run()
@@ -179,6 +177,13 @@ def fit_effective(
         outcome=found.outcome,
         notes=notes,
     )
+
+
+def _way(simulator: Simulator, *, is_run: bool) -> str:
+    """Say what the moduli are fitted with."""
+    if is_run:
+        return f'{simulator.name} itself, derivatives by differences'
+    return f"this package's linear elements under {simulator.law} ({simulator.kinship})"
 
 
 def _settings(calibration: Calibration, names: tuple[str, ...]) -> CalibrationSettings:
@@ -225,9 +230,9 @@ def _matched(
 
 def _begin(fitter: Calibration, values: dict[str, float]) -> FloatArray:
     start = fitter.parameters.start()
-    for place, parameter in enumerate(fitter.parameters):
+    for index, parameter in enumerate(fitter.parameters):
         if parameter.kind is Kind.YOUNGS_MODULUS:
-            start[place] = parameter.coordinate(values[parameter.name])
+            start[index] = parameter.coordinate(values[parameter.name])
     return start
 
 
@@ -240,11 +245,7 @@ def _ratios(material: Scene, scene: Scene) -> dict[str, tuple[float, float]]:
 
 
 def _fitted_moduli(calibration: Calibration, result: CalibrationResult) -> tuple[str, ...]:
-    if not isinstance(calibration.objective, RobustObjective):
-        raise InputError(
-            f'the loss {calibration.settings.loss!r} measures no gap that another simulator could '
-            'be fitted to: use the robust loss with --for'
-        )
+    calibration.likelihood('--for')
     names = tuple(own.name for own in calibration.parameters if own.kind is Kind.YOUNGS_MODULUS)
     if not names:
         raise InputError(
@@ -304,9 +305,9 @@ def calibrated_points(calibration: Calibration, coordinates: FloatArray) -> list
 def _materials(target: Calibration, result: CalibrationResult) -> FloatArray:
     """Return the coordinates of the material itself: the mesh's error is not in its moduli."""
     start = target.parameters.start()
-    for place, parameter in enumerate(target.parameters):
+    for index, parameter in enumerate(target.parameters):
         if parameter.kind is Kind.YOUNGS_MODULUS:
-            start[place] += math.log(_fine(result[parameter.name]) / result[parameter.name].value)
+            start[index] += math.log(_fine(result[parameter.name]) / result[parameter.name].value)
     return start
 
 
@@ -337,10 +338,9 @@ def _modulus(
     doubt. What moves one modulus moves the other in proportion: the relative error is at least
     the statistical one of the material.
     """
-    place = target.parameters.names.index(found.name)
-    value = target.parameters.parameters[place].value(start[place])
-    statistical = math.sqrt(max(material.std_error**2 - material.mesh_error**2, 0.0))
-    relative = max(statistical / material.value, found.std_error / found.value)
+    index = target.parameters.names.index(found.name)
+    value = target.parameters.parameters[index].value(start[index])
+    relative = max(material.error_in_model / material.value, found.std_error / found.value)
     return EffectiveModulus(
         name=found.name,
         material=value,

@@ -15,6 +15,7 @@ from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 FloatArray = NDArray[np.float64]
 
@@ -23,9 +24,8 @@ CEILINGS = (0.45, 0.4, 0.35, 0.3, 0.2, 0.1, 0.0)
 # A ratio nearer to the material's is taken where it leaves only so much more than the best: in a
 # contact, or where the body is squeezed, the ratio counts for itself.
 _WORTH = 1.2
-_ROUNDS = 12
-_LONGEST_STEP = 0.7  # Of a modulus' logarithm.
-_SETTLED = 1e-3
+_MOST_EVALUATIONS = 12
+_SETTLED = 1e-3  # Of the change in the moduli's logarithms.
 
 
 @dataclass(frozen=True)
@@ -75,47 +75,33 @@ def choose(matches: Sequence[ShapeMatch]) -> ShapeMatch:
 def _match(
     target: Calibration, wanted: Sequence[FloatArray], ceiling: float, coordinates: FloatArray
 ) -> ShapeMatch | None:
-    """Fit the moduli by Gauss-Newton steps that are halved until they bring the body nearer."""
+    """Fit the moduli; None where the body finds no equilibrium to start from."""
     moduli = target.parameters.find(Kind.YOUNGS_MODULUS)
-    try:
-        residual = _residual(target, wanted, coordinates)
-    except NotSimulatedError:
-        return None
-    for _ in range(_ROUNDS):
-        tangents = target.model.tangents(coordinates)
-        columns = np.concatenate(
-            [own[moduli].reshape(len(moduli), -1) for own in tangents], axis=1
-        )
-        step = -np.linalg.lstsq(columns.T, residual, rcond=None)[0]
-        step *= min(1.0, _LONGEST_STEP / max(np.abs(step).max(), 1e-12))
-        moved = _nearer(target, wanted, coordinates, residual, moduli, step)
-        if moved is None:
-            break
-        coordinates, residual = moved
-        if np.abs(step).max() < _SETTLED:
-            break
-    distance = float(np.sqrt(3.0 * np.mean(residual**2)))
-    return ShapeMatch(ceiling, coordinates, distance)
 
+    def moved(change: FloatArray) -> FloatArray:
+        there = coordinates.copy()
+        there[moduli] += change
+        return there
 
-def _nearer(
-    target: Calibration,
-    wanted: Sequence[FloatArray],
-    coordinates: FloatArray,
-    residual: FloatArray,
-    moduli: Sequence[int],
-    step: FloatArray,
-) -> tuple[FloatArray, FloatArray] | None:
-    for halvings in range(5):
-        trial = coordinates.copy()
-        trial[moduli] += 0.5**halvings * step
+    def residual(change: FloatArray) -> FloatArray:
         try:
-            moved = _residual(target, wanted, trial)
-        except NotSimulatedError:
-            continue
-        if moved @ moved < residual @ residual:
-            return trial, moved
-    return None
+            return _residual(target, wanted, moved(change))
+        except NotSimulatedError:  # A step that ends so is shortened.
+            return np.full(3 * sum(map(len, wanted)), np.nan)
+
+    def jacobian(change: FloatArray) -> FloatArray:
+        tangents = target.model.tangents(moved(change))
+        return np.concatenate([own[moduli].reshape(len(moduli), -1) for own in tangents], axis=1).T
+
+    nothing = np.zeros(len(moduli))
+    if np.isnan(residual(nothing)).any():
+        return None
+    # From no change the trust region begins with a step of one in the logarithm of the moduli.
+    found = least_squares(
+        residual, nothing, jacobian, xtol=_SETTLED, gtol=None, max_nfev=_MOST_EVALUATIONS
+    )
+    distance = float(np.sqrt(3.0 * np.mean(found.fun**2)))
+    return ShapeMatch(ceiling, moved(found.x), distance)
 
 
 def _residual(

@@ -11,7 +11,6 @@ from diffcal_ros.export.exported_body import constants_at_rest
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.material import LameConvention, Material
-from diffcal_ros.rigid_transform import transform
 from diffcal_ros.scene.model import Quantity, Region, Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +48,7 @@ def _at_rest(region: Region, scene: Scene) -> Region:
         poissons_ratio=np.array([region.poissons_ratio.start]),
         density=np.array([region.density.start]),
         convention=scene.convention,
-        shares=find_law(scene.law).SHARES,
+        conversion=find_law(scene.law).CONVERSION,
     )
     modulus, ratio = (float(column[0]) for column in constants_at_rest(material))
     return replace(
@@ -72,14 +71,13 @@ def placed_observations(
         coordinates: of its parameters, shape (k,).
     """
     cameras = calibration.model.cameras
-    corners = np.vstack([np.zeros(3), np.eye(3)])
-    placed = []
-    for number, seen in enumerate(calibration.model.observations):
-        points = cameras.points(number, corners, coordinates)
-        pose = transform((points[1:] - points[0]).T, points[0])
-        placed.append(
-            replace(
-                seen, depth_from_world=pose, pose_covariance=None, pose_pivot=None, mirrored=None
-            )
+    return tuple(
+        replace(
+            seen,
+            depth_from_world=cameras.pose(number, coordinates),
+            pose_covariance=None,
+            pose_pivot=None,
+            mirrored=None,
         )
-    return tuple(placed)
+        for number, seen in enumerate(calibration.model.observations)
+    )

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build the body of body.npz in Newton and let it sink: `python play_newton.py`.
 
-Needs `pip install newton`. `SolverVBD` is given Lame's numbers; for `SolverSemiImplicit` take
+Needs `pip install newton`. `SolverVBD` is given Lame's parameters; for `SolverSemiImplicit` take
 `neo_hookean_mu` and `neo_hookean_lambda` of the file instead.
 """
 

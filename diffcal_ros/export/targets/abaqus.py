@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 SIMULATOR = ''
 _NUMBERS_A_LINE = 12
 # Of C10, as `fem.laws.mooney_rivlin` has it.
-_C01_SHARE = 0.25
+_C01_FRACTION = 0.25
 
 
 def write(body: ExportedBody, folder: Path) -> list[Path]:
@@ -73,9 +73,9 @@ def _section(law: str, name: str, group: MaterialGroup) -> Iterator[str]:
     # The bulk modulus is 2 / D1, the shear modulus 2 (C10 + C01).
     compressibility = 2.0 / (lam + 2.0 / 3.0 * mu)
     if law == 'mooney_rivlin':
-        c10 = 0.5 * mu / (1.0 + _C01_SHARE)
+        c10 = 0.5 * mu / (1.0 + _C01_FRACTION)
         yield '*HYPERELASTIC, MOONEY-RIVLIN'
-        yield f'{c10:.9g}, {_C01_SHARE * c10:.9g}, {compressibility:.9g}'
+        yield f'{c10:.9g}, {_C01_FRACTION * c10:.9g}, {compressibility:.9g}'
     elif law == 'stable_neo_hookean':
         yield from ('*HYPERELASTIC, NEO HOOKE', f'{0.5 * mu:.9g}, {compressibility:.9g}')
     else:

@@ -23,7 +23,7 @@ SIMULATOR = 'mujoco'
 _OPTIONS = 'integrator="discrete" solver="Newton" iterations="400" tolerance="1e-12"'
 _TIME_STEP = 0.005
 # Of the shortest edges: what surrounds the tetrahedra in a contact.
-_RADIUS_SHARE = 0.05
+_RADIUS_FRACTION = 0.05
 _SLIDES = ''.join(f'<joint type="slide" axis="{axis}"/>' for axis in ('1 0 0', '0 1 0', '0 0 1'))
 
 
@@ -72,7 +72,7 @@ def _flex(body: ExportedBody, group: MaterialGroup) -> str:
     tets = body.mesh.tets[group.tets]
     vertices, local = np.unique(tets, return_inverse=True)
     sides = body.mesh.rest_positions[body.mesh.edges[0]]
-    radius = _RADIUS_SHARE * float(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).min())
+    radius = _RADIUS_FRACTION * float(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).min())
     return '\n'.join(
         [
             f'    <flex name={quoteattr(group.name)} dim="3" radius="{radius:.4g}"',

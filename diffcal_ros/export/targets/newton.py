@@ -3,9 +3,9 @@
 """Newton: arrays for `ModelBuilder.add_soft_mesh`, and a script that builds and steps the body.
 
 Both of its solvers take linear tetrahedra and stable neo-Hookean energies, but their constants
-differ: `SolverVBD` is given Lame's numbers as they are, `SolverSemiImplicit` puts what it is given
-into Smith et al. 2018 (equation 13), where the numbers of section 3.4 measure E and nu. The file
-has both.
+differ: `SolverVBD` is given Lame's parameters as they are, `SolverSemiImplicit` puts what it is
+given into Smith et al. 2018 (equation 13), where the constants of section 3.4 measure E and nu.
+The file has both.
 """
 
 import io
@@ -21,7 +21,7 @@ SIMULATOR = 'newton'
 
 def write(body: ExportedBody, folder: Path) -> list[Path]:
     """Write `body.npz`."""
-    smith = Material(body.youngs_modulus, body.poissons_ratio, body.density).numbers()
+    smith = Material(body.youngs_modulus, body.poissons_ratio, body.density).lame_parameters()
     content = io.BytesIO()
     np.savez_compressed(
         content,

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Energy laws: one file each, found by its name.
 
-A law is linear in two constants of each tetrahedron and gives SHARES (how they follow from Lame's
-numbers), TAKES_TURNING_STEPS (whether Newton steps should turn elements instead of stretching
-them), and the Warp functions and struct that `element_kernels` asks for.
+A law is linear in two constants of each tetrahedron and gives CONVERSION (how they follow from
+Lame's parameters), TAKES_TURNING_STEPS (whether Newton steps should turn elements instead of
+stretching them), and the Warp functions and struct that `element_kernels` asks for.
 """
 
 from importlib import import_module

@@ -11,12 +11,12 @@ is here because the paper compares with it; its modulus is not that of the mater
 bends far.
 """
 
-from diffcal_ros.material import LameShares
+from diffcal_ros.material import LameConversion
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
-SHARES = LameShares(1.0, 0.0)
+CONVERSION = LameConversion(1.0, 0.0)
 TAKES_TURNING_STEPS = False
 
 
@@ -55,7 +55,7 @@ def stress_tangent(F: wp.mat33d, dF: wp.mat33d, mu: wp.float64, lam: wp.float64)
 
 
 @wp.func
-def stress_of_numbers(
+def stress_of_lame_parameters(
     F: wp.mat33d, mu: wp.float64, lam: wp.float64, dmu: wp.float64, dlam: wp.float64
 ):
     """Return the derivative of the stress along a change of (mu, lambda)."""

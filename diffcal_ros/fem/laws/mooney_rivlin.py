@@ -12,14 +12,14 @@ mu = 2 (C10 + C01), the shear modulus at rest; the second is kappa.
 """
 
 from diffcal_ros.fem.laws.stable_neo_hookean import cofactor, cofactor_tangent
-from diffcal_ros.material import LameShares
+from diffcal_ros.material import LameConversion
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
 RATIO = 0.25  # C01 / C10, as Arnavaz et al. 2023 fix it.
 # kappa such that a small change of volume measures the bulk modulus lambda + 2/3 mu.
-SHARES = LameShares(1.0, 2.0 / 3.0 + (1.0 - 2.0 * RATIO) / (3.0 * (1.0 + RATIO)))
+CONVERSION = LameConversion(1.0, 2.0 / 3.0 + (1.0 - 2.0 * RATIO) / (3.0 * (1.0 + RATIO)))
 TAKES_TURNING_STEPS = True
 
 _FIRST = wp.constant(wp.float64(1.0 / (1.0 + RATIO)))  # 2 C10 / mu
@@ -86,7 +86,7 @@ def stress_tangent(F: wp.mat33d, dF: wp.mat33d, mu: wp.float64, kappa: wp.float6
 
 
 @wp.func
-def stress_of_numbers(
+def stress_of_lame_parameters(
     F: wp.mat33d, mu: wp.float64, kappa: wp.float64, dmu: wp.float64, dkappa: wp.float64
 ):
     """Return the derivative of the stress along a change of (mu, kappa)."""

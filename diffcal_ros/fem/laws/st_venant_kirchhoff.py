@@ -9,12 +9,12 @@ Right for bodies that turn far and strain little. It softens under compression a
 collapse (a stretch below 1/sqrt(3)), so its strains should stay under some 20 %.
 """
 
-from diffcal_ros.material import LameShares
+from diffcal_ros.material import LameConversion
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
-SHARES = LameShares(1.0, 0.0)
+CONVERSION = LameConversion(1.0, 0.0)
 TAKES_TURNING_STEPS = True
 
 
@@ -65,7 +65,7 @@ def stress_tangent(F: wp.mat33d, dF: wp.mat33d, mu: wp.float64, lam: wp.float64)
 
 
 @wp.func
-def stress_of_numbers(
+def stress_of_lame_parameters(
     F: wp.mat33d, mu: wp.float64, lam: wp.float64, dmu: wp.float64, dlam: wp.float64
 ):
     """Return the derivative of the stress along a change of (mu, lambda)."""

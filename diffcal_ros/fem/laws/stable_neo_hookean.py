@@ -10,12 +10,12 @@ constant, so that a body at rest has energy 0 and stays well conditioned near nu
 The energy, and with it every force, is linear in (mu, lambda).
 """
 
-from diffcal_ros.material import NEO_HOOKEAN_SHARES
+from diffcal_ros.material import NEO_HOOKEAN_CONVERSION
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
 
-SHARES = NEO_HOOKEAN_SHARES
+CONVERSION = NEO_HOOKEAN_CONVERSION
 TAKES_TURNING_STEPS = True
 
 
@@ -95,7 +95,7 @@ def stress_tangent(F: wp.mat33d, dF: wp.mat33d, mu: wp.float64, lam: wp.float64)
 
 
 @wp.func
-def stress_of_numbers(
+def stress_of_lame_parameters(
     F: wp.mat33d, mu: wp.float64, lam: wp.float64, dmu: wp.float64, dlam: wp.float64
 ):
     """Return the derivative of the stress along a change of (mu, lambda)."""

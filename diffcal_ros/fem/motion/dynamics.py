@@ -10,7 +10,7 @@ on the free nodes, with a diagonal M (`lumped_mass`).
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.air_drag import AirDrag
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
-from diffcal_ros.fem.motion.lumped_mass import lumped_masses, lumped_shares
+from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses
 from diffcal_ros.fem.motion.moving_elements import MovingElements
 from diffcal_ros.fem.static_body import StaticBody
 import numpy as np
@@ -24,9 +24,9 @@ class Dynamics:
 
     def __init__(self, body: StaticBody) -> None:
         self.body = body
-        self.pattern = body.solver.pattern
+        self.pattern = body.solver.stiffness.pattern
         self.free = self.pattern.free_nodes
-        self.shares = lumped_shares(body.discretisation)
+        self.fractions = lumped_fractions(body.discretisation)
         self.elements = MovingElements(body.elastic, self.pattern)
         self.drag = AirDrag(body.discretisation, self.free)
         self.masses = np.zeros((body.discretisation.node_count, 1))
@@ -45,7 +45,7 @@ class Dynamics:
         """Take material, damping, gravity and effects."""
         self._inputs = inputs
         self.loads = self.body.prepare(inputs.material, inputs.gravity, inputs.conditions)
-        masses = lumped_masses(self.body.discretisation, self.shares, inputs.material.density)
+        masses = lumped_masses(self.body.discretisation, self.fractions, inputs.material.density)
         if inputs.conditions.added_masses is not None:
             masses = masses + inputs.conditions.added_masses
         if not (masses > 0.0).all():
@@ -62,7 +62,7 @@ class Dynamics:
         """Return f(x, v)."""
         forces = self.elements.forces(positions, velocities)
         forces -= self.loads
-        for term in self.body.solver.terms:
+        for term in self.body.solver.stiffness.terms:
             forces += term.forces(positions)
         if self._mass_damping != 0.0:
             forces += self._mass_damping * self.masses * velocities
@@ -86,7 +86,7 @@ class Dynamics:
             rate: change of velocity per change of position [1/s].
         """
         values = self.elements.stiffness(positions, rate)
-        for term in self.body.solver.terms:
+        for term in self.body.solver.stiffness.terms:
             values += term.stiffness(positions, is_guarded=False)
         weights = (inertia + self._mass_damping * rate) * self.masses[self.free, 0]
         values[self.pattern.diagonal_slots] += np.repeat(weights, 3)
@@ -120,7 +120,7 @@ class Dynamics:
         self, positions: FloatArray, velocities: FloatArray, moved: FloatArray, sped: FloatArray
     ) -> FloatArray:
         """Return how f follows changes of positions and velocities."""
-        forces = self.body.solver.force_tangent(positions, moved)
+        forces = self.body.solver.stiffness.force_tangent(positions, moved)
         if self.elements.is_damped:
             forces += self.elements.viscous_tangent(positions, velocities, moved, sped)
         if self._mass_damping != 0.0:
@@ -158,7 +158,7 @@ class Dynamics:
             positions, velocities, adjoint, has_positions=has_positions
         )
         if has_positions:
-            for term in self.body.solver.terms:
+            for term in self.body.solver.stiffness.terms:
                 by_positions += term.force_tangent(positions, adjoint)
         if self._mass_damping != 0.0:
             by_velocities += self._mass_damping * self.masses * adjoint
@@ -180,7 +180,7 @@ class Dynamics:
         )
         inertial = accelerations + self._mass_damping * velocities
         if change.density is not None:
-            masses = lumped_masses(self.body.discretisation, self.shares, change.density)
+            masses = lumped_masses(self.body.discretisation, self.fractions, change.density)
             residual += masses[:, None] * inertial
         if change.conditions is not None and change.conditions.added_masses is not None:
             residual += change.conditions.added_masses[:, None] * inertial

@@ -36,70 +36,70 @@ class FrameReader:
         self.rates = np.zeros(0)
         self.count = len(stamps)
         last = max(len(times) - 2, 0)
-        places = np.clip(np.searchsorted(times, stamps, side='right') - 1, 0, last)
-        for frame, (place, stamp) in enumerate(zip(places, stamps, strict=True)):
+        indices = np.clip(np.searchsorted(times, stamps, side='right') - 1, 0, last)
+        for frame, (index, stamp) in enumerate(zip(indices, stamps, strict=True)):
             if stamp <= 0.0 or len(times) < 2:
-                self._use(int(place), frame, _AT_REST, (0.0,) * 4)
+                self._use(int(index), frame, _AT_REST, (0.0,) * 4)
                 continue
-            step = float(times[place + 1] - times[place])
-            share = float(stamp - times[place]) / step
-            self._use(int(place), frame, _values(share, step), _rates(share, step))
+            step = float(times[index + 1] - times[index])
+            fraction = float(stamp - times[index]) / step
+            self._use(int(index), frame, _values(fraction, step), _rates(fraction, step))
 
     def _use(
-        self, place: int, frame: int, weights: tuple[float, ...], rates: tuple[float, ...]
+        self, index: int, frame: int, weights: tuple[float, ...], rates: tuple[float, ...]
     ) -> None:
         for end in (0, 1):
             for kind in (0, 1):
                 weight, rate = weights[2 * end + kind], rates[2 * end + kind]
                 if weight != 0.0 or rate != 0.0:
-                    self._uses[place + end].append((frame, kind, weight, rate))
+                    self._uses[index + end].append((frame, kind, weight, rate))
 
     def begin(self, shape: tuple[int, ...]) -> None:
         """Start collecting states of this shape, such as (N, 3)."""
         self.frames = np.zeros((self.count, *shape))
         self.rates = np.zeros((self.count, *shape))
 
-    def add(self, place: int, positions: FloatArray, velocities: FloatArray) -> None:
+    def add(self, index: int, positions: FloatArray, velocities: FloatArray) -> None:
         """Add what a state contributes to the frames around it."""
-        for frame, kind, weight, rate in self._uses.get(place, ()):
+        for frame, kind, weight, rate in self._uses.get(index, ()):
             values = velocities if kind else positions
             self.frames[frame] += weight * values
             self.rates[frame] += rate * values
 
-    def is_used(self, place: int) -> bool:
+    def is_used(self, index: int) -> bool:
         """Tell whether any frame reads a state."""
-        return place in self._uses
+        return index in self._uses
 
     def add_adjoints(
         self,
-        place: int,
+        index: int,
         by_frames: FloatArray,
         by_positions: FloatArray,
         by_velocities: FloatArray,
     ) -> None:
         """Add to the derivatives by a state what comes from those by frames (F, N, 3)."""
-        for frame, kind, weight, _ in self._uses.get(place, ()):
+        for frame, kind, weight, _ in self._uses.get(index, ()):
             target = by_velocities if kind else by_positions
             target += weight * by_frames[frame]
 
 
-def _values(share: float, step: float) -> tuple[float, ...]:
+def _values(fraction: float, step: float) -> tuple[float, ...]:
     """Return the weights of position and velocity at the begin, then at the end."""
-    rest = 1.0 - share
+    rest = 1.0 - fraction
     return (
-        rest**2 * (1.0 + 2.0 * share),
-        step * share * rest**2,
-        share**2 * (3.0 - 2.0 * share),
-        -step * share**2 * rest,
+        rest**2 * (1.0 + 2.0 * fraction),
+        step * fraction * rest**2,
+        fraction**2 * (3.0 - 2.0 * fraction),
+        -step * fraction**2 * rest,
     )
 
 
-def _rates(share: float, step: float) -> tuple[float, ...]:
+def _rates(fraction: float, step: float) -> tuple[float, ...]:
     """Return the derivatives of these weights by time [1/s]."""
-    bend = 6.0 * share * (1.0 - share) / step
+    bend = 6.0 * fraction * (1.0 - fraction) / step
     return (
         -bend,
-        (1.0 - share) * (1.0 - 3.0 * share),
+        (1.0 - fraction) * (1.0 - 3.0 * fraction),
         bend,
-        share * (3.0 * share - 2.0),
+        fraction * (3.0 * fraction - 2.0),
     )

@@ -96,7 +96,7 @@ class StepRule:
         return self.mixing * self.pull
 
     @cached_property
-    def error_share(self) -> float:
+    def error_fraction(self) -> float:
         """Return the error of x' over h^2 (a' - a), which both grow as the third power of h."""
         return 0.5 * (self.alpha_m - self.alpha_f) + self.b - 1.0 / 6.0
 

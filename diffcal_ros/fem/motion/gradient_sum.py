@@ -5,7 +5,7 @@
 from diffcal_ros.fem.force_changes import StaticGradient
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.inputs import MotionGradient
-from diffcal_ros.material import NeoHookeanNumbers
+from diffcal_ros.material import LameParameters
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +17,7 @@ class GradientSum:
 
     def __init__(self, dynamics: Dynamics) -> None:
         self._dynamics = dynamics
-        nodes, tets = len(dynamics.masses), len(dynamics.shares)
+        nodes, tets = len(dynamics.masses), len(dynamics.fractions)
         dynamics.elements.begin_sums()
         self._stiffening = np.zeros(tets)
         self._adjoint = np.zeros((nodes, 3))
@@ -52,16 +52,16 @@ class GradientSum:
     def total(self, start: StaticGradient, release_time: float) -> MotionGradient:
         """Return the gradient, with that of the state at rest before the release."""
         dynamics, inputs = self._dynamics, self._dynamics.inputs
-        numbers, by_beta = dynamics.elements.sums()
-        by_mu = numbers.neo_hookean_mu + self._stiffening
+        lame_parameters, by_beta = dynamics.elements.sums()
+        by_mu = lame_parameters.neo_hookean_mu + self._stiffening
         moving = dynamics.body.force_changes.collect(
-            NeoHookeanNumbers(by_mu, numbers.neo_hookean_lambda),
+            LameParameters(by_mu, lame_parameters.neo_hookean_lambda),
             self._adjoint,
             inputs.material,
             inputs.gravity,
         )
         nodes = dynamics.body.discretisation.nodes
-        inertial = np.einsum('ta,ta->t', dynamics.shares, self._by_masses[nodes])
+        inertial = np.einsum('ta,ta->t', dynamics.fractions, self._by_masses[nodes])
         return MotionGradient(
             youngs_modulus=moving.youngs_modulus + start.youngs_modulus,
             poissons_ratio=moving.poissons_ratio + start.poissons_ratio,

@@ -108,8 +108,8 @@ class ImplicitIntegrator:
         reader = self._reader()
         reader.begin(start.shape)
         states = zip(self._trajectory.positions, self._trajectory.velocities, strict=True)
-        for place, state in enumerate(states):
-            reader.add(place, *state)
+        for index, state in enumerate(states):
+            reader.add(index, *state)
         return reader
 
     def _sizes(self, rungs: Sequence[int] | None) -> StepSizes:

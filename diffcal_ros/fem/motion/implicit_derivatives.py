@@ -35,15 +35,15 @@ class ImplicitDerivatives:
         self._rho_inf = rho_inf
         self._trajectory = trajectory
 
-    def _state(self, place: int) -> StepState:
+    def _state(self, index: int) -> StepState:
         """Return a stored state; its accelerations follow from the equation of motion."""
-        positions = self._trajectory.positions[place]
-        velocities = self._trajectory.velocities[place]
+        positions = self._trajectory.positions[index]
+        velocities = self._trajectory.velocities[index]
         accelerations = self._dynamics.accelerations(positions, velocities)
         return StepState(positions, velocities, accelerations, accelerations)
 
-    def _rule(self, place: int) -> StepRule:
-        return self._trajectory.rule(place, self._rho_inf)
+    def _rule(self, index: int) -> StepRule:
+        return self._trajectory.rule(index, self._rho_inf)
 
     def tangents(
         self,
@@ -63,10 +63,10 @@ class ImplicitDerivatives:
         tangent = self._first_tangent(changes, begin, held_changes(0.0))
         reader.begin(begin.shape)
         reader.add(0, tangent.positions, tangent.velocities)
-        for place in range(1, len(self._trajectory.times)):
-            held = held_changes(self._trajectory.times[place])
-            tangent = self._next_tangent(place, changes, tangent, held)
-            reader.add(place, tangent.positions, tangent.velocities)
+        for index in range(1, len(self._trajectory.times)):
+            held = held_changes(self._trajectory.times[index])
+            tangent = self._next_tangent(index, changes, tangent, held)
+            reader.add(index, tangent.positions, tangent.velocities)
 
     def _first_tangent(
         self, changes: Sequence[Change], begin: FloatArray, held: Sequence[HeldState | None]
@@ -89,12 +89,12 @@ class ImplicitDerivatives:
 
     def _next_tangent(
         self,
-        place: int,
+        index: int,
         changes: Sequence[Change],
         begin: StepState,
         held: Sequence[HeldState | None],
     ) -> StepState:
-        dynamics, rule, state = self._dynamics, self._rule(place), self._state(place)
+        dynamics, rule, state = self._dynamics, self._rule(index), self._state(index)
         factor_at(self._system, rule, state)
         known = rule.known(begin)
         fixed, sped = np.zeros_like(begin.positions), known.velocities.copy()
@@ -149,17 +149,17 @@ class ImplicitDerivatives:
         total = GradientSum(self._dynamics)
         zero = np.zeros_like(self._trajectory.positions[0])
         adjoint = StepState(zero.copy(), zero.copy(), zero.copy(), zero.copy())
-        for place in range(len(self._trajectory.times) - 1, 0, -1):
-            reader.add_adjoints(place, by_frames, adjoint.positions, adjoint.velocities)
-            adjoint = self._adjoint_of_begin(place, adjoint, total, by_held)
+        for index in range(len(self._trajectory.times) - 1, 0, -1):
+            reader.add_adjoints(index, by_frames, adjoint.positions, adjoint.velocities)
+            adjoint = self._adjoint_of_begin(index, adjoint, total, by_held)
         reader.add_adjoints(0, by_frames, adjoint.positions, adjoint.velocities)
         return total, self._adjoint_of_start(adjoint, total, by_held)
 
     def _adjoint_of_begin(
-        self, place: int, after: StepState, total: GradientSum, by_held: ByHeld | None
+        self, index: int, after: StepState, total: GradientSum, by_held: ByHeld | None
     ) -> StepState:
         """Return the derivative by a step's begin from that by its end."""
-        dynamics, rule, state = self._dynamics, self._rule(place), self._state(place)
+        dynamics, rule, state = self._dynamics, self._rule(index), self._state(index)
         held = dynamics.body.held_nodes
         held_side = after.positions[held].copy(), after.velocities[held].copy()
         for part in (after.positions, after.velocities):
@@ -174,7 +174,7 @@ class ImplicitDerivatives:
         total.add(state.positions, state.velocities, state.accelerations, adjoint)
         if by_held is not None:
             by_held(
-                self._trajectory.times[place],
+                self._trajectory.times[index],
                 held_side[0] - by_positions[held],
                 held_side[1] - by_velocities[held],
             )

@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 _CORNER, _MIDDLE = 1.0 / 36.0, 4.0 / 27.0
 
 
-def lumped_shares(discretisation: Discretisation) -> FloatArray:
+def lumped_fractions(discretisation: Discretisation) -> FloatArray:
     """Return the share of each tetrahedron's volume at its nodes [m^3], shape (T, n)."""
     volumes = discretisation.weights.sum(axis=1)
     if discretisation.element is Element.LINEAR:
@@ -22,12 +22,12 @@ def lumped_shares(discretisation: Discretisation) -> FloatArray:
 
 
 def lumped_masses(
-    discretisation: Discretisation, shares: FloatArray, density: FloatArray
+    discretisation: Discretisation, fractions: FloatArray, density: FloatArray
 ) -> FloatArray:
     """Return nodal masses [kg], shape (N,), of a density per tetrahedron [kg/m^3]."""
     masses: FloatArray = np.bincount(
         discretisation.nodes.ravel(),
-        weights=(shares * density[:, None]).ravel(),
+        weights=(fractions * density[:, None]).ravel(),
         minlength=discretisation.node_count,
     ).astype(np.float64)
     return masses

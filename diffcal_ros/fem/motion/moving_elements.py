@@ -10,7 +10,7 @@ from diffcal_ros.fem.motion.step_kernels import make_step_kernels
 from diffcal_ros.fem.motion.viscous_kernels import viscous_forces, viscous_rest, viscous_tangent
 from diffcal_ros.fem.sparse_pattern import SparsePattern
 from diffcal_ros.launcher import Launcher
-from diffcal_ros.material import NeoHookeanNumbers
+from diffcal_ros.material import LameParameters
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp
@@ -54,7 +54,7 @@ class MovingElements:
     def forces(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return elastic and viscous forces [N], as the energy's gradient has them."""
         self._place(positions, velocities)
-        self._launch(self._kernels.forces, self._numbers(), [], [self._out])
+        self._launch(self._kernels.forces, self._lame_parameters(), [], [self._out])
         return self._out.read()
 
     def stiffness(self, positions: FloatArray, rate: float) -> FloatArray:
@@ -71,7 +71,7 @@ class MovingElements:
             self._tet_count,
             [
                 *self._elastic.shape_on_device,
-                *self._numbers(),
+                *self._lame_parameters(),
                 self._positions.array,
                 wp.float64(rate),
                 self._slots,
@@ -140,19 +140,19 @@ class MovingElements:
         self._first.write(adjoint)
         self._launch(
             self._kernels.pull_back,
-            self._numbers(),
+            self._lame_parameters(),
             [self._first.array, has_positions],
             [self._out, self._other, *self._sums],
         )
         return self._out.read(), self._other.read()
 
-    def sums(self) -> tuple[NeoHookeanNumbers, FloatArray]:
-        """Return sums of adjoint . d forces by the energy's numbers and by beta, (T,) each."""
+    def sums(self) -> tuple[LameParameters, FloatArray]:
+        """Return sums of adjoint . d forces by the energy's constants and by beta, (T,) each."""
         by_mu, by_lambda, by_beta = (mirror.read() for mirror in self._sums)
-        return NeoHookeanNumbers(by_mu, by_lambda), by_beta
+        return LameParameters(by_mu, by_lambda), by_beta
 
-    def _numbers(self) -> list[Any]:
-        return [*self._elastic.numbers_on_device, self._beta]
+    def _lame_parameters(self) -> list[Any]:
+        return [*self._elastic.lame_parameters_on_device, self._beta]
 
     def _place(self, positions: FloatArray, velocities: FloatArray) -> None:
         self._positions.write(positions)
@@ -160,13 +160,13 @@ class MovingElements:
         self._out.clear()
 
     def _launch(
-        self, kernel: Any, numbers: list[Any], inputs: list[Any], outputs: list[HostMirror]
+        self, kernel: Any, lame_parameters: list[Any], inputs: list[Any], outputs: list[HostMirror]
     ) -> None:
         shape = self._elastic.shape_on_device
         state = [self._positions.array, self._velocities.array]
         self._launcher.launch(
             kernel,
             self._tet_count,
-            [*shape, *numbers, *state, *inputs],
+            [*shape, *lame_parameters, *state, *inputs],
             [mirror.array for mirror in outputs],
         )

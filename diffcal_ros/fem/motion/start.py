@@ -45,7 +45,7 @@ class Start:
                 body.discretisation.element,
                 np.union1d(self._clamped, self._supported),
                 law=body.elastic.law,
-                solver=body.solver.solver_name,
+                solver=body.solver.stiffness.solver_name,
                 device=body.elastic.device,
             )
         self._has_moved = False
@@ -89,8 +89,8 @@ class Start:
         )
         for force, field in zip(forces, held, strict=True):
             if field.any():
-                force -= static.solver.force_tangent(positions, field)
-        return static.solver.linear_solve(positions, forces) + held
+                force -= static.solver.stiffness.force_tangent(positions, field)
+        return static.solver.stiffness.linear_solve(positions, forces) + held
 
     def pull_back(self, by_positions: FloatArray) -> tuple[StaticGradient, FloatArray]:
         """Pull a derivative by the positions at rest back to the inputs and to held nodes.
@@ -104,9 +104,9 @@ class Start:
         """
         static, inputs = self.static, self._current()
         positions = static.own_state.positions
-        adjoint = static.solver.linear_solve(positions, by_positions[None])[0]
+        adjoint = static.solver.stiffness.linear_solve(positions, by_positions[None])[0]
         by_held = np.zeros_like(by_positions)
-        reaction = by_positions - static.solver.force_tangent(positions, adjoint)
+        reaction = by_positions - static.solver.stiffness.force_tangent(positions, adjoint)
         by_held[static.held_nodes] = reaction[static.held_nodes]
         gradient = static.force_changes.pull_back(
             positions, adjoint, inputs.material, inputs.gravity

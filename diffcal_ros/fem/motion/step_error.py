@@ -35,7 +35,7 @@ def step_error(
     """
     free = dynamics.free
     change = end.filtered[free] - rule.filtered_at(begin)[free]
-    error = rule.error_share * rule.step**2 * change
+    error = rule.error_fraction * rule.step**2 * change
     if not system.is_ready(rule):
         system.factor(rule, end.positions)
     inertia = rule.inertia * dynamics.masses[free]

@@ -111,7 +111,7 @@ def _stiffness_kernel(law: ModuleType) -> Any:
 
 def _pull_back_kernel(law: ModuleType) -> Any:
     stress_tangent = law.stress_tangent
-    stress_of_numbers = law.stress_of_numbers
+    stress_of_lame_parameters = law.stress_of_lame_parameters
 
     @wp.kernel(module='unique', enable_backward=False)
     def pull_back(
@@ -143,8 +143,12 @@ def _pull_back_kernel(law: ModuleType) -> Any:
             A = gradient_at(adjoint, nodes, gradients, tet, point)
             S = symmetric(wp.transpose(F) * A)
             D = symmetric(wp.transpose(F) * L)
-            by_mu[tet] += weight * wp.ddot(A, stress_of_numbers(F, mu[tet], lam[tet], one, zero))
-            by_lam[tet] += weight * wp.ddot(A, stress_of_numbers(F, mu[tet], lam[tet], zero, one))
+            by_mu[tet] += weight * wp.ddot(
+                A, stress_of_lame_parameters(F, mu[tet], lam[tet], one, zero)
+            )
+            by_lam[tet] += weight * wp.ddot(
+                A, stress_of_lame_parameters(F, mu[tet], lam[tet], zero, one)
+            )
             by_beta[tet] += weight * wp.ddot(S, D)
             if has_positions:
                 # The elastic stiffness is symmetric: pulling back is pushing forward.

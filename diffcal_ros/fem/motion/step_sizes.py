@@ -16,7 +16,7 @@ MAX_HALVINGS = 10
 # So many good steps after a shorter one the step is doubled again.
 _GOOD_STEPS = 4
 # A step twice as long errs eight times as much; half of what is allowed is left as a margin.
-_GOOD_SHARE = 1.0 / 16.0
+_GOOD_FRACTION = 1.0 / 16.0
 
 
 class StepSizes(Protocol):
@@ -115,5 +115,5 @@ class ControlledSteps(_Ladder):
                 )
             self.shorten()
             return False
-        self._count(is_good=error < _GOOD_SHARE * self._tolerance)
+        self._count(is_good=error < _GOOD_FRACTION * self._tolerance)
         return True

@@ -23,7 +23,7 @@ class StepSystem:
         self._dynamics = dynamics
         self._free = dynamics.free
         self._solver = make_solver(
-            dynamics.pattern, dynamics.body.solver.solver_name, needs_exact=True
+            dynamics.pattern, dynamics.body.solver.stiffness.solver_name, needs_exact=True
         )
         self._step: float | None = None
         self._rate = 0.0

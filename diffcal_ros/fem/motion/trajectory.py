@@ -33,17 +33,17 @@ class Trajectory:
     halvings: int = 0
     errors: list[float] = field(default_factory=list)
 
-    def rule(self, place: int, rho_inf: float) -> StepRule:
+    def rule(self, index: int, rho_inf: float) -> StepRule:
         """Return the rule of the step that ends in a state."""
-        return StepRule(self.steps[place - 1], rho_inf, self._growth(place, self.steps[place - 1]))
+        return StepRule(self.steps[index - 1], rho_inf, self._growth(index, self.steps[index - 1]))
 
     def next_rule(self, step: float, rho_inf: float) -> StepRule:
         """Return the rule of a step from the last state."""
         return StepRule(step, rho_inf, self._growth(len(self.times), step))
 
-    def _growth(self, place: int, step: float) -> float:
+    def _growth(self, index: int, step: float) -> float:
         # A march starts with a = A: there is nothing to grow.
-        return step / self.steps[place - 2] if place > 1 else 1.0
+        return step / self.steps[index - 2] if index > 1 else 1.0
 
     def append(self, time: float, state: StepState) -> None:
         """Keep a state."""

@@ -25,27 +25,27 @@ def add_update(
     column = wp.tid()
     parent = table[child, 0]
     size = table[child, 2]
-    places = table[child, 3]
+    indices = table[child, 3]
     source = table[child, 4] + column * size
     own = table[parent, 1]
     border = table[parent, 2]
-    b = into[places + column]
+    b = into[indices + column]
     row = column
     if b < own:
         at = table[parent, 5] + b * own
-        while row < size and into[places + row] < own:
-            to = at + into[places + row]
+        while row < size and into[indices + row] < own:
+            to = at + into[indices + row]
             store[to] = store[to] + left[source + row]
             row += 1
         at = table[parent, 6] + b * border - own
         while row < size:
-            to = at + into[places + row]
+            to = at + into[indices + row]
             store[to] = store[to] + left[source + row]
             row += 1
     else:
         at = table[parent, 4] + (b - own) * border - own
         while row < size:
-            to = at + into[places + row]
+            to = at + into[indices + row]
             update[to] = update[to] + left[source + row]
             row += 1
 

@@ -48,7 +48,7 @@ class FrontalPlan:
         into: places of each front's border among its parent's `own` and `border`.
         store_size: numbers of all factors.
         stack_sizes: numbers that wait at most on each stack.
-        places: of the pattern's entries in the store, shape (nnz,).
+        indices: of the pattern's entries in the store, shape (nnz,).
     """
 
     fronts: tuple[Front, ...]
@@ -56,7 +56,7 @@ class FrontalPlan:
     into: IntArray
     store_size: int
     stack_sizes: tuple[int, int]
-    places: LongArray
+    indices: LongArray
 
 
 def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
@@ -75,7 +75,7 @@ def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
     borders = _borders(pattern.graph[order][:, order], ends, dissection.parents)
     fronts, stack_sizes = _lay_out(dissection, order, borders, per_node)
     into = [
-        _places_in_parent(borders, ends, child, parent, per_node)
+        _indices_in_parent(borders, ends, child, parent, per_node)
         for child, parent in enumerate(dissection.parents)
     ]
     starts = np.concatenate([[0], np.cumsum([len(one) for one in into])])
@@ -90,7 +90,7 @@ def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
         into=np.concatenate(into).astype(np.int32),
         store_size=last.panel + len(last.own) * len(last.border),
         stack_sizes=stack_sizes,
-        places=_entry_places(pattern, rank, ends, borders, fronts, per_node),
+        indices=_entry_indices(pattern, rank, ends, borders, fronts, per_node),
     )
 
 
@@ -145,7 +145,7 @@ def _lay_out(
     return tuple(fronts), (sizes[0], sizes[1])
 
 
-def _places_in_parent(
+def _indices_in_parent(
     borders: list[LongArray], ends: LongArray, child: int, parent: int, per_node: int
 ) -> LongArray:
     """Return where a front's border unknowns are in its parent, own ones first."""
@@ -164,7 +164,7 @@ def _unknowns(nodes: LongArray, per_node: int) -> LongArray:
     return result
 
 
-def _entry_places(
+def _entry_indices(
     pattern: SparsePattern,
     rank: LongArray,
     ends: LongArray,
@@ -205,5 +205,5 @@ def _entry_places(
     block = pattern.block_starts[of_entry // per_node] + offset // per_node
     r = offset % per_node
     down, across = np.where(is_turned[block], c, r), np.where(is_turned[block], r, c)
-    places: LongArray = base[block] + (column[block] + across) * height[block] + row[block] + down
-    return places
+    indices: LongArray = base[block] + (column[block] + across) * height[block] + row[block] + down
+    return indices

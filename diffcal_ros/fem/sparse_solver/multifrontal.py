@@ -50,7 +50,7 @@ class MultifrontalSolver:
         # A factorisation costs the more beside a solution the larger the body is.
         self.few_sides, self.patience = (0, 10) if self.is_exact else (1, 30)
         diagonal = pattern.diagonal_slots if per_node == 3 else pattern.block_starts[:-1]
-        self._diagonal = self._plan.places[diagonal]
+        self._diagonal = self._plan.indices[diagonal]
         self._launcher = Launcher('cpu')
         self._into = int_array(self._plan.into, 'cpu')
         self._table = int_array(self._plan.table, 'cpu')
@@ -85,7 +85,7 @@ class MultifrontalSolver:
             self._make_store()
         store = self._store.numpy()
         store.fill(0.0)
-        store[self._plan.places] = values
+        store[self._plan.indices] = values
         store[self._diagonal] *= 1.0 + shift
         for front, (pivots, panel) in zip(self._plan.fronts, self._blocks, strict=True):
             update = self._gather(front)
@@ -112,8 +112,8 @@ class MultifrontalSolver:
     def _gather(self, front: Front) -> NDArray[Any]:
         """Add what the children left to a front; return its own matrix on the stack, (m, m)."""
         m = len(front.border)
-        place = slice(front.update, front.update + m * m)
-        update: NDArray[Any] = self._stacks[front.stack].numpy()[place].reshape((m, m), order='F')
+        own = slice(front.update, front.update + m * m)
+        update: NDArray[Any] = self._stacks[front.stack].numpy()[own].reshape((m, m), order='F')
         update.fill(0.0)
         for child in front.children:
             self._launcher.launch(

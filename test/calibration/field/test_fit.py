@@ -75,7 +75,7 @@ def test_a_given_weight_is_taken() -> None:
         told.append(record)
         return True
 
-    rough = fit_field(again, again.run(), share=1e-3, on_iteration=tell)
+    rough = fit_field(again, again.run(), fraction=1e-3, on_iteration=tell)
     assert rough.weights.reason == 'given'
     assert rough.as_dict()['weight'] == 1e-3
     assert len(told) == 1

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The field's gradient and curvature against differences of the cost on frozen residuals.
 
-The robust cost itself is rough: pixels join and leave it, pieces of outline are cut anew and the
+The robust cost itself is rough: pixels join and leave it, segments of outline are cut anew and the
 observed edge is found anew at every evaluation. Differences of it along a field that is rough
 from tetrahedron to tetrahedron, and so hardly moves the body, show mostly that. What a step is
 made from is its slope on the residuals of one instant, so that is what is differenced here.
@@ -59,7 +59,7 @@ def setup(random) -> _Setup:
 
 
 class _Frozen:
-    """The cost on the residuals of one instant: the same pixels, pieces and observed edges."""
+    """The cost on the residuals of one instant: the same pixels, segments and observed edges."""
 
     def __init__(self, setup: _Setup) -> None:
         self._setup, model = setup, setup.model
@@ -68,10 +68,10 @@ class _Frozen:
         self._depth, self._edge = comparison.depth, comparison.edge
         self._metres = comparison.edge_scale
         (view,) = model.views(setup.coordinates)
-        pieces, places = view.trace.pieces, comparison.edge.places
-        self._normals = pieces.normals.numpy()[places]
-        shares = pieces.shares.numpy()[places][:, None]
-        ends = model.tracers[0].edge_vertices[pieces.edges.numpy()[places]]
+        segments, places = view.trace.segments, comparison.edge.indices
+        self._normals = segments.normals.numpy()[places]
+        shares = segments.fractions.numpy()[places][:, None]
+        ends = model.tracers[0].edge_vertices[segments.edges.numpy()[places]]
         self._where = lambda points: (
             (1.0 - shares) * CAMERA.project(points[ends[:, 0]])
             + shares * CAMERA.project(points[ends[:, 1]])

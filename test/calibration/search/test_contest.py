@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.contest import Contest
+from diffcal_ros.calibration.contest import Contest, Entry
 from diffcal_ros.calibration.outcome import (
     EXIT_AMBIGUOUS,
     EXIT_MODEL_DISAGREES,
@@ -14,7 +14,8 @@ from diffcal_ros.calibration.outcome import (
 from diffcal_ros.calibration.outcome_rules import judge
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.residuals.residual_scales import Scales
+from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
+from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation
@@ -29,6 +30,7 @@ BOUNDS = PARAMETERS.bounds()
 LONGEST = np.array([0.7])
 LEFT, RIGHT = np.log(5e4), np.log(4e5)
 STIFFNESS = 400.0
+FINE = 0.001
 GOOD = Gap(0.0005, 0.001, 0.98, 9000, explained=0.99)
 
 
@@ -49,7 +51,9 @@ class TwoWells:
     def cost(self, coordinates) -> float:
         return min(h + 0.5 * STIFFNESS * (coordinates[0] - c) ** 2 for c, h in self._wells)
 
-    misfit = cost
+    def misfit(self, coordinates) -> Misfit:
+        cost = self.cost(coordinates)
+        return Misfit(cost, cost)
 
     def linearise(self, coordinates) -> Linearisation:
         centre = min(
@@ -66,8 +70,9 @@ class TwoWells:
     def refine(self, coordinates) -> bool:
         return False
 
-    def gap(self, coordinates) -> Gap:
-        return GOOD if coordinates[0] < 0.5 * (LEFT + RIGHT) else self._right
+    def gap_and_misfit(self, coordinates) -> tuple[Gap, Misfit]:
+        gap = GOOD if coordinates[0] < 0.5 * (LEFT + RIGHT) else self._right
+        return gap, self.misfit(coordinates)
 
 
 def _are_same(one, other) -> bool:
@@ -169,3 +174,26 @@ def test_only_what_may_be_used_exits_with_zero() -> None:
     assert Outcome.AMBIGUOUS.exit_code == EXIT_AMBIGUOUS
     assert Outcome.AT_BOUND.exit_code == EXIT_NOT_FITTED
     assert len({0, 2, EXIT_NOT_FITTED, EXIT_MODEL_DISAGREES, EXIT_AMBIGUOUS}) == 5
+
+
+class HeldOff(TwoWells):
+    """Two wells of which the left one is lower where a residual counts as coarse noise."""
+
+    def misfit(self, coordinates) -> Misfit:
+        is_fine = self.scales.depth.noise < FINE
+        cost = self.cost(coordinates)
+        lower = RIGHT if is_fine else LEFT
+        cost += 0.0 if abs(coordinates[0] - lower) < 0.5 else 50.0
+        return Misfit(cost, cost)
+
+
+@pytest.mark.parametrize('noises', [(1.5e-3, 3e-4), (3e-4, 1.5e-3)])
+def test_places_are_judged_by_the_least_noise_that_any_of_them_shows(noises) -> None:
+    objective = HeldOff(0.0)
+    ends = [_ended(LEFT, Stop.CONVERGED), _ended(RIGHT, Stop.CONVERGED)]
+    scales = [replace(Scales(), depth=Scale(noise=noise)) for noise in noises]
+    contest = Contest(objective, ends[0])
+    contest.entries = [Entry(*own) for own in zip(ends, scales, strict=True)]
+    # A place that no fit comes to: it is sorted once more, with the two.
+    contest.challenge(np.array([LEFT + 0.1]), BOUNDS, LONGEST)
+    assert contest.best.minimum.coordinates[0] == pytest.approx(RIGHT)

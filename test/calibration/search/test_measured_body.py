@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The other direction of the gap: measured body beside the simulated one, and what hides it."""
 
-from diffcal_ros.calibration.residuals.measured_body import measured_shares, SimulatedView
+from diffcal_ros.calibration.residuals.measured_body import measured_fractions, SimulatedView
 from diffcal_ros.camera import PinholeCamera
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def _simulated(bar=BAR) -> SimulatedView:
 
 
 def _shares(observed: np.ndarray, simulated: SimulatedView | None = None):
-    return measured_shares(
+    return measured_fractions(
         observed.astype(np.float32),
         simulated or _simulated(),
         CAMERA,
@@ -105,7 +105,7 @@ def test_a_thinned_image_tells_the_same() -> None:
     counted[:, 560:] = False
     observed[320:440, 144:640] = DISTANCE
     camera = PinholeCamera(1040, 800, 1640.0, 1580.0, 526.0, 393.0)
-    shares = measured_shares(
+    shares = measured_fractions(
         observed.astype(np.float32),
         SimulatedView(depth, counted, np.zeros(depth.shape, dtype=bool)),
         camera,

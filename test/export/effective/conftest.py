@@ -58,6 +58,8 @@ def settle_linear(body, law, start=None):
     """Return where this package's linear elements come to rest [m], shape (V, 3)."""
     own = find_law(law)
     simulated = StaticBody(body.mesh, Element.LINEAR, body.held, law=own)
-    material = Material(body.youngs_modulus, body.poissons_ratio, body.density, shares=own.SHARES)
+    material = Material(
+        body.youngs_modulus, body.poissons_ratio, body.density, conversion=own.CONVERSION
+    )
     simulated.solve_equilibrium(material, body.gravity)
     return simulated.state.positions.copy()

@@ -31,7 +31,7 @@ def scene():
 
 def inputs(scene, law):
     ones = np.ones(scene.mesh.tet_count)
-    material = Material(60e3 * ones, 0.45 * ones, 1080 * ones, shares=find_law(law).SHARES)
+    material = Material(60e3 * ones, 0.45 * ones, 1080 * ones, conversion=find_law(law).CONVERSION)
     return PostureInputs(material, GRAVITY, NO_CONDITIONS, damping=0.0 * ones, release_time=0.0)
 
 

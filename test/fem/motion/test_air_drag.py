@@ -24,7 +24,7 @@ def with_drag(case: Case, area: float) -> Case:
 
 def test_a_body_that_moves_as_one_feels_coefficient_times_area(random) -> None:
     body = released_beam(Element.QUADRATIC, random).body.static_body
-    drag = AirDrag(body.discretisation, body.solver.pattern.free_nodes)
+    drag = AirDrag(body.discretisation, body.solver.stiffness.pattern.free_nodes)
     drag.set_area(AREA)
     velocity = np.array([0.3, -1.2, 0.5])
     forces = drag.forces(np.tile(velocity, (body.discretisation.node_count, 1)))

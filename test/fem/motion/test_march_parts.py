@@ -5,7 +5,7 @@
 from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.motion.checkpoints import CheckpointPlan, Checkpoints
 from diffcal_ros.fem.motion.frame_reader import FrameReader
-from diffcal_ros.fem.motion.lumped_mass import lumped_masses, lumped_shares
+from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses
 import numpy as np
 import pytest
 from support.beams import beam_mesh
@@ -16,7 +16,7 @@ def test_lumped_masses_keep_mass_and_its_middle(element) -> None:
     mesh = beam_mesh((3, 2, 2))
     discretisation = discretise(mesh, element)
     density = np.linspace(900.0, 1300.0, mesh.tet_count)
-    masses = lumped_masses(discretisation, lumped_shares(discretisation), density)
+    masses = lumped_masses(discretisation, lumped_fractions(discretisation), density)
     assert (masses > 0.0).all()
     weights = density * mesh.volumes
     assert masses.sum() == pytest.approx(weights.sum(), rel=1e-12)

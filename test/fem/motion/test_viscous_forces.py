@@ -116,11 +116,13 @@ def test_pull_back_is_the_transpose(moving, random) -> None:
     forward = float((adjoint * tangent).sum())
     backward = float((by_positions * moved).sum() + (by_velocities * sped).sum())
     assert backward == pytest.approx(forward, rel=1e-10)
-    by_numbers, by_beta = moving.elements.sums()
+    by_lame_parameters, by_beta = moving.elements.sums()
     force = moving.elements.force_of_damping(*state, change)
     assert float(by_beta @ change) == pytest.approx(float((adjoint * force).sum()), rel=1e-10)
     expected = moving.body.elastic.number_gradient(moving.positions, adjoint)
-    np.testing.assert_allclose(by_numbers.neo_hookean_mu, expected.neo_hookean_mu, rtol=1e-9)
+    np.testing.assert_allclose(
+        by_lame_parameters.neo_hookean_mu, expected.neo_hookean_mu, rtol=1e-9
+    )
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fit of patches on its way: Gauss-Newton with Levenberg and Marquardt's damping."""
 
+from collections.abc import Sequence
+
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
-from diffcal_ros.diagnosis.patches.evidence import Evidence
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size, whiten, Whitened
-from diffcal_ros.diagnosis.screening.regularised_prior import full_prior
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
 from diffcal_ros.least_squares.normal_equations import Prior
@@ -17,7 +20,7 @@ FloatArray = NDArray[np.float64]
 _MAX_REJECTIONS = 4
 # A step that promises less than this (half chi-square) is a fifth of a standard error.
 _SMALL_GAIN = 0.02
-_SMALL_SHARE = 1e-4
+_SMALL_FRACTION = 1e-4
 # Share of the present residual that is allowed for while a fit is on its way.
 _SLACK = 0.3
 # Where it shrinks by less, costs before and after can be compared.
@@ -36,12 +39,12 @@ _REJECTED_ENOUGH = 2
 HOPE, _FEWEST_LOOKS = 4.0, 3
 
 
-class Descent:
+class PatchFit:
     """A fit on its way.
 
     Attributes:
         here: coordinates, shape (k,).
-        blocks: all patches there.
+        groups: all patches there.
         seen: those that are fitted, whitened.
         cost: half chi-square with that of the prior.
         precision: of the prior, shape (k, k).
@@ -50,20 +53,36 @@ class Descent:
         is_done: it came to rest, held to the full precision of the patches.
     """
 
-    def __init__(self, evidence: Evidence, start: FloatArray, part: Part) -> None:
-        parameters = evidence.model.parameters
-        self._evidence, self._part = evidence, part
+    def __init__(
+        self,
+        evaluator: PatchEvaluator,
+        start: FloatArray,
+        part: Part,
+        known: Sequence[PatchGroup] | None = None,
+    ) -> None:
+        """Begin.
+
+        Args:
+            evaluator: of the model.
+            start: coordinates, shape (k,).
+            part: patches that are fitted.
+            known: all patches there, where they were evaluated before.
+        """
+        parameters = evaluator.model.parameters
+        self._evidence, self._part = evaluator, part
         self._bounds = parameters.bounds()
         self._limits = longest_steps(parameters)
-        mean, self.precision = full_prior(parameters)
-        # What is known of a parameter is known of the body, not of its mesh and step.
-        self._prior = Prior(mean - evidence.numerics.shifts_of(parameters), self.precision)
+        mean, self.precision = regularised_prior(parameters)
+        # What is known of a parameter is known of the body, not of its mesh and time step.
+        self._prior = Prior(
+            mean - evaluator.discretisation_error.shifts_of(parameters), self.precision
+        )
         self.here = np.clip(start, *self._bounds)
-        self.blocks = evidence.blocks(self.here)
+        self.groups = evaluator.groups(self.here) if known is None else list(known)
         self.evaluations, self.rejections, self.is_done = 1, 0, False
         self._damping, self._idle, self._least = 0.0, 0, np.inf
         # A model that is far off is not held to the last tenth of a millimetre on its way.
-        self._weigh(_SLACK * residual_size(self.blocks, part))
+        self._weigh(_SLACK * residual_size(self.groups, part))
 
     @property
     def is_exhausted(self) -> bool:
@@ -103,7 +122,7 @@ class Descent:
     def _weigh(self, slack: float) -> None:
         """RefitRequest at the patches with another allowance for a model that is far off [m]."""
         self._slack = slack
-        self.seen = whiten(self.blocks, self._part, slack)
+        self.seen = whiten(self.groups, self._part, slack)
         self.cost = self._cost(self.seen, self.here)
         self._idle, self._least = 0, _per_patch(self.cost, self.seen)
 
@@ -117,25 +136,25 @@ class Descent:
     def _try(self, trial: FloatArray) -> None:
         self.evaluations += 1
         try:
-            blocks = self._evidence.blocks(trial)
+            groups = self._evidence.groups(trial)
         except NotSimulatedError:
             self._reject()
             return
-        seen = whiten(blocks, self._part, self._slack)
+        seen = whiten(groups, self._part, self._slack)
         cost = self._cost(seen, trial)
         allowed = (1.0 + _ROUGHNESS) * _per_patch(self.cost, self.seen)
         if not _per_patch(cost, seen) < allowed:
             self._reject()
             return
-        is_small = abs(cost - self.cost) < max(_SMALL_GAIN, _SMALL_SHARE * cost)
-        self.here, self.blocks, self.seen, self.cost = trial, blocks, seen, cost
+        is_small = abs(cost - self.cost) < max(_SMALL_GAIN, _SMALL_FRACTION * cost)
+        self.here, self.groups, self.seen, self.cost = trial, groups, seen, cost
         self._damping = 0.1 * self._damping if self._damping > _LEAST_DAMPING else 0.0
         self.rejections = 0
         self._count_idle()
         if is_small:
             self._come_to_rest()
             return
-        smaller = _SLACK * residual_size(blocks, self._part)
+        smaller = _SLACK * residual_size(groups, self._part)
         if smaller < self._slack:
             idle = self._idle if smaller > _MUCH_LESS * self._slack else 0
             self._weigh(smaller)

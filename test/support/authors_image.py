@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_RAY_SHARE = 1.0 / 16.0
+_RAY_FRACTION = 1.0 / 16.0
 
 
 def authors_camera(camera: PinholeCamera) -> PinholeCamera:
@@ -40,7 +40,7 @@ def authors_image(
     theirs = authors_camera(camera)
     trace = DepthTracer(triangles, len(points_camera), theirs).trace(points_camera)
     mean = trace.area_image(background=0.0).image
-    mean[mean < 0.5 * _RAY_SHARE * float(np.nanmin(trace.depth))] = 0.0
+    mean[mean < 0.5 * _RAY_FRACTION * float(np.nanmin(trace.depth))] = 0.0
     image = np.zeros((camera.height, camera.width))
     image[trace.rows, trace.columns] = mean
     return ray_length(image, theirs)

@@ -18,10 +18,13 @@ from diffcal_ros.calibration.residuals.robust_residual import (
     Reach,
     ViewComparer,
 )
-from diffcal_ros.diagnosis.detection.discretisation_error import find_numerics, Numerics
+from diffcal_ros.diagnosis.detection.discretisation_error import (
+    DiscretisationError,
+    find_discretisation_error,
+)
 from diffcal_ros.diagnosis.patches.noise_model import noise_of, NoiseModel
 from diffcal_ros.diagnosis.patches.patch_group import (
-    Block,
+    PatchGroup,
     PatchName,
     report_part,
     strange_patches,
@@ -40,14 +43,14 @@ _ROBUST_STEPS = 15
 _FAR_REACH = Reach(depth=0.060, edge_depth=0.090, edge_pixels=60)
 
 
-class Evidence:
-    """Evaluates patches of one model; see `blocks`."""
+class PatchEvaluator:
+    """Evaluates patches of one model; see `groups`."""
 
     def __init__(
         self,
         model: ForwardModel,
         comparers: list[ViewComparer],
-        numerics: Numerics,
+        discretisation_error: DiscretisationError,
         cell: int,
         left_out: frozenset[PatchName] = frozenset(),
         references: Sequence[RigidReference | None] = (),
@@ -58,7 +61,7 @@ class Evidence:
         Args:
             model: with its parameters.
             comparers: of its observations.
-            numerics: what a finer mesh and step would change.
+            discretisation_error: what a finer mesh and time step would change.
             cell: side of the image cells [px].
             left_out: patches that show something else than the body.
             references: the fixture in every view, None where there is none; default: nowhere.
@@ -68,7 +71,7 @@ class Evidence:
         self._references = tuple(references) or (None,) * len(comparers)
         self.model = model
         self.comparers = comparers
-        self.numerics = numerics
+        self.discretisation_error = discretisation_error
         self.cell = cell
         self._objective = RobustObjective(model, comparers=comparers)
         self._objective.scales = Scales(reach=_FAR_REACH)
@@ -79,7 +82,7 @@ class Evidence:
                 for comparer, reference in zip(comparers, self._references, strict=True)
             ],
         )
-        self._groups = pose_owners(model.observations)
+        self._recordings = pose_owners(model.observations)
         self._noises = tuple(noises) or tuple(
             _noise(observation, model, reference)
             for observation, reference in zip(model.observations, self._references, strict=True)
@@ -87,7 +90,7 @@ class Evidence:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what it is made of: another process has comparers of its own."""
-        known = (self.model, self.numerics, self.cell, self.left_out, self._noises)
+        known = (self.model, self.discretisation_error, self.cell, self.left_out, self._noises)
         return _put_together, known
 
     @property
@@ -105,29 +108,31 @@ class Evidence:
             observation.is_held_out for observation in self.model.observations
         )
 
-    def without_fixture(self, blocks: Sequence[Block]) -> tuple[str, ...]:
+    def without_fixture(self, groups: Sequence[PatchGroup]) -> tuple[str, ...]:
         """Return the names of observations that should show the fixture, and do not."""
-        shown = {block.view for block in blocks if block.is_rigid and len(block.patches.values)}
+        shown = {group.view for group in groups if group.is_rigid and len(group.patches.values)}
         return tuple(
             observation.name
             for number, observation in enumerate(self.model.observations)
             if self._references[number] is not None and number not in shown
         )
 
-    def of(self, model: ForwardModel) -> 'Evidence':
-        """Return the evidence of another model of the same bodies and observations."""
+    def of(self, model: ForwardModel) -> 'PatchEvaluator':
+        """Return an evaluator of another model of the same bodies and observations."""
         return self._changed(model=model)
 
-    def renewed(self, coordinates: FloatArray) -> 'Evidence':
-        """Return the same evidence with the errors of mesh and step as they are somewhere else.
+    def renewed(self, coordinates: FloatArray) -> 'PatchEvaluator':
+        """Return the same evaluator with the discretisation error as it is somewhere else.
 
         Args:
             coordinates: where, shape (c,).
         """
-        return self._changed(numerics=find_numerics(self.model, coordinates))
+        return self._changed(
+            discretisation_error=find_discretisation_error(self.model, coordinates)
+        )
 
-    def with_measured_noise(self, coordinates: FloatArray) -> 'Evidence':
-        """Return the same evidence with the noise that single patches show in several poses.
+    def with_measured_noise(self, coordinates: FloatArray) -> 'PatchEvaluator':
+        """Return the same evaluator with the noise that single patches show in several poses.
 
         In one pose, details of that size tell twins apart that a mesh's error has, too: there the
         noise stays as assumed.
@@ -139,39 +144,39 @@ class Evidence:
         still = [number for number, one in enumerate(seen) if one.instant is None]
         if not still or len({observation.setup_index for observation in seen}) == 1:
             return self
-        blocks = self.blocks(coordinates)
-        return self._changed(noises=measured_noises(self._noises, blocks, still))
+        groups = self.groups(coordinates)
+        return self._changed(noises=measured_noises(self._noises, groups, still))
 
-    def with_smooth_error(self, blocks: Sequence[Block]) -> 'Evidence':
-        """Return the same evidence with the smooth error that several poses at rest show.
+    def with_smooth_error(self, groups: Sequence[PatchGroup]) -> 'PatchEvaluator':
+        """Return the same evaluator with the smooth error that several poses at rest show.
 
         In one pose it is not told from what the model lacks.
 
         Args:
-            blocks: of the nominal fit, with tangents of all effects.
+            groups: of the nominal fit, with tangents of all effects.
         """
         seen = self.model.observations
         still = [number for number, one in enumerate(seen) if one.instant is None]
         if not still or len({seen[number].setup_index for number in still}) == 1:
             return self
-        return self._changed(noises=with_smooth_error(self._noises, blocks, still))
+        return self._changed(noises=with_smooth_error(self._noises, groups, still))
 
-    def without(self, patches: frozenset[PatchName]) -> 'Evidence':
-        """Return the same evidence with some patches left out."""
+    def without(self, patches: frozenset[PatchName]) -> 'PatchEvaluator':
+        """Return the same evaluator with some patches left out."""
         return self._changed(left_out=patches)
 
     def _changed(
         self,
         *,
         model: ForwardModel | None = None,
-        numerics: Numerics | None = None,
+        discretisation_error: DiscretisationError | None = None,
         left_out: frozenset[PatchName] | None = None,
         noises: Sequence[NoiseModel] | None = None,
-    ) -> 'Evidence':
-        return Evidence(
+    ) -> 'PatchEvaluator':
+        return PatchEvaluator(
             model or self.model,
             self.comparers,
-            numerics or self.numerics,
+            discretisation_error or self.discretisation_error,
             self.cell,
             self.left_out if left_out is None else left_out,
             self._references,
@@ -220,9 +225,9 @@ class Evidence:
             images.append(image)
         return images
 
-    def blocks(
+    def groups(
         self, coordinates: FloatArray, more: Sequence[FloatArray] | None = None
-    ) -> list[Block]:
+    ) -> list[PatchGroup]:
         """Compare and average.
 
         Args:
@@ -239,20 +244,20 @@ class Evidence:
         tangents = model.tangents(coordinates)
         if more is not None:
             tangents = [np.concatenate(pair) for pair in zip(tangents, more, strict=True)]
-        blocks = []
+        groups = []
         for number, view in enumerate(model.views(coordinates)):
-            wide = np.concatenate([tangents[number], self.numerics.columns(number)])
+            wide = np.concatenate([tangents[number], self.discretisation_error.columns(number)])
             inside, outline = self._patches(
                 self._objective, number, compared[number], view, wide, coordinates
             )
-            blocks.append(self._block(number, 'depth', self._kept(number, 'depth', inside)))
-            blocks.append(self._block(number, 'edge', self._kept(number, 'edge', outline)))
-            blocks += self._rigid_blocks(number, view, coordinates, len(wide))
-        return blocks
+            groups.append(self._group(number, 'depth', self._kept(number, 'depth', inside)))
+            groups.append(self._group(number, 'edge', self._kept(number, 'edge', outline)))
+            groups += self._rigid_groups(number, view, coordinates, len(wide))
+        return groups
 
-    def _rigid_blocks(
+    def _rigid_groups(
         self, number: int, body: View, coordinates: FloatArray, count: int
-    ) -> list[Block]:
+    ) -> list[PatchGroup]:
         """Compare and average the fixture in a view, where it is seen."""
         reference = self._references[number]
         view = None if reference is None else reference.view(number, self.model, coordinates)
@@ -264,11 +269,11 @@ class Evidence:
         inside, outline = self._patches(
             self._rigid_objective, number, compared, view, wide, coordinates
         )
-        found = [self._block(number, 'depth', inside), self._block(number, 'edge', outline)]
+        found = [self._group(number, 'depth', inside), self._group(number, 'edge', outline)]
         # The gap that is reported is the body's.
         return [
-            replace(block, is_rigid=True, is_report=np.zeros_like(block.is_report))
-            for block in found
+            replace(group, is_rigid=True, is_report=np.zeros_like(group.is_report))
+            for group in found
         ]
 
     def _patches(
@@ -285,19 +290,19 @@ class Evidence:
             number, compared, view, wide, coordinates
         )
         noise = self._noises[number]
-        doubt = objective.comparers[number].edge_doubt(view, edge.places)
+        doubt = objective.comparers[number].edge_doubt(view, edge.indices)
         return (
             depth_patches(depth, by_depth, noise, self.cell),
             edge_patches(edge, by_edge, compared.edge_scale, doubt, noise, self.cell),
         )
 
-    def _block(self, view: int, kind: str, wide: Patches) -> Block:
+    def _group(self, view: int, kind: str, wide: Patches) -> PatchGroup:
         expected, spread, doubt = wide.jacobian[:, -3:].T
         patches = replace(
             wide, values=wide.values - expected, jacobian=wide.jacobian[:, :-3]
         ).doubted(np.abs(doubt))
         is_report = report_part(self.model.observations[view], wide.cells)
-        return Block(view, kind, self._groups[view], patches, spread, is_report)
+        return PatchGroup(view, kind, self._recordings[view], patches, spread, is_report)
 
     def _kept(self, view: int, kind: str, patches: Patches) -> Patches:
         if not self.left_out:
@@ -316,24 +321,32 @@ def _noise(
 
 def _put_together(
     model: ForwardModel,
-    numerics: Numerics,
+    discretisation_error: DiscretisationError,
     cell: int,
     left_out: frozenset[PatchName],
     noises: Sequence[NoiseModel],
-) -> Evidence:
-    return Evidence(
-        model, make_comparers(model), numerics, cell, left_out, make_references(model), noises
+) -> PatchEvaluator:
+    return PatchEvaluator(
+        model,
+        make_comparers(model),
+        discretisation_error,
+        cell,
+        left_out,
+        make_references(model),
+        noises,
     )
 
 
-def make_evidence(model: ForwardModel, coordinates: FloatArray) -> Evidence:
-    """Prepare the evidence around a nominal fit."""
+def make_patch_evaluator(model: ForwardModel, coordinates: FloatArray) -> PatchEvaluator:
+    """Prepare to evaluate patches around a nominal fit."""
     comparers = make_comparers(model)
-    numerics = find_numerics(model, coordinates)
+    discretisation_error = find_discretisation_error(model, coordinates)
     views = model.views(coordinates)
     pixels = [int(np.isfinite(view.trace.depth).sum()) for view in views]
     frames = max(Counter(pose_owners(model.observations)).values())
     cell = cell_size(int(np.median(pixels)), frames)
-    evidence = Evidence(model, comparers, numerics, cell, references=make_references(model))
-    evidence = evidence.without(strange_patches(evidence.blocks(coordinates)))
-    return evidence.with_measured_noise(coordinates)
+    evaluator = PatchEvaluator(
+        model, comparers, discretisation_error, cell, references=make_references(model)
+    )
+    evaluator = evaluator.without(strange_patches(evaluator.groups(coordinates)))
+    return evaluator.with_measured_noise(coordinates)

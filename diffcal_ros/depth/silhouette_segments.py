@@ -6,13 +6,13 @@ from diffcal_ros.device_array import zero_floats, zero_ints, zero_points
 import warp as wp
 
 
-class Pieces:
+class SilhouetteSegments:
     """Device arrays of a walk along the outline."""
 
     def __init__(self, count: int, device: str) -> None:
         self.count = count
         self.edges = zero_ints(count, device)
-        self.shares = zero_floats(count, device)
+        self.fractions = zero_floats(count, device)
         self.points = zero_points(count, device)
         self.normals = wp.zeros(count, dtype=wp.vec2d, device=device)
         self.lengths = zero_floats(count, device)

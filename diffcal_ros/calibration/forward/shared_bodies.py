@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Simulated bodies and tracers that models with different parameters share."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.calibration.forward.body_factory import make_bodies, state_indices
+from diffcal_ros.calibration.observations.observation import Observation, pose_owners
+from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.scene.model import Scene
+
+
+class SharedBodies:
+    """What is costly to make: one body a posture, one tracer a camera.
+
+    The bodies are where the model that entered last has put them; another one that asks for its
+    views has to simulate them again.
+
+    Attributes:
+        bodies: by number of the scene's observation.
+        states: which state of its body each observation shows.
+        tracers: of each observation.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        observations: Sequence[Observation],
+        solver: str,
+        device: str,
+        *,
+        share_tracers: bool,
+    ) -> None:
+        """Make bodies and tracers.
+
+        Args:
+            scene: the set-up.
+            observations: what is to be predicted.
+            solver: name of the sparse solver.
+            device: Warp device.
+            share_tracers: let one tracer see all frames of a recording, one after the other.
+        """
+        self.bodies = make_bodies(scene, observations, solver, device)
+        self.states = state_indices(observations)
+        self.tracers = self._make_tracers(observations, device, share_tracers)
+        self._last: object | None = None
+        self._before: object | None = None
+
+    def enter(self, model: object) -> None:
+        """Let a model put the bodies where it wants them."""
+        self._before = model if self._last is None else self._last
+        self._last = model
+
+    def are_of(self, model: object) -> bool:
+        """Tell whether a model entered last."""
+        return self._last is model
+
+    def were_of(self, model: object) -> bool:
+        """Tell whether a model entered before the last one, or twice."""
+        return self._before is model
+
+    def body(self, observation: Observation) -> StaticBody:
+        """Return the simulated body of an observation."""
+        return self.bodies[observation.setup_index].body
+
+    def _make_tracers(
+        self, observations: Sequence[Observation], device: str, share_tracers: bool
+    ) -> list[DepthTracer]:
+        owners = pose_owners(observations) if share_tracers else range(len(observations))
+        tracers: dict[int, DepthTracer] = {}
+        for observation, owner in zip(observations, owners, strict=True):
+            if owner not in tracers:
+                shape = self.body(observation).discretisation
+                tracers[owner] = DepthTracer(
+                    shape.surface_triangles, shape.node_count, observation.camera, device=device
+                )
+        return [tracers[owner] for owner in owners]

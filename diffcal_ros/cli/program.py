@@ -1,0 +1,18 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What the installed `diffcal` starts with: a Ctrl-C while its modules load is no fault either."""
+
+import sys
+
+_INTERRUPTED = 130
+
+
+def main() -> int:
+    """Load and run the command; return its exit code."""
+    try:
+        from diffcal_ros.cli.main import main as run
+
+        return run()
+    except KeyboardInterrupt:
+        print('diffcal: interrupted before it began', file=sys.stderr)
+        return _INTERRUPTED

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the amplitudes that were fitted may as well be zero.
+
+Wald's test, amplitudes over their standard errors, falls again as an amplitude grows whose effect
+levels off or is taken up by a parameter (Hauck and Donner, *Wald's test as applied to hypotheses
+in logit analysis*, J. Am. Stat. Assoc. 72, 1977): a stiffening that no fit can do without may be
+25 +- 10. The likelihood ratio of the models with and without does not depend on how an amplitude
+is counted (Wilks, Ann. Math. Stat. 9, 1938), so it decides; an amplitude whose own 95 % interval
+holds zero is none all the same.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
+import numpy as np
+from scipy.stats import chi2
+
+# Noise alone makes amplitudes as large with this chance; as far from zero, by their own errors.
+_BY_CHANCE, _BY_CHANCE_ALONE = 0.003, 0.05
+
+
+def has_doubtful_effect(
+    hypothesis: Hypothesis, nominal: Refit, singles: Sequence[Hypothesis] = ()
+) -> bool:
+    """Tell whether one of a model's effects may as well be absent.
+
+    Args:
+        hypothesis: the model.
+        nominal: fit of the model without its effects.
+        singles: models with one effect, best first: a pair without the other one.
+    """
+    return any(
+        _may_be_absent(hypothesis, one, _without(hypothesis, one, nominal, singles))
+        for one in hypothesis.added
+        # What has no tangent at zero is there at zero.
+        if one.effect.has_tangent
+    )
+
+
+def _without(
+    hypothesis: Hypothesis, one: Candidate, nominal: Refit, singles: Sequence[Hypothesis]
+) -> Refit | None:
+    """Return the fit without one of the effects, None where there is none."""
+    others = tuple(sorted(c.identifier for c in hypothesis.added if c is not one))
+    if not others:
+        return nominal
+    return next((single.fit for single in singles if single.identifiers == others), None)
+
+
+def _may_be_absent(hypothesis: Hypothesis, one: Candidate, without: Refit | None) -> bool:
+    by_itself = hypothesis.chance_of_zero(one)
+    if without is None:
+        return by_itself > _BY_CHANCE
+    if by_itself > _BY_CHANCE_ALONE:
+        return True
+    fall = deviance(without, hypothesis.fit) / max(1.0, hypothesis.fit.chi_square_per_patch)
+    return float(chi2.sf(max(fall, 0.0), len(one.components))) > _BY_CHANCE
+
+
+def deviance(without: Refit, fit: Refit) -> float:
+    """Return by how much twice the log posterior density rises with what a fit has besides.
+
+    On the patches that both see: others come and go with the outline.
+
+    Args:
+        without: fit of the smaller model.
+        fit: of the larger one.
+    """
+    names = set(_names(without.groups)) & set(_names(fit.groups))
+    return _twice_the_cost(without, names) - _twice_the_cost(fit, names)
+
+
+_Name = tuple[int, str, bool, int]
+
+
+def _names(groups: Sequence[PatchGroup]) -> list[_Name]:
+    return [
+        (group.view, group.kind, group.is_rigid, int(cell))
+        for group in groups
+        for cell in group.patches.cells
+    ]
+
+
+def _twice_the_cost(fit: Refit, names: set[_Name]) -> float:
+    kept = [_kept(group, names) for group in fit.groups]
+    mean, precision = regularised_prior(fit.parameters)
+    offset = fit.coordinates - (mean - fit.shifts)
+    return whiten(kept, Part.FIT).chi_square + float(offset @ precision @ offset)
+
+
+def _kept(group: PatchGroup, names: set[_Name]) -> PatchGroup:
+    own = np.array([name in names for name in _names([group])], dtype=bool)
+    return replace(
+        group,
+        patches=group.patches.chosen(own),
+        mesh=group.mesh[own],
+        is_report=group.is_report[own],
+    )
