@@ -6,6 +6,7 @@ from types import ModuleType
 
 from diffcal_ros.cli import (
     accept_command,
+    batch_command,
     calibrate_command,
     check_command,
     diagnose_command,
@@ -27,6 +28,7 @@ COMMANDS: tuple[ModuleType, ...] = (
     export_command,
     predict_command,
     diagnose_command,
+    batch_command,
     accept_command,
     revert_command,
     suggest_command,
