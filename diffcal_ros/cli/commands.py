@@ -12,6 +12,7 @@ from diffcal_ros.cli import (
     diagnose_command,
     export_command,
     import_command,
+    init_command,
     predict_command,
     reproduce_command,
     revert_command,
@@ -22,6 +23,7 @@ from diffcal_ros.cli import (
 
 COMMANDS: tuple[ModuleType, ...] = (
     check_command,
+    init_command,
     import_command,
     simulate_command,
     calibrate_command,

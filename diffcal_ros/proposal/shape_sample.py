@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A bent body reduced to a few points: of its surface in view, and of the space beside it."""
+
+from dataclasses import dataclass
+
+from diffcal_ros.proposal.bent_shape import BentShape
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+# A surface is in view where its normal is at least so much towards the camera.
+_FACING = 0.2
+# The body is drawn into a grid of so many cells along its longest side.
+_CELLS = 60
+# Space beside a body that is looked at begins and ends this far from its outline [cells].
+_BESIDE = (1.6, 3.2)
+# The end of a body is this share of its free length.
+_END = 0.12
+
+
+@dataclass(frozen=True)
+class ShapeSample:
+    """Points of a body in the camera's orientation, from a point in its middle that is in view.
+
+    Attributes:
+        surface: of the free part in view [m], shape (N, 3); the first one is the origin.
+        beside: just outside of its outline, at the body's depth [m], shape (M, 3).
+        beyond: those of the latter that are beyond the free end [m], shape (L, 3).
+        held: of the held part towards the camera [m], shape (K, 3).
+        origin: of these points in the object frame, turned into the camera's axes [m], shape (3,).
+    """
+
+    surface: FloatArray
+    beside: FloatArray
+    beyond: FloatArray
+    held: FloatArray
+    origin: FloatArray
+
+
+class ShapeSampler:
+    """Draws points on one shape, again and again the same ones."""
+
+    def __init__(self, mesh: TetMesh, shape: BentShape, count: int) -> None:
+        """Choose points evenly over the surface.
+
+        Args:
+            mesh: the body at rest.
+            shape: how it is bent.
+            count: of points over the whole surface.
+        """
+        triangles = mesh.surface_triangles
+        corners = shape.positions[triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        areas = np.linalg.norm(normals, axis=1)
+        # One random number spaced evenly: points follow the area, and are always the same.
+        chosen = np.searchsorted(
+            np.cumsum(areas) / areas.sum(), (np.arange(count) + 0.5) / count
+        ).clip(max=len(areas) - 1)
+        shares = np.random.default_rng(7).dirichlet((1.0, 1.0, 1.0), count)
+        self._points = np.einsum('nc,ncx->nx', shares, corners[chosen])
+        self._normals = (normals / np.maximum(areas, 1e-300)[:, None])[chosen]
+        rest = np.einsum('nc,ncx->nx', shares, mesh.rest_positions[triangles][chosen])
+        along = rest @ shape.hold.direction
+        self._is_free = along < shape.hold.plane
+        end = along.min() + _END * (shape.hold.plane - along.min())
+        self._is_end = along < end
+
+    def look(
+        self, rotation: FloatArray, view: FloatArray, surface: int, beside: int
+    ) -> ShapeSample | None:
+        """Return points as a camera has them that sees the body in some direction.
+
+        Args:
+            rotation: camera_from_object, shape (3, 3).
+            view: unit, from the camera to the body, shape (3,).
+            surface: points on the surface, at most.
+            beside: points beside it, at most.
+
+        Returns:
+            The points; None where hardly anything of the free part is in view.
+        """
+        points = self._points @ rotation.T
+        is_facing = self._normals @ rotation.T @ view < -_FACING
+        in_view, held = self._is_free & is_facing, points[is_facing & ~self._is_free]
+        if np.count_nonzero(in_view) < 10:
+            return None
+        seen = points[in_view]
+        middle = seen[np.argmin(np.linalg.norm(seen - seen.mean(axis=0), axis=1))]
+        chosen = seen[_spread(len(seen), surface)]
+        around, owners = _beside(points, self._is_free, view, middle)
+        end = points[self._is_end].mean(axis=0)
+        along = end - points[~self._is_end & self._is_free].mean(axis=0)
+        is_beyond = self._is_end[owners] & ((around - points[owners]) @ along > 0.0)
+        beyond = around[is_beyond]
+        return ShapeSample(
+            np.vstack([middle, chosen]) - middle,
+            around[_spread(len(around), beside)] - middle,
+            beyond[_spread(len(beyond), beside // 2)] - middle,
+            held[_spread(len(held), beside // 2)] - middle,
+            middle,
+        )
+
+
+def _spread(count: int, wanted: int) -> NDArray[np.int64]:
+    """Return at most so many numbers, evenly spread over a random order that never changes."""
+    return np.random.default_rng(11).permutation(count)[:wanted]
+
+
+def _beside(
+    points: FloatArray, is_free: NDArray[np.bool_], view: FloatArray, middle: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Return points around the outline of the free part, at the depth of what is next to them.
+
+    Beside each, shape (M, 3), the number of the point that is next to it, shape (M,).
+    """
+    # As seen along the ray to the middle: two coordinates across it, a third along it.
+    right = np.cross([0.0, 1.0, 0.0], view)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(view, right), view])
+    local = (points - middle) @ axes.T
+    low = local[:, :2].min(axis=0)
+    cell = float(np.ptp(local[:, :2], axis=0).max()) / _CELLS
+    rim = int(_BESIDE[1]) + 2
+    places = np.floor((local[:, :2] - low) / cell).astype(int) + rim
+    size = places.max(axis=0) + rim + 1
+    numbers = np.full(size, -1)
+    order = np.argsort(-local[:, 2])  # The nearest is written last.
+    numbers[tuple(places[order].T)] = order
+    filled = ndimage.binary_closing(numbers >= 0, iterations=2, border_value=0)
+    distance, near = ndimage.distance_transform_edt(~filled, return_indices=True)
+    # From the filled cell to a point that was drawn.
+    nearest = ndimage.distance_transform_edt(numbers < 0, return_indices=True)[1]
+    owner = numbers[tuple(nearest[:, near[0], near[1]])]
+    ring = (distance >= _BESIDE[0]) & (distance <= _BESIDE[1]) & is_free[owner]
+    cells = np.argwhere(ring)
+    across = low + (cells - rim + 0.5) * cell
+    along = local[owner[ring], 2]
+    return np.column_stack([across, along]) @ axes + middle, owner[ring].astype(np.int32)
