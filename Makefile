@@ -36,7 +36,7 @@ $(VENV)/.runtime: requirements.txt $(CONSTRAINTS) | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: $(VENV)/.runtime
-	$(PIP) -c $(CONSTRAINTS) distributed hypothesis import-linter jsonschema pytest pytest-xdist ruff mypy types-PyYAML torch 'setuptools<80'
+	$(PIP) -c $(CONSTRAINTS) distributed hypothesis import-linter jsonschema playwright pytest pytest-xdist ruff mypy types-PyYAML torch viser 'setuptools<80'
 	touch $@
 
 .PHONY: build

@@ -42,9 +42,11 @@ setup(
         'mesh': ['pytetwild>=0.2', 'pyvista>=0.43'],
         'mujoco': ['mujoco>=4.0'],
         'newton': ['newton>=1.8'],
+        'rerun': ['rerun-sdk>=0.39'],
         'test': ['pytest>=7'],
         'torch': ['torch>=2.1'],
         'usd': ['usd-core>=25.5'],
+        'web': ['viser>=1.1'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),

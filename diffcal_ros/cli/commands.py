@@ -19,6 +19,7 @@ from diffcal_ros.cli import (
     schema_command,
     simulate_command,
     suggest_command,
+    view_command,
 )
 
 COMMANDS: tuple[ModuleType, ...] = (
@@ -27,6 +28,7 @@ COMMANDS: tuple[ModuleType, ...] = (
     import_command,
     simulate_command,
     calibrate_command,
+    view_command,
     export_command,
     predict_command,
     diagnose_command,
