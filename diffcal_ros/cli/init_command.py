@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import sys
 from typing import Any, TYPE_CHECKING
 
+from diffcal_ros.cli.page_options import add_page_options, asked_page, say_where
 from diffcal_ros.cli.path_argument import path_argument
 from diffcal_ros.cli.say import say
 
 if TYPE_CHECKING:
     from diffcal_ros.marker import Marker
+    from diffcal_ros.proposal.propose import Proposal
 
 _SCENE, _PAGE = 'scene.yaml', 'proposal.html'
 _UNITS = ('m', 'cm', 'mm')
@@ -25,7 +27,7 @@ def add_parser(subparsers: Any) -> None:
         description='Find the body in the depth images, held at one end and bent by its weight, '
         'and write DIR/scene.yaml and DIR/proposal.html, which shows it. What is not sure is '
         'said, and stands in the scene as "# check:". `diffcal calibrate --scene DIR/scene.yaml` '
-        'goes on from it.',
+        'goes on from it; with --web body and clamp are moved by hand first.',
     )
     parser.add_argument(
         'body',
@@ -76,23 +78,55 @@ def add_parser(subparsers: Any) -> None:
         '--sensor', metavar='MODEL', default='', help='depth camera, such as realsense_d405'
     )
     parser.add_argument('--overwrite', action='store_true', help='replace a scene that is there')
+    page = parser.add_argument_group('the page')
+    page.add_argument(
+        '--web',
+        action='store_true',
+        help='go on in the browser: move body and clamp, try a modulus, fit, and save the scene '
+        'again',
+    )
+    add_page_options(page)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Propose, write and say what is not sure; return the exit code."""
-    from diffcal_ros.atomic_file import write_text_atomically
     from diffcal_ros.errors import InputError
-    from diffcal_ros.proposal.propose import propose, Question
-    from diffcal_ros.report.proposal_page import write_proposal_page
-    from diffcal_ros.report.scene_table import format_rows
-    from diffcal_ros.scene.load import load_scene
 
-    scene, page = args.out / _SCENE, args.out / _PAGE
+    scene = args.out / _SCENE
     if not args.overwrite and scene.exists():
         raise InputError(
             f'{scene} is there already: give another folder with --out, or --overwrite'
         )
+    if not args.web:
+        _propose(args)
+        return 0
+    with asked_page(args) as server:  # What it lacks is told before anything slow.
+        from diffcal_ros.web.proposed_setup import open_setup_page
+        from diffcal_ros.web.server import wait_for_interrupt
+
+        proposal = _propose(args)
+        inputs = proposal.inputs
+        page = open_setup_page(
+            server,
+            inputs.scene,
+            inputs.observations,
+            inputs.recordings[0],
+            proposal.draft,
+            scene,
+        )
+        say_where(server)
+        wait_for_interrupt()
+        page.close()
+    return 0
+
+
+def _propose(args: argparse.Namespace) -> 'Proposal':
+    """Propose a scene, write it, and print what it is."""
+    from diffcal_ros.proposal.propose import propose, Question
+    from diffcal_ros.proposal.save_draft import save_draft
+    from diffcal_ros.report.proposal_page import write_proposal_page
+
     known = Question(
         unit=args.unit,
         density=args.density,
@@ -107,21 +141,26 @@ def run(args: argparse.Namespace) -> int:
     proposal = propose(args.body, args.takes, known, ask_unit=_ask_unit, tell=say)
     for note in proposal.notes:
         say(f'note: {note}')
-    write_text_atomically(scene, proposal.draft.text(args.out))
-    load_scene(scene)
-    write_proposal_page(page, proposal)
+    save_draft(proposal.draft, args.out / _SCENE)
+    write_proposal_page(args.out / _PAGE, proposal)
     for doubt in proposal.doubts:
         say(f'check: {doubt}')
+    _print(args, proposal)
+    return proposal
+
+
+def _print(args: argparse.Namespace, proposal: 'Proposal') -> None:
+    from diffcal_ros.report.scene_table import format_rows
+
     gap = proposal.found.fit.result.gap_end
     rows = [
         ('body', f'{proposal.draft.unit}, {proposal.inputs.scene.mesh.tet_count} tetrahedra'),
         ('gap', f'median {1e3 * gap.median:.3g} mm, {100 * gap.coverage_in_sight:.1f}% covered'),
         ('start', f"Young's modulus {1e-3 * proposal.draft.youngs_modulus:.3g} kPa"),
-        ('scene', str(scene)),
-        ('picture', str(page)),
+        ('scene', str(args.out / _SCENE)),
+        ('picture', str(args.out / _PAGE)),
     ]
-    print(format_rows(rows))
-    return 0
+    print(format_rows(rows), flush=True)
 
 
 def _ask_unit(question: str, units: Sequence[str]) -> str | None:

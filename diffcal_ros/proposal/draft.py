@@ -112,7 +112,7 @@ class Draft:
     def _material(self) -> dict[str, Any]:
         return {
             'youngs_modulus': {
-                'start': float(f'{np.clip(self.youngs_modulus, _SOFTEST, _STIFFEST):.2g}'),
+                'start': float(f'{np.clip(self.youngs_modulus, _SOFTEST, _STIFFEST):.3g}'),
                 'min': _SOFTEST,
                 'max': _STIFFEST,
             },

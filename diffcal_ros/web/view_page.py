@@ -53,7 +53,7 @@ class ViewPage:
         self._names = dict(zip(names, bodies, strict=True))
         if len(bodies) > 1:
             choice = gui.add_dropdown('observation', names)
-            choice.on_update(lambda event: self._choose(event.target.value))
+            choice.on_update(lambda event: self.choose(event.target.value))
         colored = [CAMERA] if any(body.by_camera is not None for body in bodies) else []
         self._colors = gui.add_dropdown('colour of points', [*colored, DISTANCE])
         self._scale = gui.add_markdown('')
@@ -73,7 +73,12 @@ class ViewPage:
             own.on_update(lambda event: self.draw())
         self.draw()
 
-    def _choose(self, name: str) -> None:
+    def choose_colors(self, colors: str) -> None:
+        """Colour the points by `CAMERA` or `DISTANCE`."""
+        self._colors.value = colors
+
+    def choose(self, name: str) -> None:
+        """Draw another observation, by its name."""
         self.shown = self._names[name]
         self.draw()
 

@@ -59,7 +59,7 @@ def test_what_is_written_is_read_again(draft, tmp_path):
     assert setup.bag.resolve() == (tmp_path / 'take one').resolve()
     assert setup.gravity.tolist() == [0.0, -9.81, 0.0]
     region = scene.regions[0]
-    assert (region.youngs_modulus.start, region.density.start) == (120e3, 1100.0)
+    assert (region.youngs_modulus.start, region.density.start) == (123e3, 1100.0)
     assert region.poissons_ratio.start == 0.48
     assert (scene.marker.dictionary, scene.marker.id, scene.marker.side) == (
         'DICT_4X4_50',

@@ -33,9 +33,9 @@ def test_body_points_clamp_and_camera_are_drawn(server, bodies):
 
 def test_what_is_chosen_is_drawn(server, bodies):
     page = ViewPage(server, bodies, 'words')
-    page._colors.value = DISTANCE
+    page.choose_colors(DISTANCE)
     page._held.value = False
-    page._choose('another')
+    page.choose('another')
     assert drawn(page) == {'/camera', '/points', '/body'}
     (points,) = [node for node in page._nodes if node.name == '/points']
     assert np.array_equal(points.colors, bodies[1].by_distance)
