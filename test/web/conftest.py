@@ -31,5 +31,6 @@ def fitted_beam(recorded_beam, tmp_path_factory) -> FittedBeam:
 
 @pytest.fixture
 def server() -> Iterator[Any]:
+    pytest.importorskip('viser', reason='viser is not installed: pip install viser')
     with page_server('127.0.0.1', 0) as own:
         yield own

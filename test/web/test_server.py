@@ -36,6 +36,7 @@ def test_who_reaches_an_address(host, expected):
 
 
 def test_a_page_listens_where_it_is_asked_to_and_ends(capsys):
+    pytest.importorskip('viser', reason='viser is not installed: pip install viser')
     with page_server('127.0.0.1', 0) as server:
         assert server.get_host() == '127.0.0.1'
         address = f'http://127.0.0.1:{server.get_port()}'
