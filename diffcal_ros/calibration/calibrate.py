@@ -85,7 +85,6 @@ class Calibration:
             self.parameters,
             solver=self.settings.solver,
             device=self.settings.device,
-            share_tracers=is_robust,
         )
         self._method: FitMethod = (RobustFit if is_robust else ImageFit)(self.model, self.settings)
         self.objective = self._method.objective

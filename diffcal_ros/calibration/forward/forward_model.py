@@ -3,8 +3,8 @@
 """From parameters to positions in the camera frame, with tangents: where fem and depth meet."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 from diffcal_ros.calibration.forward.body_inputs import BodyInputs
@@ -28,28 +28,26 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
 class View:
     """The body as one observation's camera is predicted to see it.
 
     Attributes:
         points: node positions in the camera frame [m], shape (N, 3).
+        tracer: of that camera.
     """
 
-    def __init__(self, points: FloatArray, tracer: DepthTracer) -> None:
-        self.points = points
-        self._tracer = tracer
-        self._trace: Trace | None = None
+    points: FloatArray
+    tracer: DepthTracer
 
-    @property
+    @cached_property
     def trace(self) -> Trace:
-        """The traced view; it ends when its tracer traces another one, and is then traced anew.
+        """The traced view.
 
         Raises:
             OutOfViewError: when the camera does not see the body.
         """
-        if self._trace is None or not self._trace.is_current:
-            self._trace = self._tracer.trace(self.points)
-        return self._trace
+        return self.tracer.trace(self.points)
 
 
 class ForwardModel:
@@ -63,7 +61,6 @@ class ForwardModel:
         *,
         solver: str = 'auto',
         device: str = 'cpu',
-        share_tracers: bool = True,
         shared: SharedBodies | None = None,
     ) -> None:
         """Prepare bodies and cameras.
@@ -74,18 +71,13 @@ class ForwardModel:
             parameters: of the fit.
             solver: name of the sparse solver.
             device: Warp device.
-            share_tracers: let one tracer see all frames of a recording, one after the other.
             shared: bodies of another model of the same observations; None: own ones are made.
         """
         self.scene, self.parameters = scene, parameters
         self.observations = tuple(observations)
         self.device = device
-        self._make = partial(
-            ForwardModel, solver=solver, device=device, share_tracers=share_tracers
-        )
-        self._shared = shared or SharedBodies(
-            scene, self.observations, solver, device, share_tracers=share_tracers
-        )
+        self._make = partial(ForwardModel, solver=solver, device=device)
+        self._shared = shared or SharedBodies(scene, self.observations, solver, device)
         self.bodies, self.tracers = self._shared.bodies, self._shared.tracers
         self._states = self._shared.states
         pivots = [self._pivot(observation) for observation in observations]

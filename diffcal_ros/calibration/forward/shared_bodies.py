@@ -12,7 +12,7 @@ from diffcal_ros.scene.model import Scene
 
 
 class SharedBodies:
-    """What is costly to make: one body a posture, one tracer a camera.
+    """What is costly to make: one body a posture, one tracer a recording.
 
     The bodies are where the model that entered last has put them; another one that asks for its
     views has to simulate them again.
@@ -29,8 +29,6 @@ class SharedBodies:
         observations: Sequence[Observation],
         solver: str,
         device: str,
-        *,
-        share_tracers: bool,
     ) -> None:
         """Make bodies and tracers.
 
@@ -39,11 +37,10 @@ class SharedBodies:
             observations: what is to be predicted.
             solver: name of the sparse solver.
             device: Warp device.
-            share_tracers: let one tracer see all frames of a recording, one after the other.
         """
         self.bodies = make_bodies(scene, observations, solver, device)
         self.states = state_indices(observations)
-        self.tracers = self._make_tracers(observations, device, share_tracers)
+        self.tracers = self._make_tracers(observations, device)
         self._last: object | None = None
         self._before: object | None = None
 
@@ -64,10 +61,8 @@ class SharedBodies:
         """Return the simulated body of an observation."""
         return self.bodies[observation.setup_index].body
 
-    def _make_tracers(
-        self, observations: Sequence[Observation], device: str, share_tracers: bool
-    ) -> list[DepthTracer]:
-        owners = pose_owners(observations) if share_tracers else range(len(observations))
+    def _make_tracers(self, observations: Sequence[Observation], device: str) -> list[DepthTracer]:
+        owners = pose_owners(observations)
         tracers: dict[int, DepthTracer] = {}
         for observation, owner in zip(observations, owners, strict=True):
             if owner not in tracers:
