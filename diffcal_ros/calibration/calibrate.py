@@ -200,7 +200,7 @@ class Calibration:
         notes = (*self._pose_notes, *self._notes)
         return replace(
             result,
-            warnings=(*notes, *result.warnings, *self.model.warnings()),
+            warnings=(*notes, *result.warnings, *self.model.warnings(minimum.coordinates)),
             gap_held_out=self._held_out_gap(minimum.coordinates),
             alternatives=end.alternatives,
         )

@@ -75,19 +75,19 @@ def move_body(
         release_time=motion.release_time.start,
     )
     try:
-        posture.simulate(inputs, None)
+        positions = posture.solve(inputs).positions
     except (EquilibriumError, MotionError) as error:
         raise SceneError(
             f'the start values of {setup.name} cannot be simulated: {error}'
         ) from error
     shape = posture.body.discretisation
     first = PosedBody(
-        positions=posture.positions(0),
+        positions=positions[0],
         rest=shape.rest_nodes,
         triangles=shape.surface_triangles,
         held_nodes=posture.body.held_nodes,
     )
-    return MovingBodyFilm(first, posture.motion.positions)
+    return MovingBodyFilm(first, positions)
 
 
 def start_damping(scene: Scene) -> FloatArray:

@@ -71,7 +71,6 @@ def pose_body(
     if effects:
         model = EffectModel(scene, ParameterSet())
         index = [other.name for other in scene.observations].index(setup.name)
-        body.axes = model.axes(index)
         nodes = body.discretisation.rest_nodes
         conditions = model.conditions(effects, index, nodes)
     conditions = replace(conditions, cables=start_cables(scene, setup))

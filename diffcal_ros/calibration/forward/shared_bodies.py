@@ -14,8 +14,7 @@ from diffcal_ros.scene.model import Scene
 class SharedBodies:
     """What is costly to make: one body a posture, one tracer a recording.
 
-    The bodies are where the model that entered last has put them; another one that asks for its
-    views has to simulate them again.
+    They can be asked about all states that any model has found, see `posture`.
 
     Attributes:
         bodies: by number of the scene's observation.
@@ -24,11 +23,7 @@ class SharedBodies:
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        observations: Sequence[Observation],
-        solver: str,
-        device: str,
+        self, scene: Scene, observations: Sequence[Observation], solver: str, device: str
     ) -> None:
         """Make bodies and tracers.
 
@@ -41,21 +36,6 @@ class SharedBodies:
         self.bodies = make_bodies(scene, observations, solver, device)
         self.states = state_indices(observations)
         self.tracers = self._make_tracers(observations, device)
-        self._last: object | None = None
-        self._before: object | None = None
-
-    def enter(self, model: object) -> None:
-        """Let a model put the bodies where it wants them."""
-        self._before = model if self._last is None else self._last
-        self._last = model
-
-    def are_of(self, model: object) -> bool:
-        """Tell whether a model entered last."""
-        return self._last is model
-
-    def were_of(self, model: object) -> bool:
-        """Tell whether a model entered before the last one, or twice."""
-        return self._before is model
 
     def body(self, observation: Observation) -> StaticBody:
         """Return the simulated body of an observation."""
