@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit a modulus that varies over the body, beside the ordinary parameters."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import time
 from typing import Any
@@ -23,7 +23,6 @@ from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
 )
-from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.scene.model import Scene
@@ -131,6 +130,9 @@ def fit_field(
         weights = fit_under(search, fraction)
         record(weights.trials[0])
     posterior = _converged(search, weights.trials[weights.chosen].fraction)
+    calibration.go_to(search.state.coordinates, search.objective)
+    relative = search.objective.model.scene.relative_modulus
+    assert relative is not None
     result = _result(
         calibration,
         uniform,
@@ -141,7 +143,7 @@ def fit_field(
     )
     return FieldFit(
         youngs_modulus=calibration.model.material(calibration.coordinates).youngs_modulus,
-        relative_modulus=_relative_modulus(calibration),
+        relative_modulus=relative,
         log_std=posterior.log_std,
         kind=kind,
         unknown_count=search.unknown_count,
@@ -149,14 +151,6 @@ def fit_field(
         uniform=uniform,
         result=result,
     )
-
-
-def _relative_modulus(calibration: Calibration) -> FloatArray:
-    """Return what the scene stated and the field that was fitted, together."""
-    fitted, stated = calibration.model.log_modulus, calibration.scene.relative_modulus
-    assert fitted is not None
-    relative: FloatArray = np.exp(fitted) * (1.0 if stated is None else stated)
-    return relative
 
 
 def _converged(search: FieldSearch, fraction: float) -> Posterior:
@@ -185,21 +179,10 @@ def check_field(scene: Scene, kind: FieldKind, fraction: float | None) -> None:
         raise InputError(
             "a field is fitted to bodies at rest: leave observations with 'motion' out"
         )
-    _check_effects(scene.effects, 'model')
-
-
-def _check_effects(identifiers: Iterable[str], whole: str) -> None:
-    for effect in map(EFFECTS.__getitem__, identifiers):
-        if not effect.has_adjoint:
-            raise InputError(
-                f'a field does not know that {effect.sentence}: take {effect.identifier!r} out '
-                f'of the {whole}'
-            )
 
 
 def _check(calibration: Calibration, uniform: CalibrationResult) -> None:
     calibration.likelihood('a field')
-    _check_effects([p.effect for p in calibration.parameters if p.effect], 'fit')
     if uniform.outcome in (Outcome.DIVERGED, Outcome.INTERRUPTED):
         raise InputError(
             f'a field starts from a fit without one, and that ended {uniform.outcome.value}: '

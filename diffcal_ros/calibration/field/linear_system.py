@@ -89,7 +89,7 @@ class FieldSystem:
         """Linearise.
 
         Args:
-            objective: its model holds the field; see `ForwardModel.set_log_modulus`.
+            objective: the scene of its model holds the field.
             coordinates: of the ordinary parameters, shape (k,).
             tets_from_unknowns: shape (T, n).
 

@@ -30,8 +30,6 @@ class BodyInputs:
         self._scene = scene
         self._parameters = parameters
         self._effects = effects
-        # Added to the log of every tetrahedron's Young's modulus, shape (T,); None: nothing.
-        self.log_modulus: FloatArray | None = None
 
     def material(self, coordinates: FloatArray) -> Material:
         """Return the material of every tetrahedron."""
@@ -49,8 +47,6 @@ class BodyInputs:
         contrast = self._effects.log_modulus(self._effects.amplitudes(coordinates))
         if contrast is not None:
             columns[Kind.YOUNGS_MODULUS] *= np.exp(contrast)
-        if self.log_modulus is not None:
-            columns[Kind.YOUNGS_MODULUS] *= np.exp(self.log_modulus)
         return Material(
             youngs_modulus=columns[Kind.YOUNGS_MODULUS],
             poissons_ratio=columns[Kind.POISSONS_RATIO],

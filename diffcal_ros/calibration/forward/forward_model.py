@@ -270,17 +270,6 @@ class ForwardModel:
             for index, both in by_world.items()
         }
 
-    @property
-    def log_modulus(self) -> FloatArray | None:
-        """The field that is added to the logarithm of Young's modulus, shape (T,), or None."""
-        return self.inputs.log_modulus
-
-    def set_log_modulus(self, field: FloatArray | None) -> None:
-        """Add a field to the logarithm of every tetrahedron's Young's modulus, shape (T,)."""
-        self.inputs.log_modulus = field
-        if self._last is not None:
-            self._warm, self._last = replace(self._last, tangents=None), None
-
     def mesh_moves(self, coordinates: FloatArray, *, solver: str = 'auto') -> list[FloatArray]:
         """Return how a better mesh would move each view's points [m], shape (N, 3) each."""
         states = self.at(coordinates).states

@@ -2,13 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulated bodies and tracers that models with different parameters share."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from diffcal_ros.calibration.forward.body_factory import make_bodies, state_indices
+from diffcal_ros.calibration.forward.posture import Posture
 from diffcal_ros.calibration.observations.observation import Observation, pose_owners
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
+
+StandIn = Callable[[int, Posture[Any]], Posture[Any]]
 
 
 class SharedBodies:
@@ -23,7 +27,12 @@ class SharedBodies:
     """
 
     def __init__(
-        self, scene: Scene, observations: Sequence[Observation], solver: str, device: str
+        self,
+        scene: Scene,
+        observations: Sequence[Observation],
+        solver: str,
+        device: str,
+        stand_in: StandIn | None = None,
     ) -> None:
         """Make bodies and tracers.
 
@@ -32,8 +41,12 @@ class SharedBodies:
             observations: what is to be predicted.
             solver: name of the sparse solver.
             device: Warp device.
+            stand_in: returns what simulates a body in place of this package, of the number of the
+                scene's observation and the usual posture.
         """
         self.bodies = make_bodies(scene, observations, solver, device)
+        if stand_in is not None:
+            self.bodies = {index: stand_in(index, own) for index, own in self.bodies.items()}
         self.states = state_indices(observations)
         self.tracers = self._make_tracers(observations, device)
 

@@ -54,6 +54,12 @@ class RobustObjective:
         self._bias_indices = model.parameters.find(Kind.EDGE_BIAS)
         self._effect_indices = model.parameters.find(Kind.EFFECT)
 
+    def of(self, model: ForwardModel) -> 'RobustObjective':
+        """Return the same comparison of another model of the same bodies and observations."""
+        other = RobustObjective(model, comparers=self.comparers)
+        other.scales = self.scales
+        return other
+
     @property
     def is_annealed(self) -> bool:
         """Tell whether the robust widths have shrunk to the end."""
