@@ -9,13 +9,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-from diffcal_ros.calibration.forward.posture import clamped_body, PostureInputs
+from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
 from diffcal_ros.fem.creep import CreepChange
 from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import MotionChange
 from diffcal_ros.fem.static_body import HeldPath, StaticBody, StaticState
 from diffcal_ros.material import Material
+from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -84,8 +85,10 @@ class HeldLoadPosture:
             device: Warp device.
         """
         self._times = np.array(times, dtype=np.float64)
-        self.body, self._path = clamped_body(scene, setup, solver, device, is_released=True)
-        self._supported, self._support_path = clamped_body(scene, setup, solver, device)
+        plan = plan_body(scene, setup)
+        self.body = make_body(plan, plan.staying, solver, device)
+        self._supported = make_body(plan, plan.held, solver, device)
+        self._path, self._support_path = plan.staying.path, plan.held.path
 
     def solve(
         self,

@@ -13,8 +13,8 @@ from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import HeldMotion, Release
 from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody, TIME_STEP
 from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.posing import held_targets, world_positions
 from diffcal_ros.scene.refinement import refined_scene
 import numpy as np
 from numpy.typing import NDArray
@@ -77,16 +77,14 @@ class MovingPosture:
         if setup.motion is None:
             raise ValueError(f'{setup.name} is at rest: it has no motion to simulate')
         self._times = np.array(times, dtype=np.float64)
-        self._rest = world_positions(scene.mesh, setup)
-        self._staying = _held_vertices(setup, stays=True)
+        self._plan = plan = plan_body(scene, setup)
         self._scene, self._setup = scene, setup
         self._solver, self._device = solver, device
         self.body = self._make_body()
-        targets = self._rest.copy()
-        held = held_targets(setup, self._rest)
-        targets[held.vertices] = held.positions
-        released = np.setdiff1d(_held_vertices(setup, stays=False), self._staying)
-        self._clamped_at = targets[self.body.held_vertices]
+        targets = plan.mesh.rest_positions.copy()
+        targets[plan.held.vertices] = plan.held.positions
+        self._clamped_at = targets[plan.staying.vertices]
+        released = plan.released
         self._release = Release(released, setup.motion.release_time.start, targets[released])
         self._name, self._integrator = setup.name, setup.motion.integrator
         self._tolerance = setup.motion.tolerance
@@ -100,10 +98,10 @@ class MovingPosture:
             tolerance=self._tolerance,
         )
         self._at: MovingStates | None = None
-        self._is_turned = any(part.turn is not None for part in setup.staying)
+        self._is_turned = plan.staying.path is not None
 
     def _make_body(self) -> StaticBody:
-        return make_body(self._scene, self._setup, self._staying, self._solver, self._device)
+        return make_body(self._plan, self._plan.staying, self._solver, self._device)
 
     def solve(
         self,
@@ -233,10 +231,3 @@ class MovingPosture:
     def _held_motion(self) -> HeldMotion | None:
         """Return where the clamp holds its vertices at any time; None: at rest."""
         return (lambda _: self._clamped_at) if self._is_turned else None
-
-
-def _held_vertices(setup: ObservationSetup, *, stays: bool) -> NDArray[np.int32]:
-    """Return the vertices of the parts that stay, or of those that let go, shape (h,)."""
-    names = [part.name for part in setup.staying]
-    chosen = [part.vertices for part in setup.held if (part.name in names) == stays]
-    return np.unique(np.concatenate(chosen)).astype(np.int32)

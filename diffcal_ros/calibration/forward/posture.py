@@ -7,21 +7,17 @@ frame for a body that moves. They are values; the posture goes back to them wher
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from diffcal_ros.fem.cable_route import CableRoute
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.creep import Creep, NO_CREEP
 from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
-from diffcal_ros.fem.static_body import HeldPath, StaticBody, StaticState
+from diffcal_ros.fem.static_body import StaticBody, StaticState
 from diffcal_ros.material import Material
-from diffcal_ros.scene.cables import cable_routes
+from diffcal_ros.scene.body_plan import BodyPlan, Holding, plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.posing import held_targets, object_axes, world_positions
-from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
@@ -128,7 +124,8 @@ class RestingPosture:
     """
 
     def __init__(self, scene: Scene, setup: ObservationSetup, solver: str, device: str) -> None:
-        self.body, self._path = clamped_body(scene, setup, solver, device)
+        plan = plan_body(scene, setup)
+        self.body, self._path = make_body(plan, plan.held, solver, device), plan.held.path
 
     def solve(
         self,
@@ -172,68 +169,24 @@ class RestingPosture:
         return []
 
 
-def clamped_body(
-    scene: Scene,
-    setup: ObservationSetup,
-    solver: str = 'auto',
-    device: str = 'cpu',
-    *,
-    is_released: bool = False,
-) -> tuple[StaticBody, HeldPath | None]:
-    """Make the body of a posture, in its clamp, and the way the clamp goes there.
-
-    Args:
-        scene: mesh, element, material law and cables.
-        setup: placement and held parts.
-        solver: name of the sparse solver.
-        device: Warp device.
-        is_released: only the parts that stay hold it.
-    """
-    rest = world_positions(scene.mesh, setup)
-    holding = replace(setup, held=setup.staying) if is_released else setup
-    held = held_targets(holding, rest).vertices
-    body = make_body(scene, setup, held, solver, device, cables=cable_routes(scene))
-    return body, clamp_path(holding, rest)
-
-
 def make_body(
-    scene: Scene,
-    setup: ObservationSetup,
-    held_vertices: NDArray[np.int32],
-    solver: str = 'auto',
-    device: str = 'cpu',
-    *,
-    cables: Sequence[CableRoute] = (),
+    plan: BodyPlan, holding: Holding, solver: str = 'auto', device: str = 'cpu'
 ) -> StaticBody:
-    """Make a body of a scene.
+    """Make the body of an observation.
 
     Args:
-        scene: mesh, element and material law.
-        setup: placement and held parts, which give the body its axes.
-        held_vertices: shape (h,).
+        plan: of it.
+        holding: what holds it.
         solver: name of the sparse solver.
         device: Warp device.
-        cables: that run through the body.
     """
     return StaticBody(
-        TetMesh(world_positions(scene.mesh, setup), scene.mesh.tets),
-        scene.element,
-        held_vertices,
-        law=find_law(scene.law),
+        plan.mesh,
+        plan.element,
+        holding.vertices,
+        law=plan.law,
         solver=solver,
         device=device,
-        cables=cables,
-        axes=object_axes(scene.mesh, setup).placed(setup.world_from_object),
+        cables=plan.cables,
+        axes=plan.axes,
     )
-
-
-def clamp_path(setup: ObservationSetup, rest_world: FloatArray) -> HeldPath | None:
-    """Return how held vertices go from rest to where they are held; None: they stay.
-
-    Args:
-        setup: with the held parts.
-        rest_world: vertices at rest in the world frame [m], shape (V, 3).
-    """
-    if all(part.turn is None for part in setup.held):
-        return None
-    return lambda fraction: held_targets(setup, rest_world, fraction).positions
