@@ -10,7 +10,7 @@ from diffcal_ros.fem.element import Element
 from diffcal_ros.material import lame_lambda, lame_mu, Material
 from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.start_material import start_material
+from diffcal_ros.scene.start_material import start_constant, start_material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -109,12 +109,9 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
     Raises:
         InputError: when nothing holds the body for good.
     """
-    damping = np.zeros(scene.mesh.tet_count)
     region = np.empty(scene.mesh.tet_count, dtype=np.int32)
     for number, own in enumerate(scene.regions):
         region[own.tets] = number
-        if own.damping is not None:
-            damping[own.tets] = own.damping.start
     material = start_material(replace(scene, relative_modulus=None))
     modulus, ratio = constants_at_rest(material)
     moduli = tuple(float(modulus[own.tets[0]]) for own in scene.regions)
@@ -138,7 +135,7 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
         youngs_modulus=modulus,
         poissons_ratio=ratio,
         density=material.density,
-        damping=damping,
+        damping=start_constant(scene, 'damping'),
         region=region,
         region_names=tuple(own.name for own in scene.regions),
         region_moduli=moduli,

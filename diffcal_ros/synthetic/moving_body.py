@@ -12,7 +12,7 @@ from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.start_material import start_material
+from diffcal_ros.scene.start_material import start_constant, start_material
 from diffcal_ros.synthetic.posed_body import PosedBody
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,7 @@ def move_body(
         material=start_material(scene),
         gravity=setup.gravity,
         conditions=NO_CONDITIONS,
-        damping=start_damping(scene),
+        damping=start_constant(scene, 'damping'),
         release_time=motion.release_time.start,
     )
     try:
@@ -88,12 +88,3 @@ def move_body(
         held_nodes=posture.body.held_nodes,
     )
     return MovingBodyFilm(first, positions)
-
-
-def start_damping(scene: Scene) -> FloatArray:
-    """Return the damping that the scene's start values describe [Pa s], shape (T,)."""
-    column = np.zeros(scene.mesh.tet_count)
-    for region in scene.regions:
-        if region.damping is not None:
-            column[region.tets] = region.damping.start
-    return column
