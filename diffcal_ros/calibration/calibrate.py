@@ -85,7 +85,16 @@ class Calibration:
                 f'the loss {self.settings.loss!r} knows no effects: use the robust loss, or take '
                 "the effects out of 'fit' and 'effects'"
             )
-        solver, device = self.settings.solver, self.settings.device
+        self._method = self._make_method(observations, stand_in)
+        self.coordinates = self.parameters.start()
+        self._pose_notes = pose_notes
+        self._notes: tuple[str, ...] = ()
+
+    def _make_method(
+        self, observations: Sequence[Observation], stand_in: StandIn | None
+    ) -> FitMethod:
+        scene, settings = self.scene, self.settings
+        solver, device = settings.solver, settings.device
         model = ForwardModel(
             scene,
             observations,
@@ -94,14 +103,9 @@ class Calibration:
             device=device,
             shared=SharedBodies(scene, observations, solver, device, stand_in),
         )
-        self._method: FitMethod = (
-            RobustFit(RobustObjective(model, device=device), self.settings)
-            if is_robust
-            else ImageFit(ImageObjective(model, self.settings.loss), self.settings)
-        )
-        self.coordinates = self.parameters.start()
-        self._pose_notes = pose_notes
-        self._notes: tuple[str, ...] = ()
+        if settings.loss == 'robust':
+            return RobustFit(RobustObjective(model, device=device), settings)
+        return ImageFit(ImageObjective(model, settings.loss), settings)
 
     def _shared_and_own(self, is_robust: bool) -> tuple[tuple[str, ...], FloatArray | None]:
         """Return what all recordings share, and the prior of an offset of each one's own."""

@@ -107,7 +107,7 @@ class RobustFit:
                 contest.challenge(other, bounds, longest)
         best = contest.best.minimum
         alternatives = contest.alternatives(parameters, search.are_same)
-        self.objective.scales = contest.best.scales
+        self.objective = self.objective.under(contest.best.scales)
         if best is not minimum:
             on_iteration(Iteration(best.iterations, best.coordinates, best.linearisation.cost))
         return best, alternatives
