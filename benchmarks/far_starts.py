@@ -108,7 +108,7 @@ def _fit(inputs: OfflineInputs, number: int) -> dict[str, Any]:
             inputs.scene, observations, CalibrationSettings(with_mesh_error=False)
         )
         if number >= 0:
-            calibration.coordinates = _start(calibration, np.random.default_rng([17, number]))
+            calibration.go_to(_start(calibration, np.random.default_rng([17, number])))
         begun = calibration.parameters.values(calibration.coordinates)
         result = calibration.run()
     except InputError as error:

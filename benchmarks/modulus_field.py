@@ -193,7 +193,7 @@ def gradient(scenes: dict[str, Path]) -> dict[str, Any]:
     trace = view.trace
 
     def scalar() -> None:
-        model.factor_bodies()
+        model.body(model.observations[0]).factor()
         change = Change(youngs_modulus=model.material(coordinates).youngs_modulus)
         (tangent,) = model.tangents_of(lambda *_: [change], coordinates)
         by_depth = trace.push_depth(depth.indices, tangent)
@@ -201,7 +201,7 @@ def gradient(scenes: dict[str, Path]) -> dict[str, Any]:
         depth.values @ by_depth + edge.values @ by_edge
 
     def by_tets() -> None:
-        model.factor_bodies()
+        model.body(model.observations[0]).factor()
         by_points = trace.pull_depth(depth.indices, depth.values)
         by_points += trace.pull_outline(edge.indices, edge.values)
         model.pull_back_to_tets([by_points], coordinates)

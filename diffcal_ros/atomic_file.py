@@ -4,11 +4,15 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+import json
+import math
 import os
 from pathlib import Path
+from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.leftovers import fresh_path, remove_leftovers
+import numpy as np
 
 
 @contextmanager
@@ -47,6 +51,25 @@ def write_text_atomically(path: Path, text: str) -> None:
     Bytes of a file's name that are no UTF-8 are written as escapes.
     """
     write_bytes_atomically(path, text.encode('utf-8', errors='backslashreplace'))
+
+
+def write_json_atomically(path: Path, content: Any) -> None:
+    """Write a JSON document of `json_values`; see `replacing`."""
+    text = json.dumps(json_values(content), indent=2, allow_nan=False)
+    write_text_atomically(path, text + '\n')
+
+
+def json_values(content: Any) -> Any:
+    """Return a document as JSON knows it: NaN and infinity become null, arrays' numbers plain."""
+    if isinstance(content, dict):
+        return {key: json_values(item) for key, item in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [json_values(item) for item in content]
+    if isinstance(content, np.generic):
+        return json_values(content.item())
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content
 
 
 def write_bytes_atomically(path: Path, content: bytes) -> None:

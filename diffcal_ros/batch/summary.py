@@ -6,13 +6,11 @@ from collections.abc import Iterator, Sequence
 import csv
 from dataclasses import asdict, dataclass
 from io import StringIO
-import json
-import math
 from pathlib import Path
 from typing import Any
 
 from diffcal_ros import __version__
-from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.atomic_file import write_json_atomically, write_text_atomically
 from diffcal_ros.batch.body_result import BodyResult
 from diffcal_ros.batch.materials import (
     compare_materials,
@@ -78,8 +76,7 @@ def write_summary(summary: Summary, out: Path) -> None:
         'comparisons': [asdict(own) for own in summary.comparisons],
         'found_materials': [asdict(own) for own in summary.found],
     }
-    text = json.dumps(_finite(content), indent=2, allow_nan=False)
-    write_text_atomically(out / JSON_FILE, text + '\n')
+    write_json_atomically(out / JSON_FILE, content)
     table = StringIO()
     writer = csv.writer(table, lineterminator='\n')
     writer.writerows(_lines(summary))
@@ -130,14 +127,3 @@ def _parameter_cells(own: dict[str, Any] | None) -> list[Any]:
         return [''] * 4
     cells = [own['fine_mesh_value'], own['std_error'], *own['interval_95']]
     return ['' if cell is None else cell for cell in cells]
-
-
-def _finite(value: Any) -> Any:
-    """Replace NaN and infinity, which JSON does not know, by null."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

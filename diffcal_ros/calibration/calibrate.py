@@ -8,10 +8,12 @@ import time
 
 from diffcal_ros.calibration.fit_method import FitEnd, FitMethod
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.shared_bodies import SharedBodies, StandIn
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
 from diffcal_ros.calibration.parameters.slack_cables import taut_start
+from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
@@ -21,6 +23,7 @@ from diffcal_ros.calibration.search.mirrored_pose import choose_mirrored
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.calibration.whole_image.image_fit import ImageFit
+from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import Iteration
 from diffcal_ros.scene.fit_names import RIGID_OFFSET
@@ -46,6 +49,8 @@ class Calibration:
         scene: Scene,
         observations: Sequence[Observation],
         settings: CalibrationSettings | None = None,
+        *,
+        stand_in: StandIn | None = None,
     ) -> None:
         """Prepare the model.
 
@@ -53,6 +58,7 @@ class Calibration:
             scene: body, clamp, material, priors.
             observations: at least one; they share the parameters.
             settings: how to fit.
+            stand_in: what simulates the bodies in place of this package, see `SharedBodies`.
 
         Raises:
             InputError: when there is nothing to fit, or a camera does not see the body.
@@ -79,19 +85,27 @@ class Calibration:
                 f'the loss {self.settings.loss!r} knows no effects: use the robust loss, or take '
                 "the effects out of 'fit' and 'effects'"
             )
-        self.model = ForwardModel(
-            scene,
-            observations,
-            self.parameters,
-            solver=self.settings.solver,
-            device=self.settings.device,
-            share_tracers=is_robust,
-        )
-        self._method: FitMethod = (RobustFit if is_robust else ImageFit)(self.model, self.settings)
-        self.objective = self._method.objective
+        self._method = self._make_method(observations, stand_in)
         self.coordinates = self.parameters.start()
         self._pose_notes = pose_notes
         self._notes: tuple[str, ...] = ()
+
+    def _make_method(
+        self, observations: Sequence[Observation], stand_in: StandIn | None
+    ) -> FitMethod:
+        scene, settings = self.scene, self.settings
+        solver, device = settings.solver, settings.device
+        model = ForwardModel(
+            scene,
+            observations,
+            self.parameters,
+            solver=solver,
+            device=device,
+            shared=SharedBodies(scene, observations, solver, device, stand_in),
+        )
+        if settings.loss == 'robust':
+            return RobustFit(RobustObjective(model, device=device), settings)
+        return ImageFit(ImageObjective(model, settings.loss), settings)
 
     def _shared_and_own(self, is_robust: bool) -> tuple[tuple[str, ...], FloatArray | None]:
         """Return what all recordings share, and the prior of an offset of each one's own."""
@@ -105,6 +119,27 @@ class Calibration:
                 "robust loss, or take 'each_recording' out of 'rigid_offset'"
             )
         return tuple(name for name in fit if name != RIGID_OFFSET), offset.covariance
+
+    @property
+    def objective(self) -> FitObjective:
+        """The loss."""
+        return self._method.objective
+
+    @property
+    def model(self) -> ForwardModel:
+        """The model whose parameters are fitted."""
+        return self.objective.model
+
+    def go_to(self, coordinates: FloatArray, objective: RobustObjective | None = None) -> None:
+        """Stand where a fit shall start, or where another one ended.
+
+        Args:
+            coordinates: of the parameters, shape (k,).
+            objective: of that fit, with a model of the same parameters; None: as it was.
+        """
+        self.coordinates = coordinates
+        if objective is not None:
+            self._method = RobustFit(objective, self.settings)
 
     def likelihood(self, purpose: str) -> RobustObjective:
         """Return the objective for what only a likelihood can tell.
@@ -201,7 +236,7 @@ class Calibration:
         notes = (*self._pose_notes, *self._notes)
         return replace(
             result,
-            warnings=(*notes, *result.warnings, *self.model.warnings()),
+            warnings=(*notes, *result.warnings, *self.model.warnings(minimum.coordinates)),
             gap_held_out=self._held_out_gap(minimum.coordinates),
             alternatives=end.alternatives,
         )
@@ -212,7 +247,7 @@ class Calibration:
             return self.model
         # Frames that were fitted come first, so that camera poses keep their owners.
         return ForwardModel(
-            self.scene,
+            self.model.scene,
             (*self.model.observations, *self.held_out),
             self.parameters,
             solver=self.settings.solver,

@@ -67,22 +67,19 @@ class Contest:
         self, start: FloatArray, bounds: tuple[FloatArray, FloatArray], longest: FloatArray
     ) -> None:
         """Fit from another start, as far as it is worth it."""
-        objective, best = self._objective, self.best
-        objective.scales = best.scales
-        lowest = objective.misfit(best.minimum.coordinates)
+        best, trial = self.best, self._objective.under(Scales())
+        yardstick = self._objective.under(best.scales)
+        lowest = yardstick.misfit(best.minimum.coordinates)
 
         def goes_on(iteration: Iteration) -> bool:
             if iteration.number < _PATIENCE:
                 return True
-            scales, objective.scales = objective.scales, best.scales
-            misfit = objective.misfit(iteration.coordinates)
-            objective.scales = scales
+            misfit = yardstick.misfit(iteration.coordinates)
             return not misfit.is_worse(lowest, _HOPELESS, _CLEARLY_BETTER)
 
-        objective.scales = Scales()
         try:
             minimum = minimise(
-                objective,
+                trial,
                 start,
                 bounds,
                 longest,
@@ -90,18 +87,16 @@ class Contest:
                 on_iteration=goes_on,
             )
         except NotSimulatedError:
-            minimum = None
-        if minimum is not None and minimum.stop in (Stop.CONVERGED, Stop.EXHAUSTED):
-            self.entries.append(Entry(minimum, objective.scales))
+            return
+        if minimum.stop in (Stop.CONVERGED, Stop.EXHAUSTED):
+            self.entries.append(Entry(minimum, trial.scales))
             self._sort()
-        objective.scales = self.best.scales
 
     def alternatives(
         self, parameters: ParameterSet, are_same: Callable[..., bool]
     ) -> tuple[Alternative, ...]:
         """Return the other fits, each place once, as they stand under the finest scales."""
-        objective, kept = self._objective, [self.best.minimum.coordinates]
-        objective.scales = self._finest()
+        objective, kept = self._objective.under(self._finest()), [self.best.minimum.coordinates]
         best_gap, lowest = objective.gap_and_misfit(kept[0])
         found = []
         for entry in self.entries[1:]:
@@ -139,13 +134,14 @@ class Contest:
         A fit that ran out of steps is preferred to one that ended only where it is clearly better:
         of two that lead to one place, the one that arrived stands for it.
         """
-        self._objective.scales = self._finest()
-        self.entries.sort(key=self._rank)
+        objective = self._objective.under(self._finest())
 
-    def _rank(self, own: Entry) -> float:
-        ran_out = own.minimum.stop is Stop.EXHAUSTED
-        handicap = _CLEARLY_BETTER if ran_out else 0.0
-        return self._objective.misfit(own.minimum.coordinates).above_absence + handicap
+        def rank(own: Entry) -> float:
+            ran_out = own.minimum.stop is Stop.EXHAUSTED
+            handicap = _CLEARLY_BETTER if ran_out else 0.0
+            return objective.misfit(own.minimum.coordinates).above_absence + handicap
+
+        self.entries.sort(key=rank)
 
     def _says_other(self, parameters: ParameterSet, there: FloatArray) -> bool:
         """Tell whether what is asked for lies outside the best fit's 95 % interval."""

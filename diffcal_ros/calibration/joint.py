@@ -122,6 +122,10 @@ class JointCalibration:
         self.objective = JointObjective(objectives, self.parameters)
         self.coordinates = self.parameters.start()
 
+    def go_to(self, coordinates: FloatArray) -> None:
+        """Stand where the fit shall start, shape (k,)."""
+        self.coordinates = coordinates
+
     def run(self) -> CalibrationResult:
         """Fit; the result's details hold each member's gap.
 
@@ -157,7 +161,7 @@ class JointCalibration:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = minimum.coordinates
         for member, indices in zip(self.members.values(), self.parameters.indices, strict=True):
-            member.coordinates = minimum.coordinates[indices]
+            member.go_to(minimum.coordinates[indices])
         return self._result(minimum, history, time.perf_counter() - begun)
 
     def _result(

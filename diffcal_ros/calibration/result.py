@@ -3,12 +3,11 @@
 """What a calibration found, and its file `result.json`."""
 
 from dataclasses import dataclass, field
-import json
 import math
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.atomic_file import write_json_atomically
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.uncertainty.profile import Profile
@@ -226,18 +225,4 @@ def save_result(result: CalibrationResult, path: Path) -> None:
     Raises:
         InputError: when the disk is full or the folder cannot be written.
     """
-    text = json.dumps(_finite(result.as_dict()), indent=2, allow_nan=False)
-    write_text_atomically(path, text + '\n')
-
-
-def _finite(value: Any) -> Any:
-    """Replace NaN and infinity, which JSON does not know, by null."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    if isinstance(value, np.generic):
-        return _finite(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    write_json_atomically(path, result.as_dict())

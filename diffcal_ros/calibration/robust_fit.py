@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.fit_method import Doubts, FitEnd, OnIteration
-from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.seen_regions import require_seen_regions
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.slack_cables import barely_pulling
@@ -38,15 +37,8 @@ class RobustFit:
         objective: the robust loss.
     """
 
-    def __init__(self, model: ForwardModel, settings: CalibrationSettings) -> None:
-        """Prepare the comparison.
-
-        Args:
-            model: simulates and traces.
-            settings: how to fit.
-        """
-        self.objective = RobustObjective(model, device=settings.device)
-        self._model, self._settings = model, settings
+    def __init__(self, objective: RobustObjective, settings: CalibrationSettings) -> None:
+        self.objective, self._model, self._settings = objective, objective.model, settings
 
     def likelihood(self, purpose: str) -> RobustObjective:
         """Return the loss."""
@@ -115,7 +107,7 @@ class RobustFit:
                 contest.challenge(other, bounds, longest)
         best = contest.best.minimum
         alternatives = contest.alternatives(parameters, search.are_same)
-        self.objective.scales = contest.best.scales
+        self.objective = self.objective.under(contest.best.scales)
         if best is not minimum:
             on_iteration(Iteration(best.iterations, best.coordinates, best.linearisation.cost))
         return best, alternatives

@@ -66,7 +66,7 @@ class AreaImage:
         buffers.launch(
             area_kernels.start_image,
             count,
-            [buffers.depth, wp.float64(self._background)],
+            [trace.device_depth, wp.float64(self._background)],
             [self._image, self._marks, crossings],
         )
         buffers.launch(
@@ -87,7 +87,7 @@ class AreaImage:
             area_kernels.cut_pixels,
             len(pixels),
             [
-                buffers.planes,
+                self._trace.planes,
                 self._trace.window,
                 self._cut.pixels,
                 last_segment,
@@ -110,8 +110,8 @@ class AreaImage:
             self._sampled.count,
             [
                 buffers.triangles,
-                buffers.screen,
-                buffers.planes,
+                self._trace.screen,
+                self._trace.planes,
                 self._trace.window,
                 *self._trace.tiles,
                 self._sampled.pixels,
@@ -137,15 +137,14 @@ class AreaImage:
             rigid motion of the camera is its sum, see `pose_gradient`.
         """
         trace, buffers = self._trace, self._trace.buffers
-        trace.check_current()
         weights = float_array(np.ascontiguousarray(by_image.ravel()), buffers.device)
         gradient = buffers.gradient
         gradient.zero_()
-        surface = [buffers.triangles, buffers.points, buffers.screen, buffers.planes]
+        surface = [buffers.triangles, trace.points, trace.screen, trace.planes]
         buffers.launch(
             derivative_kernels.pull_back_centres,
             buffers.face_count,
-            [*surface, trace.window, buffers.faces, self._marks, weights],
+            [*surface, trace.window, trace.device_faces, self._marks, weights],
             [gradient],
         )
         for parts in (self._cut, self._sampled):
@@ -173,7 +172,6 @@ class AreaImage:
             Change of the image [m], shape (h, w, k).
         """
         trace, buffers = self._trace, self._trace.buffers
-        trace.check_current()
         seen = np.flatnonzero((trace.faces.ravel() >= 0) & (self._marks.numpy() == 0))
         inside = trace.push_depth(seen.astype(np.int32), tangents)
         rates = np.zeros((trace.pixel_count, len(tangents)))
@@ -186,9 +184,9 @@ class AreaImage:
                 parts.count,
                 [
                     buffers.triangles,
-                    buffers.points,
-                    buffers.screen,
-                    buffers.planes,
+                    trace.points,
+                    trace.screen,
+                    trace.planes,
                     parts.pixels,
                     parts.faces,
                     parts.sums,
@@ -208,7 +206,7 @@ class AreaImage:
         trace, buffers = self._trace, self._trace.buffers
         segments = trace.segments
         return [
-            buffers.points,
+            trace.points,
             buffers.pinhole,
             trace.window,
             buffers.edges,

@@ -195,6 +195,17 @@ def weights_of_pixel(plane: Plane, window: Window, pixel: wp.int32):
     return weights_at(plane, column, row)
 
 
+@wp.func
+def pixel_of(window: Window, here: wp.vec3d):
+    """Return the window's pixel that holds the middle of a segment, or is next to it.
+
+    At the border of the image that middle may lie outside while a part of the segment is seen.
+    """
+    column = wp.clamp(cell_of(here[0]) - window.left, 0, window.width - 1)
+    row = wp.clamp(cell_of(here[1]) - window.top, 0, window.height - 1)
+    return row * window.width + column
+
+
 @wp.kernel(enable_backward=False)
 def pull_back_outline(
     # In:
@@ -220,7 +231,7 @@ def pull_back_outline(
     if length <= wp.float64(0.0):
         return
     here = segment_points[segment]
-    pixel = (cell_of(here[1]) - window.top) * window.width + cell_of(here[0]) - window.left
+    pixel = pixel_of(window, here)
     behind = depth_behind(segment_open[segment], segment_behind[segment], background)
     scale = by_image[pixel] * (here[2] - behind) * length
     edge = segment_edges[segment]
@@ -315,7 +326,7 @@ def push_outline_area(
     if length <= wp.float64(0.0):
         return
     here = segment_points[segment]
-    pixel = (cell_of(here[1]) - window.top) * window.width + cell_of(here[0]) - window.left
+    pixel = pixel_of(window, here)
     behind = depth_behind(segment_open[segment], segment_behind[segment], background)
     scale = (here[2] - behind) * length
     edge = segment_edges[segment]

@@ -54,44 +54,54 @@ class Outline:
 
 
 class Trace:
-    """One traced view; valid until its buffers traces again."""
+    """One traced view: a value, whatever its tracer traces later."""
 
-    def __init__(self, buffers: TracerBuffers, window: Any, depth_steps: float) -> None:
+    def __init__(
+        self, buffers: TracerBuffers, points: Any, screen: Any, window: Any, depth_steps: float
+    ) -> None:
+        """Rasterise the front faces.
+
+        Args:
+            buffers: of the tracer.
+            points: vertices in the camera frame [m], on the device, shape (N,).
+            screen: their columns, rows [px] and 1/z [1/m], likewise.
+            window: of the image, which holds them all.
+            depth_steps: z-buffer steps per 1/z [m].
+        """
         self.buffers = buffers
-        buffers.generation += 1
-        self.generation = buffers.generation
-        self.window = window
+        self.points, self.screen, self.window = points, screen, window
         self.pixel_count: int = window.width * window.height
         self.shape = (int(window.height), int(window.width))
         self.rows = slice(int(window.top), int(window.top) + self.shape[0])
         self.columns = slice(int(window.left), int(window.left) + self.shape[1])
-        face_count = buffers.face_count
-        surface = [buffers.triangles, buffers.screen]
-        buffers.launch(raster_kernels.make_planes, face_count, surface, [buffers.planes])
+        face_count, device = buffers.face_count, buffers.device
+        self.planes = wp.empty(face_count, dtype=raster_kernels.Plane, device=device)
+        self.device_faces = wp.empty(self.pixel_count, dtype=wp.int32, device=device)
+        self.device_depth = wp.empty(self.pixel_count, dtype=wp.float64, device=device)
+        surface = [buffers.triangles, screen]
+        buffers.launch(raster_kernels.make_planes, face_count, surface, [self.planes])
         buffers.launch(
             raster_kernels.rasterise,
             face_count,
-            [*surface, buffers.planes, window, wp.float64(depth_steps)],
+            [*surface, self.planes, window, wp.float64(depth_steps)],
             [buffers.keys],
         )
         buffers.launch(
             raster_kernels.resolve,
             self.pixel_count,
-            [buffers.planes, window, buffers.keys],
-            [buffers.faces, buffers.depth],
+            [self.planes, window, buffers.keys],
+            [self.device_faces, self.device_depth],
         )
 
     @cached_property
     def depth(self) -> FloatArray:
         """Z at pixel centres within the window [m], shape `shape`; NaN beside the body."""
-        self.check_current()
-        return download(self.buffers.depth[: self.pixel_count]).reshape(self.shape)
+        return download(self.device_depth).reshape(self.shape)
 
     @cached_property
     def faces(self) -> IntArray:
         """Triangle seen at each pixel of the window, -1 beside the body."""
-        self.check_current()
-        return download(self.buffers.faces[: self.pixel_count]).reshape(self.shape)
+        return download(self.device_faces).reshape(self.shape)
 
     def full_depth(self) -> FloatArray:
         """Return z over the whole image [m], shape (H, W); NaN beside the body."""
@@ -142,7 +152,6 @@ class Trace:
         Returns:
             Change of z [m], shape (M, k).
         """
-        self.check_current()
         buffers = self.buffers
         rates = zero_floats((len(pixels), len(tangents)), buffers.device)
         buffers.launch(
@@ -160,7 +169,6 @@ class Trace:
             segments: entries of `Outline.segments`, shape (M,).
             tangents: camera-frame displacement per unit of each parameter, shape (k, N, 3).
         """
-        self.check_current()
         buffers = self.buffers
         rates = zero_floats((len(segments), len(tangents)), buffers.device)
         buffers.launch(
@@ -178,7 +186,6 @@ class Trace:
             pixels: flat indices into the window, shape (M,).
             by_depth: derivative of a scalar by the depth of each [1/m], shape (M,).
         """
-        self.check_current()
         buffers = self.buffers
         buffers.gradient.zero_()
         buffers.launch(
@@ -196,7 +203,6 @@ class Trace:
             segments: entries of `Outline.segments`, shape (M,).
             by_motion: derivative of a scalar by the outward motion of each [1/px], shape (M,).
         """
-        self.check_current()
         buffers = self.buffers
         buffers.gradient.zero_()
         buffers.launch(
@@ -212,12 +218,12 @@ class Trace:
         buffers = self.buffers
         return [
             buffers.triangles,
-            buffers.points,
-            buffers.screen,
-            buffers.planes,
+            self.points,
+            self.screen,
+            self.planes,
             self.window,
-            buffers.faces,
-            buffers.depth,
+            self.device_faces,
+            self.device_depth,
             int_array(pixels, buffers.device),
         ]
 
@@ -225,7 +231,7 @@ class Trace:
         """Return what kernels of outline segments read."""
         buffers, walked = self.buffers, self.segments
         return [
-            buffers.points,
+            self.points,
             buffers.pinhole,
             buffers.edges,
             walked.edges,
@@ -241,7 +247,6 @@ class Trace:
             side: samples along each side of such a pixel.
             background: value [m] where nothing is seen.
         """
-        self.check_current()
         return AreaImage(self, side, background)
 
     @cached_property
@@ -250,10 +255,9 @@ class Trace:
         buffers, window = self.buffers, self.window
         size = int(raster_kernels.TILE)
         count = -(-int(window.width) // size) * -(-int(window.height) // size)
-        counts, ends = buffers.tile_counts[:count], buffers.tile_ends[:count]
-        surface = [buffers.triangles, buffers.screen, buffers.planes, window]
+        counts, ends = (zero_ints(count, buffers.device) for _ in range(2))
+        surface = [buffers.triangles, self.screen, self.planes, window]
         face_count = buffers.face_count
-        counts.zero_()
         buffers.launch(raster_kernels.count_tiles, face_count, surface, [counts])
         wp.utils.array_scan(counts, ends, inclusive=True)
         total = int(ends[count - 1 : count].numpy()[0])
@@ -264,11 +268,10 @@ class Trace:
     @cached_property
     def segments(self) -> SilhouetteSegments:
         """The walk along every silhouette edge, hidden segments included."""
-        self.check_current()
         buffers = self.buffers
         ends, members = self.tiles
         edge_count = buffers.edge_count
-        edges = [buffers.screen, buffers.planes, buffers.edges, buffers.edge_faces]
+        edges = [self.screen, self.planes, buffers.edges, buffers.edge_faces]
         buffers.launch(
             silhouette_kernels.count_segments,
             edge_count,
@@ -311,13 +314,3 @@ class Trace:
         """Return tangents, shape (k, N, 3), on the device as (N, k) vectors."""
         ordered = np.ascontiguousarray(tangents.transpose(1, 0, 2))
         return point_array(ordered, self.buffers.device)
-
-    @property
-    def is_current(self) -> bool:
-        """Tell whether the tracer has traced no other view since."""
-        return bool(self.buffers.generation == self.generation)
-
-    def check_current(self) -> None:
-        """Refuse to go on after the tracer has traced another view."""
-        if not self.is_current:
-            raise RuntimeError('this trace has ended: its tracer has traced another view since')

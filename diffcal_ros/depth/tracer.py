@@ -13,7 +13,7 @@ from diffcal_ros.depth import raster_kernels
 from diffcal_ros.depth.buffers import TracerBuffers
 from diffcal_ros.depth.surface_edges import surface_edges
 from diffcal_ros.depth.trace import Trace
-from diffcal_ros.device_array import upload
+from diffcal_ros.device_array import point_array
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +51,7 @@ class DepthTracer:
         )
 
     def trace(self, points_camera: FloatArray) -> Trace:
-        """Trace the surface; earlier traces of this tracer end.
+        """Trace the surface.
 
         Args:
             points_camera: vertex positions in the camera frame [m], shape (N, 3).
@@ -80,13 +80,12 @@ class DepthTracer:
                 f'{low[1]:.0f} to {high[1]:.0f} of a {camera.width}x{camera.height} image: it '
                 "must be in the camera's view; check the placement and the camera pose"
             )
-        upload(self._buffers.points, points_camera)
-        upload(self._buffers.screen, screen)
         window: Any = raster_kernels.Window()
         window.left, window.top = left, top
         window.width, window.height = right - left + 1, bottom - top + 1
         # The nearest point takes all of the 31 bits that 1/z has in the z-buffer.
-        return Trace(self._buffers, window, 0.999 * 2.0**31 * nearest)
+        points, shown = (point_array(each, self.device) for each in (points_camera, screen))
+        return Trace(self._buffers, points, shown, window, 0.999 * 2.0**31 * nearest)
 
 
 def pose_gradient(points_camera: FloatArray, gradient: FloatArray) -> FloatArray:

@@ -17,7 +17,6 @@ class CompliantClamp(Effect):
     settles = ('a second load', 'a pose that loads the clamp otherwise')
     twins = ('clamp_offset', 'stiffness_contrast')
     is_at_rest_only = True
-    has_adjoint = False
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the clamp's compliance."""

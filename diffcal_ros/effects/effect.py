@@ -85,7 +85,6 @@ class Effect:
         hides_in_release: whether a release of which nothing is known does all that it does.
         has_boundary: whether its setting `at` is where one of the materials ends, in a scene of
             one region.
-        has_adjoint: whether derivatives by every element's modulus know of it.
         most_confidence: that its name deserves where a cause outside the library looks the same.
         imitated_by: such causes, in words with what would tell them; empty: none is known.
     """
@@ -114,7 +113,6 @@ class Effect:
     is_at_rest_only = False
     hides_in_release = False
     has_boundary = False
-    has_adjoint = True
     most_confidence = 1.0
     imitated_by = ''
 

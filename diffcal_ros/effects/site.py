@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import NamedTuple, Protocol
 
 from diffcal_ros.fem.body_axes import BodyAxes
-from diffcal_ros.rigid_transform import apply
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,13 +41,7 @@ class Site:
     @cached_property
     def axes(self) -> BodyAxes:
         """The body's axes in the world frame."""
-        own, placed = self.object_axes, self.world_from_object
-        return BodyAxes(
-            root=apply(placed, own.root),
-            axes=own.axes @ placed[:3, :3].T,
-            length=own.length,
-            center=apply(placed, own.center),
-        )
+        return self.object_axes.placed(self.world_from_object)
 
     def to_world(self, vectors: FloatArray) -> FloatArray:
         """Turn vectors of the object frame into the world frame, shape (..., 3)."""

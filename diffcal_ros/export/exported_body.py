@@ -8,9 +8,9 @@ from functools import cached_property
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.element import Element
 from diffcal_ros.material import lame_lambda, lame_mu, Material
+from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.posing import held_targets, world_positions
-from diffcal_ros.scene.start_material import start_material
+from diffcal_ros.scene.start_material import start_constant, start_material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -109,33 +109,33 @@ def exported_body(scene: Scene, setup: ObservationSetup) -> ExportedBody:
     Raises:
         InputError: when nothing holds the body for good.
     """
-    damping = np.zeros(scene.mesh.tet_count)
     region = np.empty(scene.mesh.tet_count, dtype=np.int32)
     for number, own in enumerate(scene.regions):
         region[own.tets] = number
-        if own.damping is not None:
-            damping[own.tets] = own.damping.start
     material = start_material(replace(scene, relative_modulus=None))
     modulus, ratio = constants_at_rest(material)
     moduli = tuple(float(modulus[own.tets[0]]) for own in scene.regions)
     if scene.relative_modulus is not None:
         modulus = modulus * scene.relative_modulus
-    rest = world_positions(scene.mesh, setup)
-    held = _held_for_good(setup)
-    targets = held_targets(setup, rest)
-    where = np.searchsorted(targets.vertices, held)
+    if not setup.staying:
+        raise InputError(
+            f'nothing holds the body of {setup.name!r} once it is let go: an asset needs a clamp '
+            'that stays'
+        )
+    plan = plan_body(scene, setup)
+    where = np.searchsorted(plan.held.vertices, plan.staying.vertices)
     return ExportedBody(
         name=scene.name,
-        mesh=TetMesh(rest, scene.mesh.tets),
+        mesh=plan.mesh,
         element=scene.element,
         law=scene.law,
-        held=held,
-        held_positions=targets.positions[where],
+        held=plan.staying.vertices,
+        held_positions=plan.held.positions[where],
         gravity=setup.gravity,
         youngs_modulus=modulus,
         poissons_ratio=ratio,
         density=material.density,
-        damping=damping,
+        damping=start_constant(scene, 'damping'),
         region=region,
         region_names=tuple(own.name for own in scene.regions),
         region_moduli=moduli,
@@ -153,15 +153,6 @@ def constants_at_rest(material: Material) -> tuple[FloatArray, FloatArray]:
     mu = lame.neo_hookean_mu / conversion.mu
     lam = lame.neo_hookean_lambda - conversion.added * mu
     return mu * (3.0 * lam + 2.0 * mu) / (lam + mu), lam / (2.0 * (lam + mu))
-
-
-def _held_for_good(setup: ObservationSetup) -> IntArray:
-    if not setup.staying:
-        raise InputError(
-            f'nothing holds the body of {setup.name!r} once it is let go: an asset needs a clamp '
-            'that stays'
-        )
-    return np.unique(np.concatenate([part.vertices for part in setup.staying])).astype(np.int32)
 
 
 def _left_out(scene: Scene, setup: ObservationSetup) -> tuple[str, ...]:

@@ -3,11 +3,10 @@
 """Export a fit: the asset, a script that plays it, and a list of what it holds."""
 
 from dataclasses import dataclass
-import json
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.atomic_file import write_json_atomically, write_text_atomically
 from diffcal_ros.errors import InputError
 from diffcal_ros.export import players
 from diffcal_ros.export.effective_numbers import read_effective, with_effective
@@ -76,7 +75,7 @@ def export_fit(
         'moduli': moduli,
         **describe(body),
     }
-    write_text_atomically(out / _LIST, json.dumps(document, indent=2) + '\n')
+    write_json_atomically(out / _LIST, document)
     return Export(body, moduli, (*files, out / player.name, out / _LIST))
 
 

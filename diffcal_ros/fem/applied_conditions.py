@@ -26,7 +26,7 @@ class AppliedConditions:
 
     Attributes:
         now: the effects.
-        count: how often they were applied.
+        axes: of the body, about which it bends.
         cables: that run through the body.
     """
 
@@ -48,7 +48,6 @@ class AppliedConditions:
             origin: of its own frame in the world [m], shape (3,): potentials are given there.
         """
         self.now = NO_CONDITIONS
-        self.count = 0
         self._origin = origin
         self.cables = tuple(cables)
         self._mesh = mesh
@@ -57,24 +56,12 @@ class AppliedConditions:
         self._acting: list[AddedTerm] = []
         self._shear_moduli = np.zeros(0)
         self._shape = stiffness.body.discretisation  # Without stress.
-        self._axes = axes
+        self.axes = axes
         self._curvature = np.zeros(2)
-
-    @property
-    def axes(self) -> BodyAxes:
-        """The body's axes, about which it bends."""
-        return self._axes
-
-    @axes.setter
-    def axes(self, axes: BodyAxes) -> None:
-        self._axes = axes
-        if self._curvature.any():
-            self._bend(self._curvature)
 
     def apply(self, conditions: Conditions, lame_parameters: LameParameters) -> None:
         """Put effects to work; the material is set already."""
         self.now = conditions
-        self.count += 1
         self._shear_moduli = lame_parameters.neo_hookean_mu
         terms = {p.kind: self._term(p) for p in conditions.potentials}
         if len(terms) < len(conditions.potentials):
@@ -146,7 +133,7 @@ class AppliedConditions:
 
     def _bend(self, curvature: FloatArray) -> None:
         body = self._stiffness.body
-        shape = bent_discretisation(self._mesh, body.discretisation, self._axes, curvature)
+        shape = bent_discretisation(self._mesh, body.discretisation, self.axes, curvature)
         body.set_rest_shape(shape)
         self._shape = shape
         for term in self._terms.values():
@@ -154,7 +141,7 @@ class AppliedConditions:
         self._curvature = curvature.copy()
 
     def _force_of_curvature(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
-        here, step = self._curvature, _BEND_STEP / self._axes.length
+        here, step = self._curvature, _BEND_STEP / self.axes.length
         forces = []
         for sign in (1.0, -1.0):
             self._bend(here + sign * step * direction)

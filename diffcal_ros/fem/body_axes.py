@@ -4,6 +4,7 @@
 
 from dataclasses import dataclass, replace
 
+from diffcal_ros.rigid_transform import apply
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,6 +35,15 @@ class BodyAxes:
     def moved(self, shift: FloatArray) -> 'BodyAxes':
         """Return the axes of a body that is shifted [m], shape (3,)."""
         return replace(self, root=self.root + shift, center=self.center + shift)
+
+    def placed(self, to_from_here: FloatArray) -> 'BodyAxes':
+        """Return the axes of a body that is moved to another frame, shape (4, 4)."""
+        return BodyAxes(
+            root=apply(to_from_here, self.root),
+            axes=self.axes @ to_from_here[:3, :3].T,
+            length=self.length,
+            center=apply(to_from_here, self.center),
+        )
 
 
 def body_axes(rest: FloatArray, held: NDArray[np.int32]) -> BodyAxes:

@@ -51,7 +51,7 @@ class StaticGradient:
         density: [m^3/kg], shape (T,).
         gravity: [s^2/m], shape (3,).
         by_effects: returns the derivative along a change of effects, which are too many to have
-            one number each; as long as the body has not been solved anew. None: not known.
+            one number each; None: not known.
     """
 
     youngs_modulus: FloatArray

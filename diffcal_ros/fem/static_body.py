@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A clamped body at rest: equilibrium under gravity, its tangents and its adjoint."""
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from functools import partial
 from types import ModuleType
 
@@ -38,6 +38,29 @@ _YIELD_TOLERANCE = 1e-8
 _MAX_YIELDS = 60
 
 
+@dataclass(frozen=True)
+class StaticState:
+    """A body at rest, and all that this depends on: a value that a body can come back to.
+
+    Attributes:
+        material: one value per tetrahedron.
+        gravity: [m/s^2], shape (3,).
+        conditions: effects on the body.
+        held_path: of the held vertices in the body's own frame; None: they stay.
+        clamp_turn: by which the clamp gave way [rad], shape (3,).
+        own: the equilibrium in the body's own frame.
+        positions: of the nodes in the world frame [m], shape (N, 3).
+    """
+
+    material: Material
+    gravity: FloatArray
+    conditions: Conditions
+    held_path: HeldPath | None
+    clamp_turn: FloatArray
+    own: Equilibrium
+    positions: FloatArray
+
+
 class StaticBody:
     """One body in one posture; keeps its last state and factorisation for the next solve.
 
@@ -60,6 +83,7 @@ class StaticBody:
         solver: str = 'auto',
         device: str = 'cpu',
         cables: Sequence[CableRoute] = (),
+        axes: BodyAxes | None = None,
     ) -> None:
         """Prepare elements, pattern and solver.
 
@@ -71,6 +95,7 @@ class StaticBody:
             solver: name of the sparse solver.
             device: Warp device.
             cables: that run through the body; their states are among the conditions.
+            axes: of the body, world frame, about which it bends; None: found from its shape.
         """
         self.mesh = mesh
         self.origin = own_origin(mesh)
@@ -96,7 +121,7 @@ class StaticBody:
         self._conditions = AppliedConditions(
             self.own_mesh,
             self.solver.stiffness,
-            body_axes(rest, self.held_nodes),
+            body_axes(rest, self.held_nodes) if axes is None else axes.moved(-self.origin),
             self.cables,
             self.origin,
         )
@@ -109,15 +134,12 @@ class StaticBody:
         self._material: Material | None = None
         self._gravity = np.zeros(3)
         self._state: Equilibrium | None = None
+        self._solved: StaticState | None = None
 
     @property
     def axes(self) -> BodyAxes:
-        """The body's own axes in the world frame; whoever knows better ones may set them."""
+        """The body's own axes in the world frame."""
         return self._conditions.axes.moved(self.origin)
-
-    @axes.setter
-    def axes(self, axes: BodyAxes) -> None:
-        self._conditions.axes = axes.moved(-self.origin)
 
     @property
     def state(self) -> Equilibrium:
@@ -139,6 +161,26 @@ class StaticBody:
         if self._state is None:
             raise RuntimeError('no equilibrium yet: call solve_equilibrium first')
         return self._state
+
+    @property
+    def solved(self) -> StaticState:
+        """The last equilibrium with all that it depends on, see `go_to`.
+
+        Raises:
+            RuntimeError: before the first one.
+        """
+        if self._solved is None:
+            raise RuntimeError('no equilibrium yet: call solve_equilibrium first')
+        return self._solved
+
+    def go_to(self, solved: StaticState) -> None:
+        """Be again where this body has been solved for: nothing is solved."""
+        if self._solved is solved:
+            return
+        self.prepare(solved.material, solved.gravity, solved.conditions)
+        self._held_path, self.clamp.turn = solved.held_path, solved.clamp_turn
+        self._clamp_was_moved = solved.conditions.moves_clamp
+        self._state, self._solved = solved.own, solved
 
     def solve_equilibrium(
         self,
@@ -195,13 +237,24 @@ class StaticBody:
         if conditions.clamp_compliance != 0.0:
             self._solve_compliant_clamp(loads)
         self._clamp_was_moved = conditions.moves_clamp
-        return self.own_state
+        own = self.own_state
+        self._solved = StaticState(
+            material=material,
+            gravity=self._gravity,
+            conditions=conditions,
+            held_path=held_path,
+            clamp_turn=self.clamp.turn,
+            own=own,
+            positions=own.positions + self.origin,
+        )
+        return own
 
     def prepare(
         self, material: Material, gravity: FloatArray, conditions: Conditions = NO_CONDITIONS
     ) -> FloatArray:
         """Take a material, gravity and effects without settling; return the loads [N], (N, 3)."""
         material.require_conversion(self.elastic.law.CONVERSION)
+        self._solved = None
         self._material, self._gravity = material, np.asarray(gravity, dtype=np.float64)
         lame_parameters = material.lame_parameters()
         self.elastic.set_lame_parameters(lame_parameters)
@@ -262,7 +315,7 @@ class StaticBody:
 
     def forget(self) -> None:
         """Start the next solve from rest."""
-        self._state = None
+        self._state = self._solved = None
 
     def gravity_loads(self, density: FloatArray, gravity: FloatArray) -> FloatArray:
         """Return nodal weights [N], shape (N, 3)."""
@@ -284,7 +337,24 @@ class StaticBody:
         Args:
             by_positions: derivative of a scalar by node positions [1/m], shape (N, 3).
         """
-        return self._derivatives().gradient(by_positions)
+        solved, gradient = self.solved, self._derivatives().gradient(by_positions)
+        here = gradient.by_effects
+        assert here is not None
+
+        def by_effects(change: Conditions) -> float:
+            with self._back_at(solved):
+                return here(change)
+
+        return replace(gradient, by_effects=by_effects)
+
+    @contextmanager
+    def _back_at(self, solved: StaticState) -> Iterator[None]:
+        """Be where this body has been solved for, and afterwards where it is now."""
+        now = self._solved
+        self.go_to(solved)
+        yield
+        if now is not None:
+            self.go_to(now)
 
     def _derivatives(self) -> StaticDerivatives:
         return StaticDerivatives(

@@ -106,7 +106,7 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
     """
     calibration, notes = request.prepare()
     observations = calibration.model.observations
-    calibration.coordinates = _start(calibration, request.start)
+    calibration.go_to(_start(calibration, request.start))
     last = request.snapshots[-1]
     require_rest(calibration)
 

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Predicted depth as NumPy files, or as a bag that everything else here reads."""
 
-import json
 from pathlib import Path
 
-from diffcal_ros.atomic_file import replacing, write_text_atomically
+from diffcal_ros.atomic_file import replacing, write_json_atomically
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.prediction.predicted_view import PredictedView
 from diffcal_ros.recording.bag_writer import BagWriter
@@ -33,7 +32,7 @@ def write_depth_files(view: PredictedView, folder: Path) -> None:
         'depth_from_world': view.depth_from_world.tolist(),
         'times': times,
     }
-    write_text_atomically(folder / 'camera.json', json.dumps(about, indent=2) + '\n')
+    write_json_atomically(folder / 'camera.json', about)
 
 
 def write_depth_bag(view: PredictedView, path: Path, *, overwrite: bool) -> None:

@@ -79,17 +79,17 @@ def _predict(
     frames = [_frame(setup, index, float(time)) for time in times]
     model = ForwardModel(scene, frames, ParameterSet(), solver=solver, device=device)
     try:
-        model.views(np.zeros(0))
+        solution = model.at(np.zeros(0))
     except (EquilibriumError, MotionError) as error:
         raise SceneError(f'{setup.name} cannot be simulated: {error}') from error
-    posture = model.bodies[index]
+    body = model.bodies[index].body
     return PredictedBody(
         setup=setup,
         times=times,
-        positions=np.stack([posture.positions(state) for state in range(len(times))]),
-        discretisation=posture.body.discretisation,
-        held_nodes=posture.body.held_nodes,
-        warnings=tuple(model.warnings()),
+        positions=solution.states[index].positions,
+        discretisation=body.discretisation,
+        held_nodes=body.held_nodes,
+        warnings=tuple(model.warnings(solution.coordinates)),
     )
 
 

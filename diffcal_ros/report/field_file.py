@@ -41,11 +41,10 @@ def write_field(path: Path, calibration: Calibration, field: FieldFit) -> None:
 
 def _displacements(calibration: Calibration) -> dict[str, FloatArray]:
     scene, model = calibration.scene, calibration.model
-    model.views(calibration.coordinates)
     moved = {}
-    for index, posture in model.bodies.items():
+    for index, states in model.at(calibration.coordinates).states.items():
         setup = scene.observations[index]
-        vertices = posture.positions(0)[: scene.mesh.vertex_count]
+        vertices = states.positions[0][: scene.mesh.vertex_count]
         here = apply(inverse(setup.world_from_object), vertices)
         moved[f'displacement_{setup.name}'] = here - scene.mesh.rest_positions
     return moved

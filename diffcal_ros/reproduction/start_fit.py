@@ -48,9 +48,8 @@ def fit_from_start(
     mark = {'start': number, 'fingerprint': fingerprint(variant, seed)}
     try:
         calibration = _calibration(inputs, variant)
-        calibration.coordinates = start_coordinates(
-            calibration.parameters, variant, random_of(seed, number)
-        )
+        start = start_coordinates(calibration.parameters, variant, random_of(seed, number))
+        calibration.go_to(start)
         result = _with_own_start(_fitted(calibration, variant))
     except SceneError:
         raise

@@ -4,6 +4,7 @@
 
 from dataclasses import dataclass
 
+from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.scene.model import ObservationSetup, Turn
 from diffcal_ros.tet_mesh import TetMesh
@@ -30,6 +31,12 @@ class HeldTargets:
 def world_positions(mesh: TetMesh, setup: ObservationSetup) -> FloatArray:
     """Return the mesh vertices at rest in the world frame [m], shape (V, 3)."""
     return apply(setup.world_from_object, mesh.rest_positions)
+
+
+def object_axes(mesh: TetMesh, setup: ObservationSetup) -> BodyAxes:
+    """Return the body's axes in the object frame; postures may hold other parts."""
+    held = np.unique(np.concatenate([part.vertices for part in setup.held]))
+    return body_axes(mesh.rest_positions, held.astype(np.int32))
 
 
 def held_targets(

@@ -12,7 +12,7 @@ from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.start_material import start_material
+from diffcal_ros.scene.start_material import start_constant, start_material
 from diffcal_ros.synthetic.posed_body import PosedBody
 import numpy as np
 from numpy.typing import NDArray
@@ -71,29 +71,20 @@ def move_body(
         material=start_material(scene),
         gravity=setup.gravity,
         conditions=NO_CONDITIONS,
-        damping=start_damping(scene),
+        damping=start_constant(scene, 'damping'),
         release_time=motion.release_time.start,
     )
     try:
-        posture.simulate(inputs, None)
+        positions = posture.solve(inputs).positions
     except (EquilibriumError, MotionError) as error:
         raise SceneError(
             f'the start values of {setup.name} cannot be simulated: {error}'
         ) from error
     shape = posture.body.discretisation
     first = PosedBody(
-        positions=posture.positions(0),
+        positions=positions[0],
         rest=shape.rest_nodes,
         triangles=shape.surface_triangles,
         held_nodes=posture.body.held_nodes,
     )
-    return MovingBodyFilm(first, posture.motion.positions)
-
-
-def start_damping(scene: Scene) -> FloatArray:
-    """Return the damping that the scene's start values describe [Pa s], shape (T,)."""
-    column = np.zeros(scene.mesh.tet_count)
-    for region in scene.regions:
-        if region.damping is not None:
-            column[region.tets] = region.damping.start
-    return column
+    return MovingBodyFilm(first, positions)

@@ -5,12 +5,13 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
-from diffcal_ros.calibration.forward.posture import clamped_body
+from diffcal_ros.calibration.forward.posture import make_body
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.effects.registry import Amplitudes
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.conditions import NO_CONDITIONS
 from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.start_material import start_material
@@ -66,18 +67,18 @@ def pose_body(
     Raises:
         SceneError: when it finds no rest under the start values.
     """
-    body, path = clamped_body(scene, setup, solver)
+    plan = plan_body(scene, setup)
+    body = make_body(plan, plan.held, solver)
     conditions = NO_CONDITIONS
     if effects:
         model = EffectModel(scene, ParameterSet())
         index = [other.name for other in scene.observations].index(setup.name)
-        body.axes = model.axes(index)
         nodes = body.discretisation.rest_nodes
         conditions = model.conditions(effects, index, nodes)
     conditions = replace(conditions, cables=start_cables(scene, setup))
     try:
         state = body.solve_equilibrium(
-            start_material(scene), setup.gravity, held_path=path, conditions=conditions
+            start_material(scene), setup.gravity, held_path=plan.held.path, conditions=conditions
         )
     except EquilibriumError as error:
         raise SceneError(

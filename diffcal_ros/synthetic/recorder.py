@@ -4,12 +4,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-import json
 from pathlib import Path
 from typing import Any
 
 from diffcal_ros import __version__
-from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.atomic_file import write_json_atomically, write_text_atomically
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.depth_frame import DepthFrame
@@ -153,8 +152,7 @@ def record(
         _write_bag(rig, films[number], bags[rig.name], settings, number, overwrite)
     write_files(scene, out)
     truth = out / 'truth.json'
-    content = _truth(true_scene, rigs, films, settings)
-    write_text_atomically(truth, json.dumps(content, indent=2) + '\n')
+    write_json_atomically(truth, _truth(true_scene, rigs, films, settings))
     write_text_atomically(out / 'scene.yaml', text)
     return SyntheticRecording(out / 'scene.yaml', bags, truth, _notes(scene, rigs))
 

@@ -146,7 +146,7 @@ def test_whole_chain_derivative_by_rest_length_and_stiffness(seen, element) -> N
 def test_whole_image_losses_know_cables(seen) -> None:
     scene = finger_scene(cable('tendon', 0.02, via_points()))
     parameters = make_parameters(scene, with_edge_bias=False)
-    model = ForwardModel(scene, [seen], parameters, share_tracers=False)
+    model = ForwardModel(scene, [seen], parameters)
     objective = ImageObjective(model, 'paper')
     here = parameters.start()
     before, after = (objective.cost(here + step) for step in (0.0, -0.002))

@@ -46,9 +46,8 @@ def test_tangents_are_the_slopes_of_all_frames(model: ForwardModel) -> None:
 
 def test_the_body_rests_until_the_release(model: ForwardModel) -> None:
     start = model.parameters.start()
-    posture = model.bodies[0]
-    model.views(start)
-    moved = [np.abs(posture.positions(k) - posture.positions(0)).max() for k in range(len(TIMES))]
+    positions = model.at(start).states[0].positions
+    moved = [np.abs(frame - positions[0]).max() for frame in positions]
     assert TIMES[0] < RELEASE_TIME < TIMES[1]
     assert moved[0] == 0.0
     assert 0.0 < moved[1] < moved[2] < moved[3]
@@ -64,19 +63,19 @@ def test_motion_under_gravity_shows_only_ratios_to_density(model: ForwardModel) 
     np.testing.assert_allclose(second, first, atol=1e-8)
 
 
-def test_a_view_is_traced_anew_after_its_tracer_saw_another(model: ForwardModel) -> None:
+def test_frames_of_a_recording_share_a_tracer(model: ForwardModel) -> None:
     views = model.views(model.parameters.start())
     assert len(set(map(id, model.tracers))) == 1
-    first = views[0].trace.full_depth()
-    views[3].trace.full_depth()
-    np.testing.assert_array_equal(views[0].trace.full_depth(), first)
+    first, last = views[0].trace, views[3].trace
+    assert not np.array_equal(last.full_depth(), first.full_depth(), equal_nan=True)
+    assert views[0].trace is first
 
 
 def test_the_adjoint_of_all_frames_agrees_with_their_tangents() -> None:
     scene = moving_scene((6, 2, 2), fit=FIT)
     depths = true_depths(moving_scene((6, 2, 2), modulus=70e3, damping=35.0), TIMES)
     parameters = make_parameters(scene, with_edge_bias=False)
-    model = ForwardModel(scene, instants(TIMES, depths), parameters, share_tracers=False)
+    model = ForwardModel(scene, instants(TIMES, depths), parameters)
     objective = ImageObjective(model, 'paper')
     start = parameters.start()
     value, gradient = objective.gradient(start)
@@ -118,10 +117,9 @@ def test_the_error_of_the_time_step_is_foreseen() -> None:
         for step in (1 / 480, 1 / 3840)
     )
     start = coarse.parameters.start()
-    for model in (coarse, fine):
-        model.views(start)
-    true = fine.bodies[0].motion.positions - coarse.bodies[0].motion.positions
-    foreseen = coarse.bodies[0].step_moves(coarse._posture_inputs(0, start))
+    here, there = (model.at(start).states[0] for model in (coarse, fine))
+    true = there.positions - here.positions
+    foreseen = coarse.bodies[0].step_moves(here)
     seen = np.linalg.norm(true)
     assert seen > 1e-5
     assert np.linalg.norm(foreseen - true) < _FORESEEN * seen
@@ -129,21 +127,18 @@ def test_the_error_of_the_time_step_is_foreseen() -> None:
 
 def test_steps_of_a_tolerance_are_those_of_the_first_motion() -> None:
     model = moving_model(moving_scene((4, 1, 1), fit=FIT, tolerance=5e-6), TIMES)
-    start, posture = model.parameters.start(), model.bodies[0]
-    model.views(start)
-    chosen = posture.motion
+    start = model.parameters.start()
+    chosen = model.at(start).states[0].motion
     assert len(set(chosen.rungs)) > 1
-    assert model.warnings() == []
+    assert model.warnings(start) == []
     # Half as stiff: it moves more slowly, and on its own would take longer steps.
     softer = start - np.log(2.0) * np.eye(len(start))[0]
-    model.views(softer)
-    assert posture.motion.rungs == chosen.rungs
+    warm = model.at(softer).states[0].motion
+    assert warm.rungs == chosen.rungs
     afresh = moving_model(moving_scene((4, 1, 1), fit=FIT, tolerance=5e-6), TIMES)
-    afresh.views(softer)
-    assert afresh.bodies[0].motion.step_count < posture.motion.step_count
+    assert afresh.at(softer).states[0].motion.step_count < warm.step_count
     # A hundredth of the damping: the same steps are too long, which is told.
-    model.views(start - np.log(100.0) * np.eye(len(start))[1])
-    (warning,) = model.warnings()
+    (warning,) = model.warnings(start - np.log(100.0) * np.eye(len(start))[1])
     assert 'the time steps were chosen for the start values' in warning
     assert 'fit again from the fitted scene' in warning
 
@@ -152,22 +147,20 @@ def test_a_small_mesh_is_tried_at_half_its_size(monkeypatch) -> None:
     """On the nodes that both have: the finer mesh is that of the same beam, cut twice as fine."""
     coarse = moving_model(moving_scene((4, 1, 1), fit=FIT), TIMES)
     start = coarse.parameters.start()
-    coarse.views(start)
-    posture, inputs = coarse.bodies[0], coarse._posture_inputs(0, start)
-    foreseen = posture.mesh_moves(inputs, 'auto') - posture.step_moves(inputs)
+    posture, states = coarse.bodies[0], coarse.at(start).states[0]
+    foreseen = posture.mesh_moves(states, 'auto') - posture.step_moves(states)
     fine = moving_model(moving_scene((8, 2, 2), fit=FIT), TIMES)
-    fine.views(start)
     rest = [model.bodies[0].body.discretisation.rest_nodes for model in (coarse, fine)]
     # Corners alone are in both, and only some: the two cut their cells otherwise.
     distances = np.linalg.norm(rest[0][:, None] - rest[1][None], axis=2)
     places, own = distances.argmin(axis=1), distances.min(axis=1) < 1e-9
     assert own.sum() >= coarse.scene.mesh.vertex_count
-    true = fine.bodies[0].motion.positions[:, places[own]] - posture.motion.positions[:, own]
+    true = fine.at(start).states[0].positions[:, places[own]] - states.positions[:, own]
     seen = np.linalg.norm(true)
     assert np.linalg.norm(foreseen[:, own] - true) < _FORESEEN * seen
     # Stiffness found at rest tells less: the release sets waves off, which the mesh delays.
     monkeypatch.setattr(moving_posture, 'is_affordable', lambda *_: False)
-    guessed = posture.mesh_moves(inputs, 'auto') - posture.step_moves(inputs)
+    guessed = posture.mesh_moves(states, 'auto') - posture.step_moves(states)
     assert np.linalg.norm(foreseen[:, own] - true) < np.linalg.norm(guessed[:, own] - true)
 
 
@@ -175,21 +168,18 @@ def test_the_error_of_chosen_steps_is_foreseen() -> None:
     chosen = moving_model(moving_scene((4, 1, 1), fit=FIT, tolerance=1e-6), TIMES)
     fine = moving_model(moving_scene((4, 1, 1), fit=FIT, time_step=1 / 3840), TIMES)
     start = chosen.parameters.start()
-    for model in (chosen, fine):
-        model.views(start)
-    true = fine.bodies[0].motion.positions - chosen.bodies[0].motion.positions
-    foreseen = chosen.bodies[0].step_moves(chosen._posture_inputs(0, start))
+    here, there = (model.at(start).states[0] for model in (chosen, fine))
+    true = there.positions - here.positions
+    foreseen = chosen.bodies[0].step_moves(here)
     seen = np.linalg.norm(true)
     assert seen > 1e-6
     assert np.linalg.norm(foreseen - true) < _FORESEEN * seen
 
 
 def test_a_step_that_was_halved_is_told(model: ForwardModel) -> None:
-    model.views(model.parameters.start())
-    assert model.warnings() == []
+    assert model.warnings(model.parameters.start()) == []
     long = moving_model(moving_scene((6, 2, 2), fit=FIT, time_step=0.02), TIMES)
-    long.views(long.parameters.start())
-    (warning,) = long.warnings()
+    (warning,) = long.warnings(long.parameters.start())
     assert 'the time step of 0.02 s did not converge and was halved' in warning
     assert 'a shorter `motion.time_step`' in warning
 

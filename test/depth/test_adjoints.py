@@ -19,7 +19,7 @@ def trace(request) -> Trace:
 
 
 def _motion(trace: Trace, random) -> np.ndarray:
-    return random.normal(size=(3, len(trace.buffers.points), 3))
+    return random.normal(size=(3, len(trace.points), 3))
 
 
 def test_depth(trace: Trace, random) -> None:

@@ -168,3 +168,19 @@ def test_outline_moves_as_its_edges_do(random) -> None:
     step = 1e-6
     slope = (beside(seen + step * direction) - beside(seen - step * direction)) / (2.0 * step)
     np.testing.assert_allclose(rates, slope, atol=1e-4 * np.abs(slope).max())
+
+
+def test_a_body_cut_by_the_border_moves_no_pixel_elsewhere() -> None:
+    points, triangles = bent_beam()
+    seen = tilted_view(points) + np.array([-0.145, 0.0, 0.0])
+    trace = DepthTracer(triangles, len(points), CAMERA).trace(seen)
+    segments = trace.segments
+    outside = segments.points.numpy()[:, 0] < -0.5
+    assert (outside & (segments.lengths.numpy() > 0.0)).any()
+    area = trace.area_image(background=BACKGROUND)
+    # The window ends a pixel beyond the body on the right.
+    weights = np.zeros(trace.shape)
+    weights[:, -1] = 1.0
+    assert not area.pull_back(weights).any()
+    shift = np.broadcast_to(np.array([1.0, 0.0, 0.0]), (1, *seen.shape))
+    assert not area.push_forward(shift)[:, -1].any()

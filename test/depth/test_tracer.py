@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
 from diffcal_ros.depth.ray_reference import trace_rays
+from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
 import numpy as np
 import pytest
@@ -98,10 +99,23 @@ def test_a_body_out_of_view_is_refused(shift, message: str) -> None:
         _tracer(triangles, points).trace(tilted_view(points) + shift)
 
 
-def test_an_earlier_trace_ends() -> None:
+def test_a_trace_does_not_depend_on_what_its_tracer_traces_later() -> None:
     points, triangles = bent_beam()
     tracer = _tracer(triangles, points)
-    first = tracer.trace(tilted_view(points))
-    tracer.trace(tilted_view(points, 0.5))
-    with pytest.raises(RuntimeError, match='this trace has ended'):
-        _ = first.depth
+    here, elsewhere = tilted_view(points), tilted_view(points, 0.5)
+    alone = tracer.trace(here)
+    expected = (alone.full_depth(), alone.outline.points, _derivatives(alone))
+    first = tracer.trace(here)
+    second = tracer.trace(elsewhere)
+    assert second.outline.points.shape != expected[1].shape
+    _derivatives(second)
+    np.testing.assert_array_equal(first.full_depth(), expected[0])
+    np.testing.assert_array_equal(first.outline.points, expected[1])
+    np.testing.assert_allclose(_derivatives(first), expected[2], rtol=1e-12)
+
+
+def _derivatives(trace: Trace) -> np.ndarray:
+    """Return what area averages of every pixel give by the vertices."""
+    area = trace.area_image(side=4)
+    weights = np.random.default_rng(3).random(trace.shape)
+    return area.pull_back(weights)

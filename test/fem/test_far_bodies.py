@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the world's origin is, how it is turned and how a mesh is numbered are no physics."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 from diffcal_ros.effects.contact_plane import Plane
@@ -88,15 +88,9 @@ def _answer(new_from_old: np.ndarray, vertices: np.ndarray, tets: np.ndarray) ->
     mesh = TetMesh(rest, new_of_old[_MESH.tets[tets]].astype(np.int32))
     held = new_of_old[held_end(_MESH)].astype(np.int32)
     via = apply(new_from_old, _VIA)
-    body = StaticBody(mesh, Element.QUADRATIC, held, cables=(route_through(mesh, via),))
+    cables, axes = (route_through(mesh, via),), _axes().placed(new_from_old)
+    body = StaticBody(mesh, Element.QUADRATIC, held, cables=cables, axes=axes)
     rotation = new_from_old[:3, :3]
-    axes = _axes()
-    body.axes = replace(
-        axes,
-        root=apply(new_from_old, axes.root),
-        axes=axes.axes @ rotation.T,
-        center=apply(new_from_old, axes.center),
-    )
     material = _material(tets)
     first = rest[np.unique(held)]
     state = body.solve_equilibrium(

@@ -61,7 +61,9 @@ def withdraw_tf2_messages(cache: Path) -> None:
 def _generate(root: Path) -> None:
     from rosidl_adapter.msg import convert_msg_to_idl
 
-    os.environ.setdefault('AMENT_PREFIX_PATH', sys.prefix)
+    # The generators look for each other there; colcon has set it to what it built.
+    others = os.environ.get('AMENT_PREFIX_PATH')
+    os.environ['AMENT_PREFIX_PATH'] = os.pathsep.join(filter(None, (sys.prefix, others)))
     source = root / 'source'
     (source / 'msg').mkdir(parents=True)
     (source / 'msg' / 'TFMessage.msg').write_text(_MESSAGE)

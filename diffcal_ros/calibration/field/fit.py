@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit a modulus that varies over the body, beside the ordinary parameters."""
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 import time
 from typing import Any
@@ -17,13 +16,13 @@ from diffcal_ros.calibration.field.weight_choice import (
     WeightTrial,
 )
 from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
 from diffcal_ros.calibration.result_at import result_at
 from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,
 )
-from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.least_squares.levenberg_marquardt import Minimum, Stop
 from diffcal_ros.scene.model import Scene
@@ -109,39 +108,21 @@ def fit_field(
     _check(calibration, uniform)
     kind = kind or FieldKind()
     check_field(calibration.scene, kind, fraction)
-    begun = time.perf_counter() - uniform.seconds
+    history = _History(calibration.parameters, uniform, on_iteration)
     search = FieldSearch(calibration, kind)
-    history = list(uniform.history)
-
-    def record(trial: WeightTrial) -> bool:
-        history.append(
-            IterationRecord(
-                number=history[-1].number + trial.rounds,
-                loss=0.5 * trial.misfit,
-                gap=trial.gap,
-                values=calibration.parameters.values(trial.state.coordinates),
-                seconds=time.perf_counter() - begun,
-            )
-        )
-        return on_iteration is None or on_iteration(history[-1])
-
     if fraction is None:
-        weights = choose_weight(search, _noise(calibration), on_trial=record)
+        weights = choose_weight(search, _noise(calibration), on_trial=history.add)
     else:
         weights = fit_under(search, fraction)
-        record(weights.trials[0])
+        history.add(weights.trials[0])
     posterior = _converged(search, weights.trials[weights.chosen].fraction)
-    result = _result(
-        calibration,
-        uniform,
-        posterior,
-        history,
-        is_stopped=weights.is_stopped,
-        seconds=time.perf_counter() - begun,
-    )
+    calibration.go_to(search.state.coordinates, search.objective)
+    relative = search.objective.model.scene.relative_modulus
+    assert relative is not None
+    result = _result(calibration, uniform, posterior, history, is_stopped=weights.is_stopped)
     return FieldFit(
         youngs_modulus=calibration.model.material(calibration.coordinates).youngs_modulus,
-        relative_modulus=_relative_modulus(calibration),
+        relative_modulus=relative,
         log_std=posterior.log_std,
         kind=kind,
         unknown_count=search.unknown_count,
@@ -151,12 +132,32 @@ def fit_field(
     )
 
 
-def _relative_modulus(calibration: Calibration) -> FloatArray:
-    """Return what the scene stated and the field that was fitted, together."""
-    fitted, stated = calibration.model.log_modulus, calibration.scene.relative_modulus
-    assert fitted is not None
-    relative: FloatArray = np.exp(fitted) * (1.0 if stated is None else stated)
-    return relative
+class _History:
+    """The steps of the fit without a field, and then every weight that is tried."""
+
+    def __init__(
+        self, parameters: ParameterSet, uniform: CalibrationResult, on_iteration: Progress | None
+    ) -> None:
+        self._begun = time.perf_counter() - uniform.seconds
+        self._parameters, self._on_iteration = parameters, on_iteration
+        self.records = list(uniform.history)
+
+    @property
+    def seconds(self) -> float:
+        """Since the fit without a field began."""
+        return time.perf_counter() - self._begun
+
+    def add(self, trial: WeightTrial) -> bool:
+        """Tell of a weight; return whether to go on."""
+        record = IterationRecord(
+            number=self.records[-1].number + trial.rounds,
+            loss=0.5 * trial.misfit,
+            gap=trial.gap,
+            values=self._parameters.values(trial.state.coordinates),
+            seconds=self.seconds,
+        )
+        self.records.append(record)
+        return self._on_iteration is None or self._on_iteration(record)
 
 
 def _converged(search: FieldSearch, fraction: float) -> Posterior:
@@ -185,21 +186,10 @@ def check_field(scene: Scene, kind: FieldKind, fraction: float | None) -> None:
         raise InputError(
             "a field is fitted to bodies at rest: leave observations with 'motion' out"
         )
-    _check_effects(scene.effects, 'model')
-
-
-def _check_effects(identifiers: Iterable[str], whole: str) -> None:
-    for effect in map(EFFECTS.__getitem__, identifiers):
-        if not effect.has_adjoint:
-            raise InputError(
-                f'a field does not know that {effect.sentence}: take {effect.identifier!r} out '
-                f'of the {whole}'
-            )
 
 
 def _check(calibration: Calibration, uniform: CalibrationResult) -> None:
     calibration.likelihood('a field')
-    _check_effects([p.effect for p in calibration.parameters if p.effect], 'fit')
     if uniform.outcome in (Outcome.DIVERGED, Outcome.INTERRUPTED):
         raise InputError(
             f'a field starts from a fit without one, and that ended {uniform.outcome.value}: '
@@ -224,10 +214,9 @@ def _result(
     calibration: Calibration,
     uniform: CalibrationResult,
     posterior: Posterior,
-    history: Sequence[IterationRecord],
+    history: _History,
     *,
     is_stopped: bool,
-    seconds: float,
 ) -> CalibrationResult:
     """Describe the ordinary parameters and the gap at the search's end."""
     objective, parameters = calibration.likelihood('a field'), calibration.parameters
@@ -247,9 +236,9 @@ def _result(
         parameters,
         uncertainty,
         (uniform.gap_start, objective.gap(coordinates)),
-        history,
+        history.records,
         loss=uniform.loss,
-        seconds=seconds,
+        seconds=history.seconds,
     )
     return replace(
         found,

@@ -89,7 +89,7 @@ class FieldSystem:
         """Linearise.
 
         Args:
-            objective: its model holds the field; see `ForwardModel.set_log_modulus`.
+            objective: the scene of its model holds the field.
             coordinates: of the ordinary parameters, shape (k,).
             tets_from_unknowns: shape (T, n).
 
@@ -101,7 +101,8 @@ class FieldSystem:
         self._coordinates = coordinates
         self._spread = tets_from_unknowns
         self._seen = self._look()
-        self._model.factor_bodies()
+        for posture in self._model.bodies.values():
+            posture.body.factor()  # Many single solves follow.
         self._modulus = self._model.material(coordinates).youngs_modulus
         data = equations((c for seen in self._seen for c in seen.channels), len(coordinates))
         whole = data.under(self._model.parameters.prior(), coordinates)

@@ -6,7 +6,7 @@ Weights are shares of how well the data see the pattern that they see best: unde
 that pattern is drawn half way from smooth to what the data ask for, and finer ones much less.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.krylov import krylov_space, KrylovSpace
@@ -60,10 +60,11 @@ class Posterior:
 
 
 class FieldSearch:
-    """The search; its state and the model's field go together.
+    """The search; its state and the field of its objective's model go together.
 
     Attributes:
-        calibration: gives model and objective.
+        calibration: from whose end it starts.
+        objective: with the field in its model's scene.
         state: where the search stands.
         unknown_count: of the field.
     """
@@ -76,7 +77,6 @@ class FieldSearch:
             kind: what the field is made of.
         """
         self.calibration, self.objective = calibration, calibration.likelihood('a field')
-        self._model = calibration.model
         mesh = calibration.scene.mesh
         self._spread = tets_from_unknowns(mesh, kind)
         self._smoothness = Smoothness(mesh, self._spread, _fitted_regions(calibration))
@@ -89,8 +89,11 @@ class FieldSearch:
     def go_to(self, state: FieldState) -> None:
         """Put search and model there."""
         self.state = state
-        self._model.set_log_modulus(self._spread @ state.unknowns)
-        self.calibration.coordinates = state.coordinates
+        scene, model = self.calibration.scene, self.objective.model
+        stated = 1.0 if scene.relative_modulus is None else scene.relative_modulus
+        field = stated * np.exp(self._spread @ state.unknowns)
+        scene = replace(scene, relative_modulus=field)
+        self.objective = self.objective.of(model.with_parameters(scene, model.parameters))
 
     def fix_unit(self, fraction: float) -> None:
         """Keep the weights' unit from now on; the cost must have its final form."""

@@ -3,6 +3,7 @@
 """Which simulated bodies a list of observations needs, and which of their states each shows."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from diffcal_ros.calibration.forward.held_load import HeldLoadPosture
 from diffcal_ros.calibration.forward.moving_posture import MovingPosture
@@ -13,7 +14,7 @@ from diffcal_ros.scene.model import Scene
 
 def make_bodies(
     scene: Scene, observations: Sequence[Observation], solver: str, device: str
-) -> dict[int, Posture]:
+) -> dict[int, Posture[Any]]:
     """Return the bodies, by number of the scene's observation."""
     used = sorted({observation.setup_index for observation in observations})
     return {index: _posture(scene, observations, index, solver, device) for index in used}
@@ -21,7 +22,7 @@ def make_bodies(
 
 def _posture(
     scene: Scene, observations: Sequence[Observation], index: int, solver: str, device: str
-) -> Posture:
+) -> Posture[Any]:
     setup, times = scene.observations[index], instants(observations, index)
     if setup.motion is None:
         return RestingPosture(scene, setup, solver, device)

@@ -14,6 +14,7 @@ from diffcal_ros.fem.motion.inputs import MotionChange
 from diffcal_ros.material import Material
 from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.start_material import start_constant
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,45 +31,34 @@ class BodyInputs:
         self._scene = scene
         self._parameters = parameters
         self._effects = effects
-        # Added to the log of every tetrahedron's Young's modulus, shape (T,); None: nothing.
-        self.log_modulus: FloatArray | None = None
 
     def material(self, coordinates: FloatArray) -> Material:
         """Return the material of every tetrahedron."""
         scene = self._scene
-        columns = {kind: np.empty(scene.mesh.tet_count) for kind in _MATERIAL}
-        for kind, column in columns.items():
-            for region in scene.regions:
-                column[region.tets] = getattr(region, kind.value).start
-        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            if parameter.kind in columns:
-                tets = scene.regions[parameter.target].tets
-                columns[parameter.kind][tets] = parameter.value(coordinate)
+        modulus, ratio, density = (self._constant(kind, coordinates) for kind in _MATERIAL)
         if scene.relative_modulus is not None:
-            columns[Kind.YOUNGS_MODULUS] *= scene.relative_modulus
+            modulus *= scene.relative_modulus
         contrast = self._effects.log_modulus(self._effects.amplitudes(coordinates))
         if contrast is not None:
-            columns[Kind.YOUNGS_MODULUS] *= np.exp(contrast)
-        if self.log_modulus is not None:
-            columns[Kind.YOUNGS_MODULUS] *= np.exp(self.log_modulus)
+            modulus *= np.exp(contrast)
         return Material(
-            youngs_modulus=columns[Kind.YOUNGS_MODULUS],
-            poissons_ratio=columns[Kind.POISSONS_RATIO],
-            density=columns[Kind.DENSITY],
+            modulus,
+            ratio,
+            density,
             convention=scene.convention,
             conversion=find_law(scene.law).CONVERSION,
         )
 
     def damping(self, coordinates: FloatArray) -> FloatArray:
         """Return the damping of every tetrahedron by strain rates [Pa s], shape (T,)."""
-        column = np.zeros(self._scene.mesh.tet_count)
-        for region in self._scene.regions:
-            if region.damping is not None:
-                column[region.tets] = region.damping.start
+        return self._constant(Kind.DAMPING, coordinates)
+
+    def _constant(self, kind: Kind, coordinates: FloatArray) -> FloatArray:
+        """Return a constant of every tetrahedron, fitted or as it starts, shape (T,)."""
+        column = start_constant(self._scene, kind.value)
         for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            if parameter.kind is Kind.DAMPING:
-                tets = self._scene.regions[parameter.target].tets
-                column[tets] = parameter.value(coordinate)
+            if parameter.kind is kind:
+                column[self._scene.regions[parameter.target].tets] = parameter.value(coordinate)
         return column
 
     def cables(self, setup_index: int, coordinates: FloatArray) -> tuple[CableState, ...]:

@@ -9,12 +9,12 @@ from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSe
 from diffcal_ros.effects.effect import Effect, Numbers
 from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
-from diffcal_ros.fem.body_axes import body_axes, BodyAxes
+from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.fem.creep import Creep, NO_CREEP
 from diffcal_ros.fem.own_frame import own_origin
-from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.posing import world_positions
+from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.posing import object_axes, world_positions
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,7 @@ class EffectModel:
         self._scene = scene
         self._parameters = parameters
         self._object_axes = {
-            index: _axes_of(scene, setup) for index, setup in enumerate(scene.observations)
+            index: object_axes(scene.mesh, setup) for index, setup in enumerate(scene.observations)
         }
         self._tets = _tets_of(scene, self._object_axes[0])
         rest = world_positions(scene.mesh, scene.observations[0])
@@ -199,11 +199,6 @@ def _there(amplitudes: Amplitudes) -> Iterator[tuple[Effect, Numbers]]:
         own = amplitudes.get(identifier)
         if own is not None and effect.is_there(own):
             yield effect, own
-
-
-def _axes_of(scene: Scene, setup: ObservationSetup) -> BodyAxes:
-    held = np.unique(np.concatenate([part.vertices for part in setup.held]))
-    return body_axes(scene.mesh.rest_positions, held.astype(np.int32))
 
 
 def _tets_of(scene: Scene, axes: BodyAxes) -> Tets:

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """From parameters to positions in the camera frame, with tangents: where fem and depth meet."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 from diffcal_ros.calibration.forward.body_inputs import BodyInputs
 from diffcal_ros.calibration.forward.effect_model import EffectModel, SensorModel
-from diffcal_ros.calibration.forward.posture import Posture, PostureInputs
+from diffcal_ros.calibration.forward.posture import Posture, PostureInputs, PostureStates
 from diffcal_ros.calibration.forward.shared_bodies import SharedBodies
 from diffcal_ros.calibration.forward.side_by_side import side_by_side
 from diffcal_ros.calibration.observations.observation import Observation
@@ -28,32 +28,52 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
 class View:
     """The body as one observation's camera is predicted to see it.
 
     Attributes:
         points: node positions in the camera frame [m], shape (N, 3).
+        tracer: of that camera.
     """
 
-    def __init__(self, points: FloatArray, tracer: DepthTracer) -> None:
-        self.points = points
-        self._tracer = tracer
-        self._trace: Trace | None = None
+    points: FloatArray
+    tracer: DepthTracer
 
-    @property
+    @cached_property
     def trace(self) -> Trace:
-        """The traced view; it ends when its tracer traces another one, and is then traced anew.
+        """The traced view.
 
         Raises:
             OutOfViewError: when the camera does not see the body.
         """
-        if self._trace is None or not self._trace.is_current:
-            self._trace = self._tracer.trace(self.points)
-        return self._trace
+        return self.tracer.trace(self.points)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a model predicts at some coordinates, and where the next one may start.
+
+    Attributes:
+        coordinates: of the parameters, shape (k,).
+        states: of each body, by number of the scene's observation.
+        views: one an observation.
+        tangents: how all states of each body follow the coordinates, world frame [m], shape
+            (k, S, N, 3), zero for camera parameters; None: not asked for, see `with_tangents`.
+    """
+
+    coordinates: FloatArray
+    states: Mapping[int, PostureStates]
+    views: tuple[View, ...]
+    tangents: Mapping[int, FloatArray] | None = None
 
 
 class ForwardModel:
-    """Simulates every posture of a scene and traces it for every observation."""
+    """Simulates every posture of a scene and traces it for every observation.
+
+    `solve` and `with_tangents` take what they start from and return what they found. All else asks
+    for coordinates and remembers the last solution, from which the next one starts.
+    """
 
     def __init__(
         self,
@@ -63,8 +83,8 @@ class ForwardModel:
         *,
         solver: str = 'auto',
         device: str = 'cpu',
-        share_tracers: bool = True,
         shared: SharedBodies | None = None,
+        warm: Solution | None = None,
     ) -> None:
         """Prepare bodies and cameras.
 
@@ -74,31 +94,21 @@ class ForwardModel:
             parameters: of the fit.
             solver: name of the sparse solver.
             device: Warp device.
-            share_tracers: let one tracer see all frames of a recording, one after the other.
             shared: bodies of another model of the same observations; None: own ones are made.
+            warm: a solution of that model to start from.
         """
         self.scene, self.parameters = scene, parameters
         self.observations = tuple(observations)
         self.device = device
-        self._make = partial(
-            ForwardModel, solver=solver, device=device, share_tracers=share_tracers
-        )
-        self._shared = shared or SharedBodies(
-            scene, self.observations, solver, device, share_tracers=share_tracers
-        )
+        self._make = partial(ForwardModel, solver=solver, device=device)
+        self._shared = shared or SharedBodies(scene, self.observations, solver, device)
         self.bodies, self.tracers = self._shared.bodies, self._shared.tracers
-        self._states = self._shared.states
         pivots = [self._pivot(observation) for observation in observations]
         self.cameras = CameraOffsets(scene, self.observations, parameters, pivots)
         self.effects = EffectModel(scene, parameters)
         self.inputs = BodyInputs(scene, parameters, self.effects)
-        self._coordinates: FloatArray | None = None
-        self._tangents: dict[int, FloatArray] = {}
-        self._tangent_coordinates: FloatArray | None = None
-        self._views: list[View] = []
-        if shared is None:
-            for index, posture in self.bodies.items():
-                posture.body.axes = self.effects.axes(index)
+        self._warm = warm
+        self._last: Solution | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what it is made of: another process has bodies of its own."""
@@ -106,7 +116,11 @@ class ForwardModel:
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'ForwardModel':
         """Return a model of the same bodies and cameras with other parameters or effects."""
-        return self._make(scene, self.observations, parameters, shared=self._shared)
+        # Its tangents are by other parameters, and its views take memory.
+        warm = None if self._last is None else replace(self._last, tangents=None, views=())
+        return self._make(
+            scene, self.observations, parameters, shared=self._shared, warm=warm or self._warm
+        )
 
     @property
     def is_moving(self) -> bool:
@@ -117,47 +131,72 @@ class ForwardModel:
         """Return the simulated body of an observation."""
         return self._shared.body(observation)
 
-    def views(self, coordinates: FloatArray) -> list[View]:
-        """Simulate and trace; one view an observation.
+    def solve(self, coordinates: FloatArray, warm: Solution | None = None) -> Solution:
+        """Simulate every body and place it before its cameras.
 
         Args:
             coordinates: of the parameters, shape (k,).
+            warm: a solution of the same bodies to start from. With tangents, which must be by
+                these coordinates, it is followed along them. None: from rest.
 
         Raises:
             EquilibriumError: when a posture has no equilibrium.
             MotionError: when a body cannot be followed in its motion.
         """
-        is_there = self._shared.are_of(self) and self._coordinates is not None
-        if is_there and np.array_equal(coordinates, np.asarray(self._coordinates)):
-            return self._views
-        self._shared.enter(self)
-        predictions = {index: self._prediction(index, coordinates) for index in self.bodies}
-        self._coordinates = None  # Where one posture fails, the others are elsewhere already.
         inputs = {index: self._posture_inputs(index, coordinates) for index in self.bodies}
 
-        def simulate(index: int) -> None:
-            self.bodies[index].simulate(inputs[index], predictions[index])
+        def simulate(index: int) -> PostureStates:
+            posture: Posture[Any] = self.bodies[index]
+            if warm is None:
+                return posture.solve(inputs[index])
+            prediction = None
+            if warm.tangents is not None:
+                change = coordinates - warm.coordinates
+                prediction = np.einsum('k,ksni->sni', change, warm.tangents[index])
+            return posture.solve(inputs[index], warm.states[index], prediction)
 
-        side_by_side(simulate, self.bodies, self.device)
-        self._views = []
-        for number in range(len(self.observations)):
-            points = self.cameras.points(number, self.world(number), coordinates)
-            self._views.append(View(points, self.tracers[number]))
-        self._coordinates = coordinates.copy()
-        return self._views
+        states = side_by_side(simulate, self.bodies, self.device)
+        views = tuple(
+            View(self.cameras.points(number, shown, coordinates), self.tracers[number])
+            for number, shown in enumerate(self._shown(states))
+        )
+        return Solution(coordinates.copy(), states, views)
+
+    def with_tangents(self, solution: Solution) -> Solution:
+        """Return a solution that knows how its bodies follow the coordinates."""
+        if solution.tangents is not None:
+            return solution
+        tangents = side_by_side(
+            lambda index: self._body_tangents(index, solution), self.bodies, self.device
+        )
+        return replace(solution, tangents=tangents)
+
+    def at(self, coordinates: FloatArray) -> Solution:
+        """Return the solution at some coordinates, found from the last one; see `solve`."""
+        last = self._last
+        if last is None or not np.array_equal(coordinates, last.coordinates):
+            self._last = last = self.solve(coordinates, last or self._warm)
+        return last
+
+    def views(self, coordinates: FloatArray) -> tuple[View, ...]:
+        """Return what every observation is predicted to show, see `solve`."""
+        return self.at(coordinates).views
 
     def tangents(self, coordinates: FloatArray) -> list[FloatArray]:
         """Return how each view's points follow the coordinates [m], shape (k, N, 3) each."""
-        self.views(coordinates)
-        self._tangents = side_by_side(
-            lambda index: self._body_tangents(index, self.bodies[index], coordinates),
-            self.bodies,
-            self.device,
-        )
-        self._tangent_coordinates = coordinates.copy()
-        return [
-            self._view_tangents(number, coordinates) for number in range(len(self.observations))
-        ]
+        self._last = solution = self.with_tangents(self.at(coordinates))
+        assert solution.tangents is not None
+        worlds = self._shown(solution.states)
+        found = []
+        for number, (observation, state) in enumerate(self._numbered()):
+            own = solution.tangents[observation.setup_index][:, state]
+            tangents = own @ self.cameras.rotation(number, coordinates).T
+            for index in range(len(self.parameters)):
+                motion = self.cameras.motion(number, index, worlds[number], coordinates)
+                if motion is not None:
+                    tangents[index] = motion
+            found.append(tangents)
+        return found
 
     def tangents_of(
         self, changes: Callable[[int, StaticBody], Sequence[Change]], coordinates: FloatArray
@@ -168,9 +207,9 @@ class ForwardModel:
             changes: for the number of a posture and its body, the same count for every posture.
             coordinates: shape (c,).
         """
-        self.views(coordinates)
+        states = self.at(coordinates).states
         fields = {
-            index: posture.tangents(changes(index, posture.body))
+            index: posture.tangents(states[index], changes(index, posture.body))
             for index, posture in self.bodies.items()
         }
         return self._seen(fields, coordinates)
@@ -180,17 +219,15 @@ class ForwardModel:
 
         Args:
             by_points: derivative of a scalar by the points of each view [1/m], shape (N, 3).
-            coordinates: shape (k,); the model must be there, see `views`.
+            coordinates: shape (k,).
 
         Returns:
             Derivative by the coordinates, shape (k,).
         """
         gradient = np.zeros(len(coordinates))
-        for number in range(len(self.observations)):
+        for number, world in enumerate(self._shown(self.at(coordinates).states)):
             for parameter_index in range(len(coordinates)):
-                motion = self.cameras.motion(
-                    number, parameter_index, self.world(number), coordinates
-                )
+                motion = self.cameras.motion(number, parameter_index, world, coordinates)
                 if motion is not None:
                     gradient[parameter_index] += float((motion * by_points[number]).sum())
         for index, pulled in self._pulled(by_points, coordinates).items():
@@ -223,44 +260,30 @@ class ForwardModel:
         self, by_points: Sequence[FloatArray], coordinates: FloatArray
     ) -> dict[int, StaticGradient]:
         """Pull a derivative by every view's points back to the inputs of each posture."""
-        by_world: dict[int, FloatArray] = {}
+        states = self.at(coordinates).states
+        by_world = {index: np.zeros_like(own.positions) for index, own in states.items()}
         for number, (observation, state) in enumerate(self._numbered()):
-            index = observation.setup_index
-            if index not in by_world:
-                by_world[index] = np.zeros((self._state_count(index), *by_points[number].shape))
             rotation = self.cameras.rotation(number, coordinates)
-            by_world[index][state] += by_points[number] @ rotation
-        return {index: self.bodies[index].gradient(both) for index, both in by_world.items()}
-
-    def factor_bodies(self) -> None:
-        """Factor every body's stiffness where it is now: pays before many single solves."""
-        for posture in self.bodies.values():
-            posture.body.factor()
-
-    @property
-    def log_modulus(self) -> FloatArray | None:
-        """The field that is added to the logarithm of Young's modulus, shape (T,), or None."""
-        return self.inputs.log_modulus
-
-    def set_log_modulus(self, field: FloatArray | None) -> None:
-        """Add a field to the logarithm of every tetrahedron's Young's modulus, shape (T,)."""
-        self.inputs.log_modulus = field
-        self._coordinates = None
+            by_world[observation.setup_index][state] += by_points[number] @ rotation
+        return {
+            index: self.bodies[index].gradient(states[index], both)
+            for index, both in by_world.items()
+        }
 
     def mesh_moves(self, coordinates: FloatArray, *, solver: str = 'auto') -> list[FloatArray]:
         """Return how a better mesh would move each view's points [m], shape (N, 3) each."""
-        self.views(coordinates)
-        inputs = {index: self._posture_inputs(index, coordinates) for index in self.bodies}
+        states = self.at(coordinates).states
         moves = side_by_side(
-            lambda index: self.bodies[index].mesh_moves(inputs[index], solver),
+            lambda index: self.bodies[index].mesh_moves(states[index], solver),
             self.bodies,
             self.device,
         )
         return self._seen(moves, coordinates)
 
-    def warnings(self) -> list[str]:
-        """Say what a person should know of how the last states were found."""
-        return [text for posture in self.bodies.values() for text in posture.warnings()]
+    def warnings(self, coordinates: FloatArray) -> list[str]:
+        """Say what a person should know of how the states there were found."""
+        states = self.at(coordinates).states
+        return [text for index, own in self.bodies.items() for text in own.warnings(states[index])]
 
     def material(self, coordinates: FloatArray) -> Material:
         """Return the material of every tetrahedron."""
@@ -270,30 +293,19 @@ class ForwardModel:
         """Return how the depth camera reads."""
         return self.effects.sensor(self.effects.amplitudes(coordinates))
 
-    def _prediction(self, index: int, coordinates: FloatArray) -> FloatArray | None:
-        if self._tangent_coordinates is None or index not in self._tangents:
-            return None
-        if self._coordinates is None or not np.array_equal(
-            self._coordinates, self._tangent_coordinates
-        ):
-            return None
-        if not self._shared.were_of(self):
-            return None
-        change = coordinates - self._tangent_coordinates
-        return np.einsum('k,ksni->sni', change, self._tangents[index])
-
-    def _body_tangents(self, index: int, posture: Posture, coordinates: FloatArray) -> FloatArray:
+    def _body_tangents(self, index: int, solution: Solution) -> FloatArray:
         """World displacement per unit of each coordinate [m], zero for camera parameters."""
+        posture, states = self.bodies[index], solution.states[index]
         rest = posture.body.discretisation.rest_nodes
-        tangents = np.zeros((len(self.parameters), self._state_count(index), *rest.shape))
+        tangents = np.zeros((len(self.parameters), *states.positions.shape))
         indices, changes = [], []
         for parameter_index in range(len(self.parameters)):
-            change = self.inputs.change(parameter_index, index, rest, coordinates)
+            change = self.inputs.change(parameter_index, index, rest, solution.coordinates)
             if change is not None:
                 indices.append(parameter_index)
                 changes.append(change)
         if changes:
-            tangents[indices] = posture.tangents(changes)
+            tangents[indices] = posture.tangents(states, changes)
         return tangents
 
     def _pivot(self, observation: Observation) -> FloatArray:
@@ -301,16 +313,6 @@ class ForwardModel:
         body = self.body(observation)
         held = body.discretisation.rest_nodes[body.held_nodes]
         return apply(observation.depth_from_world, held.mean(axis=0))
-
-    def _view_tangents(self, number: int, coordinates: FloatArray) -> FloatArray:
-        to_camera = self.cameras.rotation(number, coordinates)
-        index, state = self.observations[number].setup_index, self._states[number]
-        tangents = self._tangents[index][:, state] @ to_camera.T
-        for parameter_index in range(len(self.parameters)):
-            motion = self.cameras.motion(number, parameter_index, self.world(number), coordinates)
-            if motion is not None:
-                tangents[parameter_index] = motion
-        return tangents
 
     def _posture_inputs(self, index: int, coordinates: FloatArray) -> PostureInputs:
         rest = self.bodies[index].body.discretisation.rest_nodes
@@ -334,14 +336,13 @@ class ForwardModel:
             for number, (observation, state) in enumerate(self._numbered())
         ]
 
-    def world(self, number: int) -> FloatArray:
-        """Return the nodes that an observation shows, world frame [m], shape (N, 3)."""
-        return self.bodies[self.observations[number].setup_index].positions(self._states[number])
+    def worlds(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Return the nodes that every observation shows, world frame [m], shape (N, 3) each."""
+        return self._shown(self.at(coordinates).states)
+
+    def _shown(self, states: Mapping[int, PostureStates]) -> list[FloatArray]:
+        return [states[seen.setup_index].positions[state] for seen, state in self._numbered()]
 
     def _numbered(self) -> Iterable[tuple[Observation, int]]:
         """Return each observation with the number of its state."""
-        return zip(self.observations, self._states, strict=True)
-
-    def _state_count(self, index: int) -> int:
-        own = [state for seen, state in self._numbered() if seen.setup_index == index]
-        return max(own) + 1
+        return zip(self.observations, self._shared.states, strict=True)

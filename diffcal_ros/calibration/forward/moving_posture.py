@@ -3,7 +3,7 @@
 """A body that rests on a support until that lets go: one simulation for all of its frames."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.finer_motion import is_affordable, refined_inputs
 from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
@@ -13,8 +13,8 @@ from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import HeldMotion, Release
 from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody, TIME_STEP
 from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.posing import held_targets, world_positions
 from diffcal_ros.scene.refinement import refined_scene
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,26 @@ _BY_HALVING = 1.0 - 0.5**2
 _COARSE = 2.0
 
 
-class MovingPosture:
+@dataclass(frozen=True)
+class MovingStates:
     """A body in motion.
+
+    Attributes:
+        inputs: what it depends on.
+        motion: at its frames.
+    """
+
+    inputs: PostureInputs
+    motion: Motion
+
+    @property
+    def positions(self) -> FloatArray:
+        """The nodes, world frame [m], shape (S, N, 3)."""
+        return self.motion.positions
+
+
+class MovingPosture:
+    """A body in motion; its last march is kept for the derivatives.
 
     Attributes:
         body: held by the parts that stay.
@@ -59,16 +77,14 @@ class MovingPosture:
         if setup.motion is None:
             raise ValueError(f'{setup.name} is at rest: it has no motion to simulate')
         self._times = np.array(times, dtype=np.float64)
-        self._rest = world_positions(scene.mesh, setup)
-        self._staying = _held_vertices(setup, stays=True)
+        self._plan = plan = plan_body(scene, setup)
         self._scene, self._setup = scene, setup
         self._solver, self._device = solver, device
         self.body = self._make_body()
-        targets = self._rest.copy()
-        held = held_targets(setup, self._rest)
-        targets[held.vertices] = held.positions
-        released = np.setdiff1d(_held_vertices(setup, stays=False), self._staying)
-        self._clamped_at = targets[self.body.held_vertices]
+        targets = plan.mesh.rest_positions.copy()
+        targets[plan.held.vertices] = plan.held.positions
+        self._clamped_at = targets[plan.staying.vertices]
+        released = plan.released
         self._release = Release(released, setup.motion.release_time.start, targets[released])
         self._name, self._integrator = setup.name, setup.motion.integrator
         self._tolerance = setup.motion.tolerance
@@ -81,27 +97,38 @@ class MovingPosture:
             time_step=self._time_step,
             tolerance=self._tolerance,
         )
-        self._rungs: tuple[int, ...] = ()
-        self._is_turned = any(part.turn is not None for part in setup.staying)
+        self._at: MovingStates | None = None
+        self._is_turned = plan.staying.path is not None
 
     def _make_body(self) -> StaticBody:
-        return make_body(self._scene, self._rest, self._staying, self._solver, self._device)
+        return make_body(self._plan, self._plan.staying, self._solver, self._device)
 
-    @property
-    def motion(self) -> Motion:
-        """The last motion."""
-        return self._moving.motion
-
-    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+    def solve(
+        self,
+        inputs: PostureInputs,
+        warm: MovingStates | None = None,
+        prediction: FloatArray | None = None,
+    ) -> MovingStates:
         """Simulate; the motion starts from rest and needs no prediction.
 
-        Where a tolerance chooses the steps, those of the first motion stay: tangents and adjoint
+        Where a tolerance chooses the steps, those of the warm states stay: tangents and adjoint
         are exact for fixed steps, and a cost whose steps were chosen anew would jump by what the
         tolerance allows wherever one of them changes, which no gradient knows of.
         """
-        motion = self._simulate(self._moving, inputs, self._rungs)
-        if self._tolerance is not None:
-            self._rungs = motion.rungs
+        rungs = () if warm is None else self._rungs(warm)
+        self._at = MovingStates(inputs, self._simulate(self._moving, inputs, rungs))
+        return self._at
+
+    def _rungs(self, states: MovingStates) -> tuple[int, ...]:
+        """Return the steps that were chosen; none where they are fixed."""
+        return () if self._tolerance is None else states.motion.rungs
+
+    def _there(self, states: MovingStates) -> MovingBody:
+        """Return the body after the motion of some states, which it may have to run again."""
+        if self._at is not states:
+            self._simulate(self._moving, states.inputs, self._rungs(states))
+            self._at = states
+        return self._moving
 
     def _simulate(self, moving: MovingBody, inputs: PostureInputs, rungs: Sequence[int]) -> Motion:
         return moving.simulate(
@@ -116,45 +143,40 @@ class MovingPosture:
             rungs=rungs or None,
         )
 
-    def positions(self, state: int) -> FloatArray:
-        """Return the nodes in one frame, world frame [m], shape (N, 3)."""
-        frame: FloatArray = self.motion.positions[state]
-        return frame
-
-    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+    def tangents(self, states: MovingStates, changes: Sequence[Change]) -> FloatArray:
         """Return how all frames follow changes of the inputs [m], shape (k, S, N, 3)."""
-        return self._moving.tangents(changes)
+        return self._there(states).tangents(changes)
 
-    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+    def gradient(self, states: MovingStates, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by positions, shape (S, N, 3), back to the inputs."""
-        return self._moving.gradient(by_positions)
+        return self._there(states).gradient(by_positions)
 
-    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+    def mesh_moves(self, states: MovingStates, solver: str) -> FloatArray:
         """Return about how half the mesh size and step would move the nodes [m], (S, N, 3)."""
-        steps = _BY_HALVING * self.step_moves(inputs)
-        if is_affordable(self._scene, inputs) and not self._is_turned:
-            return self._on_finer_mesh(inputs) - self.motion.positions + steps
-        return self._stiffness_moves(inputs, solver) + steps
+        steps = _BY_HALVING * self.step_moves(states)
+        if is_affordable(self._scene, states.inputs) and not self._is_turned:
+            return self._on_finer_mesh(states) - states.positions + steps
+        return self._stiffness_moves(states, solver) + steps
 
-    def _on_finer_mesh(self, inputs: PostureInputs) -> FloatArray:
+    def _on_finer_mesh(self, states: MovingStates) -> FloatArray:
         """Return where the nodes are if half the mesh size moves them [m], shape (S, N, 3)."""
         scene = refined_scene(replace(self._scene, observations=(self._setup,)))
         (setup,) = scene.observations
         finer = MovingPosture(scene, setup, self._times.tolist(), self._solver, self._device)
-        finer._rungs = self._rungs
-        finer.simulate(refined_inputs(inputs, self._scene.mesh), None)
+        inputs = refined_inputs(states.inputs, self._scene.mesh)
         # Vertices and middles of edges, in the order of the coarse nodes, come first.
-        return finer.motion.positions[:, : scene.mesh.vertex_count]
+        return finer.solve(inputs, warm=states).positions[:, : scene.mesh.vertex_count]
 
-    def _stiffness_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+    def _stiffness_moves(self, states: MovingStates, solver: str) -> FloatArray:
         """Return about how a better mesh would move the nodes [m], shape (S, N, 3).
 
         A coarse mesh is above all too stiff. How much, the body at rest in its clamp tells, in
         which the better mesh is affordable: that change of stiffness is followed in the motion,
         and what stiffness does not explain grows with how far the body sags in each frame.
         """
+        inputs = states.inputs
         stiffer = Change(youngs_modulus=inputs.material.youngs_modulus)
-        (by_stiffness,) = self.tangents([stiffer])
+        (by_stiffness,) = self.tangents(states, [stiffer])
         body, path = self._make_body(), self._held_motion()
         body.solve_equilibrium(
             inputs.material, inputs.gravity, held_path=path, conditions=inputs.conditions
@@ -164,30 +186,30 @@ class MovingPosture:
         moved = error.displacement(inputs.material, inputs.gravity, path)
         fraction = float((static * moved).sum() / max(float((static**2).sum()), 1e-300))
         sag = body.state.positions - body.discretisation.rest_nodes
-        sagged = self.motion.positions - body.discretisation.rest_nodes
+        sagged = states.positions - body.discretisation.rest_nodes
         follows = np.einsum('sni,ni->s', sagged, sag) / max(float((sag**2).sum()), 1e-300)
         rest = follows[:, None, None] * (moved - fraction * static)
         return fraction * by_stiffness + rest
 
-    def step_moves(self, inputs: PostureInputs) -> FloatArray:
+    def step_moves(self, states: MovingStates) -> FloatArray:
         """Return how steps too short to matter would move the nodes [m], shape (S, N, 3).
 
         By Richardson's extrapolation from half the step; zero for the semi-implicit integrator,
         whose steps are as short as its stability asks for.
         """
         if self._integrator != _SECOND_ORDER:
-            return np.zeros_like(self.motion.positions)
+            return np.zeros_like(states.positions)
         halved = MovingBody(self._make_body(), self._release, time_step=0.5 * self._time_step)
         # Every step in two where a tolerance chose them.
-        rungs = [rung for rung in self._rungs for _ in range(2)]
-        change = self._simulate(halved, inputs, rungs).positions - self.motion.positions
-        return change / _BY_HALVING
+        rungs = [rung for rung in self._rungs(states) for _ in range(2)]
+        halfway = self._simulate(halved, states.inputs, rungs)
+        return (halfway.positions - states.positions) / _BY_HALVING
 
-    def warnings(self) -> list[str]:
+    def warnings(self, states: MovingStates) -> list[str]:
         """Say so when the time step had to be halved, or steps err more than they may."""
-        halvings = self.motion.halvings
+        halvings = states.motion.halvings
         if self._tolerance is not None:
-            return self._coarse_steps(self._tolerance)
+            return self._coarse_steps(states.motion, self._tolerance)
         if not halvings:
             return []
         return [
@@ -196,8 +218,8 @@ class MovingPosture:
             'avoids that'
         ]
 
-    def _coarse_steps(self, tolerance: float) -> list[str]:
-        largest = float(self.motion.step_errors.max(initial=0.0))
+    def _coarse_steps(self, motion: Motion, tolerance: float) -> list[str]:
+        largest = float(motion.step_errors.max(initial=0.0))
         if largest <= _COARSE * tolerance:
             return []
         return [
@@ -209,10 +231,3 @@ class MovingPosture:
     def _held_motion(self) -> HeldMotion | None:
         """Return where the clamp holds its vertices at any time; None: at rest."""
         return (lambda _: self._clamped_at) if self._is_turned else None
-
-
-def _held_vertices(setup: ObservationSetup, *, stays: bool) -> NDArray[np.int32]:
-    """Return the vertices of the parts that stay, or of those that let go, shape (h,)."""
-    names = [part.name for part in setup.staying]
-    chosen = [part.vertices for part in setup.held if (part.name in names) == stays]
-    return np.unique(np.concatenate(chosen)).astype(np.int32)

@@ -2,26 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated body of one observation of a scene: where its nodes are, and what moves them.
 
-A posture answers for a number of *states*: one for a body at rest, one a frame for a body that
-moves.
+A posture is asked about *states* that it has found: the nodes once for a body at rest, once a
+frame for a body that moves. They are values; the posture goes back to them where it has to.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeVar
 
-from diffcal_ros.fem.cable_route import CableRoute
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.creep import Creep, NO_CREEP
 from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.mesh_error import MeshError
-from diffcal_ros.fem.static_body import HeldPath, StaticBody
+from diffcal_ros.fem.static_body import StaticBody, StaticState
 from diffcal_ros.material import Material
-from diffcal_ros.scene.cables import cable_routes
+from diffcal_ros.scene.body_plan import BodyPlan, Holding, plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.posing import held_targets, world_positions
-from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,28 +47,73 @@ class PostureInputs:
     creep: Creep = NO_CREEP
 
 
-class Posture(Protocol):
-    """A body, in states that are all found at once."""
+class PostureStates(Protocol):
+    """What a body does under some inputs."""
+
+    @property
+    def inputs(self) -> PostureInputs:
+        """What the states depend on."""
+
+    @property
+    def positions(self) -> FloatArray:
+        """Return the nodes, world frame [m], shape (S, N, 3)."""
+
+
+States = TypeVar('States', bound=PostureStates)
+
+
+class Posture(Protocol[States]):
+    """A body, in states that are all found at once.
+
+    Attributes:
+        body: simulates it; held by what stays.
+    """
 
     body: StaticBody
 
-    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
-        """Find the states; a prediction [m], shape (S, N, 3), says how far they will be off."""
+    def solve(
+        self,
+        inputs: PostureInputs,
+        warm: States | None = None,
+        prediction: FloatArray | None = None,
+    ) -> States:
+        """Find the states.
 
-    def positions(self, state: int) -> FloatArray:
-        """Return the nodes in one state, world frame [m], shape (N, 3)."""
+        Args:
+            inputs: what they depend on.
+            warm: states to start from; None: from rest.
+            prediction: how far they will be off those [m], shape (S, N, 3).
+        """
 
-    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+    def tangents(self, states: States, changes: Sequence[Change]) -> FloatArray:
         """Return how all states follow changes of the inputs [m], shape (k, S, N, 3)."""
 
-    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+    def gradient(self, states: States, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by positions, shape (S, N, 3), back to the inputs."""
 
-    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+    def mesh_moves(self, states: States, solver: str) -> FloatArray:
         """Return how a better mesh would move the nodes [m], shape (S, N, 3)."""
 
-    def warnings(self) -> list[str]:
+    def warnings(self, states: States) -> list[str]:
         """Say what a person should know of how the states were found."""
+
+
+@dataclass(frozen=True)
+class RestingStates:
+    """A body at rest.
+
+    Attributes:
+        inputs: what it depends on.
+        solved: where it is.
+    """
+
+    inputs: PostureInputs
+    solved: StaticState
+
+    @property
+    def positions(self) -> FloatArray:
+        """The nodes, world frame [m], shape (1, N, 3)."""
+        return self.solved.positions[None]
 
 
 class RestingPosture:
@@ -83,10 +124,20 @@ class RestingPosture:
     """
 
     def __init__(self, scene: Scene, setup: ObservationSetup, solver: str, device: str) -> None:
-        self.body, self._path = clamped_body(scene, setup, solver, device)
+        plan = plan_body(scene, setup)
+        self.body, self._path = make_body(plan, plan.held, solver, device), plan.held.path
 
-    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+    def solve(
+        self,
+        inputs: PostureInputs,
+        warm: RestingStates | None = None,
+        prediction: FloatArray | None = None,
+    ) -> RestingStates:
         """Find the equilibrium."""
+        if warm is None:
+            self.body.forget()
+        else:
+            self.body.go_to(warm.solved)
         self.body.solve_equilibrium(
             inputs.material,
             inputs.gravity,
@@ -94,84 +145,48 @@ class RestingPosture:
             prediction=None if prediction is None else prediction[0],
             conditions=inputs.conditions,
         )
+        return RestingStates(inputs, self.body.solved)
 
-    def positions(self, state: int) -> FloatArray:
-        """Return the nodes, world frame [m], shape (N, 3)."""
-        return self.body.state.positions
-
-    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+    def tangents(self, states: RestingStates, changes: Sequence[Change]) -> FloatArray:
         """Return how the nodes follow changes of the inputs [m], shape (k, 1, N, 3)."""
+        self.body.go_to(states.solved)
         return self.body.tangents(changes)[:, None]
 
-    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+    def gradient(self, states: RestingStates, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by positions, shape (1, N, 3), back to the inputs."""
+        self.body.go_to(states.solved)
         return self.body.gradient(by_positions[0])
 
-    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+    def mesh_moves(self, states: RestingStates, solver: str) -> FloatArray:
         """Return how a better mesh would move the nodes [m], shape (1, N, 3)."""
-        error = MeshError(self.body, solver=solver)
+        self.body.go_to(states.solved)
+        error, inputs = MeshError(self.body, solver=solver), states.inputs
         cables = inputs.conditions.cables
         return error.displacement(inputs.material, inputs.gravity, self._path, cables)[None]
 
-    def warnings(self) -> list[str]:
+    def warnings(self, states: RestingStates) -> list[str]:
         """Say nothing: an equilibrium is one, however it was found."""
         return []
 
 
-def clamped_body(
-    scene: Scene, setup: ObservationSetup, solver: str = 'auto', device: str = 'cpu'
-) -> tuple[StaticBody, HeldPath | None]:
-    """Make the body of a posture, in its clamp, and the way the clamp goes there.
-
-    Args:
-        scene: mesh, element, material law and cables.
-        setup: placement and held parts.
-        solver: name of the sparse solver.
-        device: Warp device.
-    """
-    rest = world_positions(scene.mesh, setup)
-    held = held_targets(setup, rest).vertices
-    body = make_body(scene, rest, held, solver, device, cables=cable_routes(scene))
-    return body, clamp_path(setup, rest)
-
-
 def make_body(
-    scene: Scene,
-    rest_world: FloatArray,
-    held_vertices: NDArray[np.int32],
-    solver: str = 'auto',
-    device: str = 'cpu',
-    *,
-    cables: Sequence[CableRoute] = (),
+    plan: BodyPlan, holding: Holding, solver: str = 'auto', device: str = 'cpu'
 ) -> StaticBody:
-    """Make a body of a scene.
+    """Make the body of an observation.
 
     Args:
-        scene: mesh, element and material law.
-        rest_world: vertices at rest in the world frame [m], shape (V, 3).
-        held_vertices: shape (h,).
+        plan: of it.
+        holding: what holds it.
         solver: name of the sparse solver.
         device: Warp device.
-        cables: that run through the body.
     """
     return StaticBody(
-        TetMesh(rest_world, scene.mesh.tets),
-        scene.element,
-        held_vertices,
-        law=find_law(scene.law),
+        plan.mesh,
+        plan.element,
+        holding.vertices,
+        law=plan.law,
         solver=solver,
         device=device,
-        cables=cables,
+        cables=plan.cables,
+        axes=plan.axes,
     )
-
-
-def clamp_path(setup: ObservationSetup, rest_world: FloatArray) -> HeldPath | None:
-    """Return how held vertices go from rest to where they are held; None: they stay.
-
-    Args:
-        setup: with the held parts.
-        rest_world: vertices at rest in the world frame [m], shape (V, 3).
-    """
-    if all(part.turn is None for part in setup.held):
-        return None
-    return lambda fraction: held_targets(setup, rest_world, fraction).positions

@@ -2,20 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulated bodies and tracers that models with different parameters share."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from diffcal_ros.calibration.forward.body_factory import make_bodies, state_indices
+from diffcal_ros.calibration.forward.posture import Posture
 from diffcal_ros.calibration.observations.observation import Observation, pose_owners
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
 
+StandIn = Callable[[int, Posture[Any]], Posture[Any]]
+
 
 class SharedBodies:
-    """What is costly to make: one body a posture, one tracer a camera.
+    """What is costly to make: one body a posture, one tracer a recording.
 
-    The bodies are where the model that entered last has put them; another one that asks for its
-    views has to simulate them again.
+    They can be asked about all states that any model has found, see `posture`.
 
     Attributes:
         bodies: by number of the scene's observation.
@@ -29,8 +32,7 @@ class SharedBodies:
         observations: Sequence[Observation],
         solver: str,
         device: str,
-        *,
-        share_tracers: bool,
+        stand_in: StandIn | None = None,
     ) -> None:
         """Make bodies and tracers.
 
@@ -39,35 +41,21 @@ class SharedBodies:
             observations: what is to be predicted.
             solver: name of the sparse solver.
             device: Warp device.
-            share_tracers: let one tracer see all frames of a recording, one after the other.
+            stand_in: returns what simulates a body in place of this package, of the number of the
+                scene's observation and the usual posture.
         """
         self.bodies = make_bodies(scene, observations, solver, device)
+        if stand_in is not None:
+            self.bodies = {index: stand_in(index, own) for index, own in self.bodies.items()}
         self.states = state_indices(observations)
-        self.tracers = self._make_tracers(observations, device, share_tracers)
-        self._last: object | None = None
-        self._before: object | None = None
-
-    def enter(self, model: object) -> None:
-        """Let a model put the bodies where it wants them."""
-        self._before = model if self._last is None else self._last
-        self._last = model
-
-    def are_of(self, model: object) -> bool:
-        """Tell whether a model entered last."""
-        return self._last is model
-
-    def were_of(self, model: object) -> bool:
-        """Tell whether a model entered before the last one, or twice."""
-        return self._before is model
+        self.tracers = self._make_tracers(observations, device)
 
     def body(self, observation: Observation) -> StaticBody:
         """Return the simulated body of an observation."""
         return self.bodies[observation.setup_index].body
 
-    def _make_tracers(
-        self, observations: Sequence[Observation], device: str, share_tracers: bool
-    ) -> list[DepthTracer]:
-        owners = pose_owners(observations) if share_tracers else range(len(observations))
+    def _make_tracers(self, observations: Sequence[Observation], device: str) -> list[DepthTracer]:
+        owners = pose_owners(observations)
         tracers: dict[int, DepthTracer] = {}
         for observation, owner in zip(observations, owners, strict=True):
             if owner not in tracers:

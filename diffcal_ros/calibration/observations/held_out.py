@@ -50,7 +50,7 @@ def held_out_gap(
     halves = [Calibration(scene, chequered(observations, parity), quick) for parity in (0, 1)]
     residuals, counted = [], []
     for fitted, other in (halves, halves[::-1]):
-        fitted.coordinates = start.copy()
+        fitted.go_to(start.copy())
         fitted.run()
         likelihood = other.likelihood('the gap on held-out fields')
         for comparison in likelihood.comparisons(fitted.coordinates):

@@ -5,7 +5,6 @@
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
-from diffcal_ros.fem.cable import CableTerm
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,12 +38,8 @@ def taut_start(
     coordinates, notes = start.copy(), []
     lower, upper = parameters.bounds()
     for index in indices:
-        model.views(coordinates)
         number = parameters.parameters[index].target
-        excess = min(
-            _slack(posture.body.cables[number], posture.positions(0))
-            for posture in model.bodies.values()
-        )
+        excess = _slack(model, number, coordinates)
         if excess <= 0.0:
             continue
         cable = model.scene.cables[number]
@@ -68,13 +63,9 @@ def barely_pulling(
     """
     model, names = objective.model, []
     for index in parameters.find(Kind.REST_LENGTH):
-        model.views(coordinates)
         parameter = parameters.parameters[index]
         smoothing = _smoothing(model, parameter.target)
-        loose = min(
-            _slack(posture.body.cables[parameter.target], posture.positions(0))
-            for posture in model.bodies.values()
-        )
+        loose = _slack(model, parameter.target, coordinates)
         if loose > 0.0:
             names.append(parameter.name)
         elif loose > -smoothing:
@@ -85,9 +76,14 @@ def barely_pulling(
     return tuple(names)
 
 
-def _slack(cable: CableTerm, positions: FloatArray) -> float:
-    """Return by how much a cable is too long to pull [m]; negative where it pulls."""
-    return cable.state.rest_length - 0.5 * cable.smoothing - cable.length(positions)
+def _slack(model: ForwardModel, number: int, coordinates: FloatArray) -> float:
+    """Return by how much a cable is too long to pull in any posture [m]; negative: it pulls."""
+    return min(
+        states.inputs.conditions.cables[number].rest_length
+        - 0.5 * _smoothing(model, number)
+        - model.bodies[index].body.cables[number].length(states.positions[0])
+        for index, states in model.at(coordinates).states.items()
+    )
 
 
 def _smoothing(model: ForwardModel, number: int) -> float:

@@ -38,6 +38,7 @@ class RobustObjective:
         *,
         device: str = 'cpu',
         comparers: list[ViewComparer] | None = None,
+        scales: Scales | None = None,
     ) -> None:
         """Prepare the comparison of a model's views.
 
@@ -45,14 +46,23 @@ class RobustObjective:
             model: simulates and traces.
             device: Warp device.
             comparers: of a model with the same bodies and observations; default: new ones.
+            scales: by which residuals are weighed; default: wide ones, to be annealed.
         """
         self.model = model
         self.truncation = model.scene.masks.truncation
         self.comparers = comparers or make_comparers(model, device=device)
-        self.scales = Scales()
+        self.scales = scales or Scales()
         self._prior = model.parameters.prior()
         self._bias_indices = model.parameters.find(Kind.EDGE_BIAS)
         self._effect_indices = model.parameters.find(Kind.EFFECT)
+
+    def of(self, model: ForwardModel) -> 'RobustObjective':
+        """Return the same comparison of another model of the same bodies and observations."""
+        return RobustObjective(model, comparers=self.comparers, scales=self.scales)
+
+    def under(self, scales: Scales) -> 'RobustObjective':
+        """Return the same comparison by other scales."""
+        return RobustObjective(self.model, comparers=self.comparers, scales=scales)
 
     @property
     def is_annealed(self) -> bool:

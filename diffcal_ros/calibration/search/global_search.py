@@ -122,13 +122,12 @@ class GlobalSearch:
         if not modulus_indices(model.parameters):
             return None
         try:
-            model.views(start)
+            worlds = model.worlds(start)
         except NotSimulatedError:
             return None
-        numbers = range(len(model.observations))
         bodies = [model.body(seen) for seen in model.observations]
         return sag(
-            [model.world(number)[:count] for number in numbers],
+            [world[:count] for world in worlds],
             [body.discretisation.rest_nodes[:count] for body in bodies],
             [model.inputs.gravity(seen.setup_index, start) for seen in model.observations],
         )

@@ -31,21 +31,20 @@ class PosedShapes(ForwardModel):
             EquilibriumError: when a posture has no equilibrium.
         """
         self._shape = None
-        super().views(coordinates)
-        return [self.world(number).copy() for number in range(len(self.observations))]
+        return self.worlds(coordinates)
 
     def show(self, shape: Sequence[FloatArray]) -> None:
         """Show this from now on: what `simulate` returned."""
         self._shape = shape
 
-    def views(self, coordinates: FloatArray) -> list[View]:
+    def views(self, coordinates: FloatArray) -> tuple[View, ...]:
         """Place the shape before the cameras; one view an observation."""
         if self._shape is None:
             return super().views(coordinates)
-        return [
+        return tuple(
             View(self.cameras.points(number, world, coordinates), self.tracers[number])
             for number, world in enumerate(self._shape)
-        ]
+        )
 
     def tangents(self, coordinates: FloatArray) -> list[FloatArray]:
         """Return how each view's points follow what places them [m], shape (k, N, 3) each."""

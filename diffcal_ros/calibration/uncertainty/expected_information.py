@@ -145,8 +145,7 @@ def expected_information(known: Known, candidate: Candidate, *, device: str = 'c
     )
     coordinates = np.concatenate([known.coordinates[shared], np.zeros(len(own))])
     objective = _matching_objective(scene, candidate, parameters, coordinates, device)
-    objective.scales = known.scales
-    information = objective.linearise(coordinates).information
+    information = objective.under(known.scales).linearise(coordinates).information
     result = np.zeros((len(known.parameters), len(known.parameters)))
     result[np.ix_(shared, shared)] = _averaged(information, len(shared), covariance)
     return result

@@ -3,7 +3,6 @@
 """A fit by a whole-image loss, as the paper does it."""
 
 from diffcal_ros.calibration.fit_method import Doubts, FitEnd, OnIteration
-from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.settings import CalibrationSettings
@@ -28,15 +27,8 @@ class ImageFit:
         objective: the whole-image loss.
     """
 
-    def __init__(self, model: ForwardModel, settings: CalibrationSettings) -> None:
-        """Prepare the loss.
-
-        Args:
-            model: simulates and traces.
-            settings: name the loss and the optimiser.
-        """
-        self.objective = ImageObjective(model, settings.loss)
-        self._settings = settings
+    def __init__(self, objective: ImageObjective, settings: CalibrationSettings) -> None:
+        self.objective, self._settings = objective, settings
 
     def likelihood(self, purpose: str) -> RobustObjective:
         """Refuse: a sum over the whole image has no noise to be measured by.

@@ -73,8 +73,8 @@ class PatchEvaluator:
         self.comparers = comparers
         self.discretisation_error = discretisation_error
         self.cell = cell
-        self._objective = RobustObjective(model, comparers=comparers)
-        self._objective.scales = Scales(reach=_FAR_REACH)
+        far = Scales(reach=_FAR_REACH)
+        self._objective = RobustObjective(model, comparers=comparers, scales=far)
         self._rigid_objective = RobustObjective(
             model,
             comparers=[

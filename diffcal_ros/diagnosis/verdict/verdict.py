@@ -4,12 +4,10 @@
 
 from dataclasses import asdict, dataclass, field
 from enum import Enum
-import json
-import math
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.atomic_file import json_values, write_json_atomically
 from diffcal_ros.diagnosis.verdict.time_course import TimeCourse
 
 
@@ -147,7 +145,7 @@ class Diagnosis:
     def as_dict(self) -> dict[str, Any]:
         """Return what verdict.json holds; numbers that are not finite become null."""
         words = {'verdict': self.verdict.value, 'evidence': self.evidence.value}
-        plain: dict[str, Any] = _finite({**asdict(self), **words})
+        plain: dict[str, Any] = json_values({**asdict(self), **words})
         return plain
 
 
@@ -157,14 +155,4 @@ def save_verdict(diagnosis: Diagnosis, path: Path) -> None:
     Raises:
         InputError: when the file cannot be written.
     """
-    write_text_atomically(path, json.dumps(diagnosis.as_dict(), indent=2) + '\n')
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    write_json_atomically(path, diagnosis.as_dict())

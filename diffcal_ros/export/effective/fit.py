@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.posture import RestingPosture
+from diffcal_ros.calibration.forward.posture import Posture, RestingPosture
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import Kind
@@ -23,7 +23,7 @@ from diffcal_ros.export.effective.simulators import find_run, Run, Simulator
 from diffcal_ros.export.effective.target_scene import placed_observations, target_scene
 from diffcal_ros.export.exported_body import exported_body
 from diffcal_ros.fem.laws import USUAL_LAW
-from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.model import Region, Scene
 import numpy as np
 from numpy.typing import NDArray
 
@@ -111,6 +111,91 @@ class EffectiveFit:
         }
 
 
+@dataclass(frozen=True)
+class _TargetFit:
+    """What every fit with a simulator's elements shares.
+
+    Attributes:
+        settings: of these fits.
+        observations: of the calibration, with the cameras where that found them.
+        own: the calibrated vertices as each camera sees them [m], shape (V, 3) each.
+        names: of the moduli.
+        run: the simulator; None: this package's model of its elements.
+    """
+
+    settings: CalibrationSettings
+    observations: tuple[Observation, ...]
+    own: list[FloatArray]
+    names: tuple[str, ...]
+    run: Run | None
+
+    @classmethod
+    def after(
+        cls, calibration: Calibration, result: CalibrationResult, run: Run | None
+    ) -> '_TargetFit':
+        """Prepare them after a calibration and its result."""
+        names, given = _fitted_moduli(calibration), calibration.settings
+        final = _coordinates(calibration, result)
+        return cls(
+            CalibrationSettings(
+                fit=names,
+                solver=given.solver,
+                device=given.device,
+                with_mesh_error=False,
+                search=False,
+            ),
+            placed_observations(calibration, final),
+            calibrated_points(calibration, final),
+            names,
+            run,
+        )
+
+    def prepared(self, scene: Scene) -> Calibration:
+        """Return a fit of the moduli in the simulator's scene."""
+
+        def stand_in(index: int, own: Posture[Any]) -> Posture[Any]:
+            assert isinstance(own, RestingPosture)
+            assert self.run is not None
+            return RunPosture(own, exported_body(scene, scene.observations[index]), self.run)
+
+        return Calibration(
+            scene, self.observations, self.settings, stand_in=stand_in if self.run else None
+        )
+
+    def matched(self, material: Scene) -> tuple[Scene, dict[str, float]]:
+        """Return the scene with ratios for linear elements, and moduli to start from [Pa]."""
+        both = (*self.names, Kind.POISSONS_RATIO.value)
+        scene = replace(material, law=USUAL_LAW)
+        linear = Calibration(scene, self.observations, replace(self.settings, fit=both))
+        matches = match_shapes(linear, self.own)
+        if not matches:
+            raise InputError(
+                'linear elements find no equilibrium with the calibrated moduli: take a finer mesh'
+            )
+        chosen = choose(matches)
+        values = linear.parameters.values(chosen.coordinates)
+        regions = tuple(_lowered(region, chosen.ceiling) for region in material.regions)
+        return replace(material, regions=regions), values
+
+    def look(self, target: Calibration, coordinates: FloatArray) -> tuple[Gap, float]:
+        """Return the gap that the simulator leaves, and how far it is from the calibrated body."""
+        try:
+            gap = target.objective.gap(coordinates)
+        except NotSimulatedError:
+            return _NOTHING, float('nan')
+        pairs = zip(target.model.views(coordinates), self.own, strict=True)
+        return gap, max(
+            float(np.linalg.norm(view.points - mine, axis=1).max()) for view, mine in pairs
+        )
+
+
+def _lowered(region: Region, ceiling: float) -> Region:
+    """Return a region whose Poisson's ratio is not above a ceiling, and may be fitted below."""
+    ratio = region.poissons_ratio
+    lowered = replace(ratio, start=min(ratio.start, ceiling), lower=0.0)
+    return replace(region, poissons_ratio=lowered)
+
+
 def fit_effective(
     calibration: Calibration,
     result: CalibrationResult,
@@ -137,37 +222,29 @@ def fit_effective(
         InputError: when no modulus was fitted, the loss has no likelihood, or the simulator finds
             no state to start from.
     """
-    names = _fitted_moduli(calibration, result)
     run, notes = _choose(fitted, simulator)
-    # Where the simulator itself is run, the law only says where it begins.
-    material = target_scene(fitted, simulator.law if run is None else USUAL_LAW)
-    final = _coordinates(calibration, result)
-    observations = placed_observations(calibration, final)
-
-    def prepared(scene: Scene) -> Calibration:
-        made = Calibration(scene, observations, _settings(calibration, names))
-        if run is not None:
-            _run_in_place(made, scene, run)
-        return made
-
+    target_fit = _TargetFit.after(calibration, result, run)
     way = _way(simulator, is_run=run is not None)
     report(f'{simulator.name}: the gap with the material, by {way}')
-    own = calibrated_points(calibration, final)
-    target = prepared(material)
+    # Where the simulator itself is run, the law only says where it begins.
+    material = target_scene(fitted, simulator.law if run is None else USUAL_LAW)
+    target = target_fit.prepared(material)
     start = _materials(target, result)
-    gap_material, off_material = _look(target, start, own)
+    gap_material, off_material = target_fit.look(target, start)
     report(f'{simulator.name}: linear elements in the shape of the calibrated body')
-    scene, begin = _matched(calibration, material, observations, own, names)
+    scene, begin = target_fit.matched(material)
     report(f'{simulator.name}: fitting the effective modulus')
-    fitter = prepared(scene)
-    fitter.coordinates = _begin(fitter, begin)
+    fitter = target_fit.prepared(scene)
+    fitter.go_to(_begin(fitter, begin))
     found = fitter.run()
-    gap_effective, off_effective = _look(fitter, fitter.coordinates, own)
+    gap_effective, off_effective = target_fit.look(fitter, fitter.coordinates)
     return EffectiveFit(
         simulator=simulator.name,
         way=way,
         is_run=run is not None,
-        moduli=tuple(_modulus(target, start, result[name], found[name]) for name in names),
+        moduli=tuple(
+            _modulus(target, start, result[name], found[name]) for name in target_fit.names
+        ),
         poissons_ratios=_ratios(material, scene),
         gap_material=gap_material,
         gap_effective=gap_effective,
@@ -186,48 +263,6 @@ def _way(simulator: Simulator, *, is_run: bool) -> str:
     return f"this package's linear elements under {simulator.law} ({simulator.kinship})"
 
 
-def _settings(calibration: Calibration, names: tuple[str, ...]) -> CalibrationSettings:
-    return CalibrationSettings(
-        fit=names,
-        solver=calibration.settings.solver,
-        device=calibration.settings.device,
-        with_mesh_error=False,
-        search=False,
-    )
-
-
-def _matched(
-    calibration: Calibration,
-    material: Scene,
-    observations: tuple[Observation, ...],
-    own: list[FloatArray],
-    names: tuple[str, ...],
-) -> tuple[Scene, dict[str, float]]:
-    """Return the scene with ratios that suit linear elements, and moduli to start from [Pa]."""
-    both = (*names, Kind.POISSONS_RATIO.value)
-    scene = replace(material, law=USUAL_LAW)
-    linear = Calibration(scene, observations, _settings(calibration, both))
-    matches = match_shapes(linear, own)
-    if not matches:
-        raise InputError(
-            'linear elements find no equilibrium with the calibrated moduli: take a finer mesh'
-        )
-    chosen = choose(matches)
-    values = linear.parameters.values(chosen.coordinates)
-    regions = tuple(
-        replace(
-            region,
-            poissons_ratio=replace(
-                region.poissons_ratio,
-                start=min(region.poissons_ratio.start, chosen.ceiling),
-                lower=0.0,
-            ),
-        )
-        for region in material.regions
-    )
-    return replace(material, regions=regions), values
-
-
 def _begin(fitter: Calibration, values: dict[str, float]) -> FloatArray:
     start = fitter.parameters.start()
     for index, parameter in enumerate(fitter.parameters):
@@ -244,7 +279,7 @@ def _ratios(material: Scene, scene: Scene) -> dict[str, tuple[float, float]]:
     }
 
 
-def _fitted_moduli(calibration: Calibration, result: CalibrationResult) -> tuple[str, ...]:
+def _fitted_moduli(calibration: Calibration) -> tuple[str, ...]:
     calibration.likelihood('--for')
     names = tuple(own.name for own in calibration.parameters if own.kind is Kind.YOUNGS_MODULUS)
     if not names:
@@ -283,14 +318,6 @@ def _beyond_runs(scene: Scene) -> str:
     return f'the scene has effects ({", ".join(others)})' if others else ''
 
 
-def _run_in_place(target: Calibration, scene: Scene, run: Run) -> None:
-    """Let a simulator settle the bodies of a calibration."""
-    for index, own in target.model.bodies.items():
-        assert isinstance(own, RestingPosture)
-        body = exported_body(scene, scene.observations[index])
-        target.model.bodies[index] = RunPosture(own, body, run)
-
-
 def _coordinates(calibration: Calibration, result: CalibrationResult) -> FloatArray:
     """Return where the calibration ended, shape (k,)."""
     return np.array([own.coordinate(result[own.name].value) for own in calibration.parameters])
@@ -313,20 +340,6 @@ def _materials(target: Calibration, result: CalibrationResult) -> FloatArray:
 
 def _fine(fitted: FittedParameter) -> float:
     return fitted.fine_value if math.isfinite(fitted.fine_value) else fitted.value
-
-
-def _look(
-    target: Calibration, coordinates: FloatArray, own: list[FloatArray]
-) -> tuple[Gap, float]:
-    """Return the gap that the simulator leaves, and how far it is from the calibrated body."""
-    try:
-        gap = target.objective.gap(coordinates)
-    except NotSimulatedError:
-        return _NOTHING, float('nan')
-    pairs = zip(target.model.views(coordinates), own, strict=True)
-    return gap, max(
-        float(np.linalg.norm(view.points - mine, axis=1).max()) for view, mine in pairs
-    )
 
 
 def _modulus(

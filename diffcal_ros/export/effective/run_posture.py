@@ -3,9 +3,9 @@
 """A body at rest that another simulator finds, in the place of this package's own."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.forward.posture import PostureInputs, RestingPosture
+from diffcal_ros.calibration.forward.posture import PostureInputs, RestingPosture, RestingStates
 from diffcal_ros.export.effective.simulators import Run
 from diffcal_ros.export.exported_body import constants_at_rest, ExportedBody
 from diffcal_ros.fem.equilibrium import EquilibriumError
@@ -18,6 +18,19 @@ FloatArray = NDArray[np.float64]
 
 # Of a parameter's unit, which is that of a logarithm for moduli.
 DIFFERENCE = 0.02
+
+
+@dataclass(frozen=True)
+class RunStates:
+    """A body at rest.
+
+    Attributes:
+        inputs: what it depends on.
+        positions: of its vertices, world frame [m], shape (1, V, 3).
+    """
+
+    inputs: PostureInputs
+    positions: FloatArray
 
 
 class RunPosture:
@@ -46,52 +59,49 @@ class RunPosture:
         self._exported = body
         self._run = run
         self._difference = difference
-        self._inputs: PostureInputs | None = None
-        self._positions: FloatArray | None = None
+        self._settled: RestingStates | None = None
         self._last: FloatArray | None = None
 
-    def simulate(self, inputs: PostureInputs, prediction: FloatArray | None) -> None:
+    def solve(
+        self,
+        inputs: PostureInputs,
+        warm: RunStates | None = None,
+        prediction: FloatArray | None = None,
+    ) -> RunStates:
         """Find where the simulator comes to rest."""
-        self._inputs = inputs
-        self._positions = self._rest(inputs)
+        return RunStates(inputs, self._rest(inputs)[None])
 
-    def positions(self, state: int) -> FloatArray:
-        """Return the vertices, world frame [m], shape (V, 3)."""
-        assert self._positions is not None
-        return self._positions
-
-    def tangents(self, changes: Sequence[Change]) -> FloatArray:
+    def tangents(self, states: RunStates, changes: Sequence[Change]) -> FloatArray:
         """Return how the vertices follow changes of the material [m], shape (k, 1, V, 3).
 
         Raises:
             NotImplementedError: for a change of something else.
         """
-        assert self._inputs is not None
-        rates = []
+        inputs, rates = states.inputs, []
         for change in changes:
             low, high = (
-                self._rest(replace(self._inputs, material=_changed(self._inputs, change, step)))
+                self._rest(replace(inputs, material=_changed(inputs, change, step)))
                 for step in (-self._difference, self._difference)
             )
             rates.append((high - low) / (2.0 * self._difference))
         return np.array(rates)[:, None]
 
-    def gradient(self, by_positions: FloatArray) -> StaticGradient:
+    def gradient(self, states: RunStates, by_positions: FloatArray) -> StaticGradient:
         """Refuse: a simulator that is only run has no adjoint."""
         raise NotImplementedError('a simulator that is run gives no gradient: fit by tangents')
 
-    def mesh_moves(self, inputs: PostureInputs, solver: str) -> FloatArray:
+    def mesh_moves(self, states: RunStates, solver: str) -> FloatArray:
         """Return no move: the mesh that is exported is what the parameters are made for."""
-        return np.zeros((1, *self.positions(0).shape))
+        return np.zeros_like(states.positions)
 
-    def warnings(self) -> list[str]:
+    def warnings(self, states: RunStates) -> list[str]:
         """Say nothing: the simulator came to rest, or an error told otherwise."""
         return []
 
     def _rest(self, inputs: PostureInputs) -> FloatArray:
         try:
-            self._own.simulate(inputs, None)
-            start = self._own.positions(0)
+            self._settled = self._own.solve(inputs, self._settled)
+            start = self._settled.positions[0]
         except EquilibriumError:
             start = self._exported.mesh.rest_positions if self._last is None else self._last
         modulus, ratio = constants_at_rest(inputs.material)

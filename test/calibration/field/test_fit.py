@@ -104,12 +104,6 @@ def test_what_makes_no_field_is_refused(kind, share, words) -> None:
         check_field(beam_scene((4, 2, 2)), kind, share)
 
 
-def test_a_clamp_that_gives_way_is_refused() -> None:
-    scene = replace(beam_scene((4, 2, 2)), effects={'compliant_clamp': {'compliance': 0.1}})
-    with pytest.raises(InputError, match='not know that the clamp gives way'):
-        check_field(scene, FieldKind(), None)
-
-
 def test_a_whole_image_loss_is_refused() -> None:
     settings = CalibrationSettings(loss='l1', with_mesh_error=False, max_iterations=1)
     calibration = Calibration(beam_scene((4, 2, 2)), [observation(true_depth())], settings)

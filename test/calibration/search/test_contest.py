@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fits from several starts: which is best, which others explain as much, what is said of it."""
 
+from copy import copy
 from dataclasses import replace
 
 from diffcal_ros.calibration.contest import Contest, Entry
@@ -47,6 +48,11 @@ class TwoWells:
         self._right = right
         self.scales = Scales()
         self._wells = ((LEFT, 20.0), (RIGHT, 20.0 + lift))
+
+    def under(self, scales: Scales) -> 'TwoWells':
+        other = copy(self)
+        other.scales = scales
+        return other
 
     def cost(self, coordinates) -> float:
         return min(h + 0.5 * STIFFNESS * (coordinates[0] - c) ** 2 for c, h in self._wells)

@@ -62,8 +62,8 @@ def test_the_exported_body_sags_as_far_as_the_calibrated_one(beam, modelled):
         {name: own for name, (_, own) in modelled.poissons_ratios.items()},
     )
     effective = with_effective(body, numbers)
-    beam.calibration.model.views(beam.calibration.coordinates)
-    calibrated_sag = sag(beam.calibration.model.world(0)[: body.mesh.vertex_count], body)
+    (world,) = beam.calibration.model.worlds(beam.calibration.coordinates)
+    calibrated_sag = sag(world[: body.mesh.vertex_count], body)
     assert sag(settle_linear(body, SVK), body) < 0.9 * calibrated_sag
     assert sag(settle_linear(effective, SVK), body) == pytest.approx(calibrated_sag, rel=0.03)
     assert effective.mass == body.mass
@@ -82,7 +82,7 @@ def test_cameras_stay_where_the_fit_found_them(beam):
     """The pose that is passed on sees every point where the fit's offset put it."""
     calibration = beam.calibration
     (placed,) = placed_observations(calibration, calibration.coordinates)
-    world = calibration.model.world(0)
+    (world,) = calibration.model.worlds(calibration.coordinates)
     seen = calibration.model.views(calibration.coordinates)[0].points
     np.testing.assert_allclose(apply(placed.depth_from_world, world), seen, atol=1e-12)
     offset = calibration.model.cameras.rigid_offset(calibration.coordinates)
@@ -120,8 +120,8 @@ def test_linear_elements_that_were_calibrated_need_no_other_modulus():
     assert effective.effective == pytest.approx(value, abs=0.2 * effective.effective_std)
     assert effective.effective_std < 0.03 * value
     assert found.poissons_ratios['part_0'] == pytest.approx((0.45, 0.45), rel=1e-12)
-    own.calibration.model.views(own.calibration.coordinates)
-    depth_of_sag = sag(own.calibration.model.world(0)[: scene.mesh.vertex_count], scene)
+    (world,) = own.calibration.model.worlds(own.calibration.coordinates)
+    depth_of_sag = sag(world[: scene.mesh.vertex_count], scene)
     assert found.off_effective < 0.2 * effective.effective_std / value * depth_of_sag
 
 
