@@ -80,6 +80,7 @@ def _wait_for(what: Callable[[], bool]) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_a_batch_says_what_one_by_one_says_and_is_done_once(
     manifest, alone, run_cli, tmp_path
 ) -> None:

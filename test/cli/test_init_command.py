@@ -37,6 +37,7 @@ def proposed(recorded_beam, tmp_path_factory) -> Proposed:
     return Proposed(code, folder)
 
 
+@pytest.mark.slow
 def test_the_proposed_scene_says_what_the_beam_is_and_what_is_not_sure(proposed):
     assert proposed.code == EXIT_DONE
     scene = load_scene(proposed.folder / 'scene.yaml')
@@ -50,6 +51,7 @@ def test_the_proposed_scene_says_what_the_beam_is_and_what_is_not_sure(proposed)
     assert '<img src="data:image/png' in (proposed.folder / 'proposal.html').read_text()
 
 
+@pytest.mark.slow
 def test_the_clamp_begins_where_the_beam_disappears(proposed):
     scene = load_scene(proposed.folder / 'scene.yaml')
     ((_, limits),) = scene.document['held']['clamp']['box'].items()
@@ -58,6 +60,7 @@ def test_the_clamp_begins_where_the_beam_disappears(proposed):
     assert free == pytest.approx(_FREE, abs=0.003)
 
 
+@pytest.mark.slow
 def test_a_fit_of_the_proposed_scene_finds_the_modulus(proposed):
     inputs = open_inputs(load_scene(proposed.folder / 'scene.yaml'), [])
     result = calibrate(
@@ -68,6 +71,7 @@ def test_a_fit_of_the_proposed_scene_finds_the_modulus(proposed):
     assert modulus.value == pytest.approx(MODULUS, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_folder_that_has_a_scene_is_kept(run_cli, proposed, recorded_beam):
     before = (proposed.folder / 'scene.yaml').read_text()
     mesh = recorded_beam.scene.parent / 'beam.tet'
