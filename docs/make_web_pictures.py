@@ -103,9 +103,7 @@ def _init(server: Any, folder: Path) -> Callable[[], None]:
         poissons_ratio=0.49,
         marker=scene.marker,
     )
-    page = open_setup_page(
-        server, scene, inputs.observations, inputs.recordings[0], draft, folder / 'scene.yaml'
-    )
+    page = open_setup_page(server, inputs, draft, folder / 'scene.yaml')
     page.ask_fit()
     page.worker.wait(_LONG / 1e3)
     return page.close

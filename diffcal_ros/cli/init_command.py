@@ -106,15 +106,7 @@ def run(args: argparse.Namespace) -> int:
         from diffcal_ros.web.server import wait_for_interrupt
 
         proposal = _propose(args)
-        inputs = proposal.inputs
-        page = open_setup_page(
-            server,
-            inputs.scene,
-            inputs.observations,
-            inputs.recordings[0],
-            proposal.draft,
-            scene,
-        )
+        page = open_setup_page(server, proposal.inputs, proposal.draft, scene)
         say_where(server)
         wait_for_interrupt()
         page.close()

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.offline.calibrate_recordings import OfflineInputs
 from diffcal_ros.proposal.draft import Draft
 from diffcal_ros.proposal.save_draft import save_draft
 from diffcal_ros.recording.color_on_depth import color_on_depth
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.rigid_transform import apply, inverse
-from diffcal_ros.scene.model import Scene
 from diffcal_ros.web.arrangement import Arrangement, arrangement_of
 from diffcal_ros.web.point_cloud import point_cloud
 from diffcal_ros.web.setup_page import SetupPage
@@ -29,28 +29,20 @@ _AROUND = 0.5
 _POINT = 1.1
 
 
-def open_setup_page(
-    server: Any,
-    scene: Scene,
-    observations: tuple[Observation, ...],
-    recording: Recording,
-    draft: Draft,
-    path: Path,
-) -> SetupPage:
+def open_setup_page(server: Any, inputs: OfflineInputs, draft: Draft, path: Path) -> SetupPage:
     """Draw what was measured first, and the proposed body in it.
 
     Args:
         server: of viser.
-        scene: of the recordings, of one region.
-        observations: of one posture.
-        recording: of the first one, for its colours.
+        inputs: of one posture, in a scene of one region.
         draft: that is proposed.
         path: scene file that the page writes.
     """
+    scene, observations = inputs.scene, inputs.observations
     setups = tuple(replace(setup, gravity=draft.gravity) for setup in scene.observations)
     trial = Trial(replace(scene, observations=setups), observations)
     body = apply(draft.world_from_object, scene.mesh.rest_positions)
-    _draw_measured(server, observations[0], recording, draft.gravity, body)
+    _draw_measured(server, observations[0], inputs.recordings[0], draft.gravity, body)
     start = arrangement_of(draft)
 
     def save(arrangement: Arrangement) -> Path:

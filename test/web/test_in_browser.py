@@ -11,13 +11,11 @@ from diffcal_ros.scene.load import load_scene
 from diffcal_ros.web.fit_folder import read_fit
 from diffcal_ros.web.fit_words import fit_words
 from diffcal_ros.web.fitted_view import seen_fit
-from diffcal_ros.web.proposed_setup import open_setup_page
 from diffcal_ros.web.setup_handles import PLACE
 from diffcal_ros.web.setup_page import FIT, SAVE, TAKE
 from diffcal_ros.web.view_page import ViewPage
 import numpy as np
 import pytest
-from support.arranged_beam import arranged_beam
 from support.recorded_beam import MODULUS
 
 pytestmark = pytest.mark.slow
@@ -51,22 +49,6 @@ def tab(browser, server) -> Iterator[Any]:
     own.set_default_timeout(LONG)
     own.goto(f'http://127.0.0.1:{server.get_port()}')
     own.wait_for_selector('canvas')
-    yield own
-    own.close()
-
-
-@pytest.fixture
-def page(server, recorded_beam, tmp_path):
-    beam = arranged_beam(recorded_beam, MODULUS)
-    inputs = beam.inputs
-    own = open_setup_page(
-        server,
-        inputs.scene,
-        inputs.observations,
-        inputs.recordings[0],
-        beam.draft,
-        tmp_path / 'scene.yaml',
-    )
     yield own
     own.close()
 

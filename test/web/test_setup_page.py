@@ -7,36 +7,14 @@ from dataclasses import replace
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.web.arrangement import arrangement_of
-from diffcal_ros.web.proposed_setup import open_setup_page
 from diffcal_ros.web.setup_page import SAVE, STOP, TAKE
 from diffcal_ros.web.setup_words import trial_words
 from diffcal_ros.web.trial import Trial
 import numpy as np
 import pytest
-from support.arranged_beam import arranged_beam
 from support.recorded_beam import MODULUS
 
 LONG = 300.0  # [s]
-
-
-@pytest.fixture(scope='module')
-def beam(recorded_beam):
-    return arranged_beam(recorded_beam, MODULUS)
-
-
-@pytest.fixture
-def page(server, beam, tmp_path):
-    inputs = beam.inputs
-    own = open_setup_page(
-        server,
-        inputs.scene,
-        inputs.observations,
-        inputs.recordings[0],
-        beam.draft,
-        tmp_path / 'scene.yaml',
-    )
-    yield own
-    own.close()
 
 
 def test_the_gap_follows_place_and_modulus(beam):
