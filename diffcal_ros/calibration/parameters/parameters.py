@@ -55,6 +55,8 @@ UNITS = {
     Kind.GRAVITY_TILT: 'rad',
     Kind.EDGE_BIAS: 'px',
 }
+# What places a body before the cameras.
+PLACING = (Kind.RIGID_OFFSET, Kind.CAMERA_POSE)
 _LOGARITHMIC = (Kind.YOUNGS_MODULUS, Kind.DENSITY, Kind.DAMPING, Kind.CABLE_STIFFNESS)
 _PER_REGION = (Kind.YOUNGS_MODULUS, Kind.POISSONS_RATIO, Kind.DENSITY, Kind.DAMPING)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
-from diffcal_ros.calibration.parameters.parameters import Kind
+from diffcal_ros.calibration.parameters.parameters import Kind, PLACING
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
 from diffcal_ros.calibration.search.shapes import modulus_indices, Shape
@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# What places a body before the cameras.
-PLACING = (Kind.RIGID_OFFSET, Kind.CAMERA_POSE)
 _MOST_STEPS = 8
 # A body may lie so far along itself from where it seems to be [m]: a vertebra, and two.
 _SLIDES = (-0.03, -0.015, 0.015, 0.03)

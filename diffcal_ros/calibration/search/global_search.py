@@ -12,8 +12,8 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.parameters.parameters import Kind
-from diffcal_ros.calibration.search.basins import Basin, PLACING, Placing
+from diffcal_ros.calibration.parameters.parameters import Kind, PLACING
+from diffcal_ros.calibration.search.basins import Basin, Placing
 from diffcal_ros.calibration.search.coarse_views import (
     coarse_observation,
     coarse_scene,

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a fit stands where the scene says that body and cameras are."""
 
-from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
+from diffcal_ros.calibration.parameters.parameters import ParameterSet, PLACING
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
-
-_PLACEMENTS = (Kind.RIGID_OFFSET, Kind.CAMERA_POSE)
 
 
 def placement_chance(parameters: ParameterSet, coordinates: FloatArray) -> float:
@@ -26,7 +24,7 @@ def placement_chance(parameters: ParameterSet, coordinates: FloatArray) -> float
     indices = [
         index
         for index, parameter in enumerate(parameters)
-        if parameter.kind in _PLACEMENTS and prior.precision[index, index] > 0.0
+        if parameter.kind in PLACING and prior.precision[index, index] > 0.0
     ]
     if not indices:
         return 1.0
