@@ -13,6 +13,8 @@ from uuid import uuid4
 
 # The rest of a name of 255 bytes is for the machine, the process and the suffix.
 _LONGEST_STEM, _LONGEST_HOST = 40, 40
+# States of a process that has ended, Linux's proc(5).
+_ENDED = 'ZX'
 _WRITER = re.compile(r'-(\d+)-[0-9a-f]{8}')
 
 
@@ -44,10 +46,15 @@ def _start(path: Path) -> str:
 
 
 def _is_running(process: int) -> bool:
+    """Tell whether a process runs; one that has ended may wait for long until its parent looks."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
     except OSError:
         return True
-    return True
+    try:
+        state = Path(f'/proc/{process}/stat').read_text().rpartition(')')[2].split()[0]
+    except (OSError, IndexError):  # It has gone since, or this is no Linux: see the next time.
+        return True
+    return state not in _ENDED

@@ -3,6 +3,7 @@
 """What a killed process left goes away; what another one is writing stays."""
 
 import os
+from pathlib import Path
 import subprocess
 import sys
 
@@ -10,6 +11,7 @@ from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.leftovers import fresh_path
 from diffcal_ros.recording.bag_writer import BagWriter
 import numpy as np
+import pytest
 
 _KILLED = """
 import os, sys
@@ -35,6 +37,17 @@ def test_leftovers_of_dead_processes_are_removed(tmp_path):
     with BagWriter(tmp_path / 'bag') as bag:
         bag.write_depth_from_color(np.eye(4), depth_frame='d', color_frame='c', stamp_ns=1)
     assert sorted(os.listdir(tmp_path)) == ['a.json', 'bag']
+
+
+@pytest.mark.skipif(sys.platform != 'linux', reason='looks into /proc')
+def test_who_has_ended_and_is_not_buried_yet_writes_no_more(tmp_path):
+    with subprocess.Popen([sys.executable, '-c', _KILLED, tmp_path]) as writer:
+        # Waits for the end, and leaves the process where it is for whoever asks next.
+        os.waitid(os.P_PID, writer.pid, os.WEXITED | os.WNOWAIT)
+        assert ') Z ' in Path(f'/proc/{writer.pid}/stat').read_text()
+        write_text_atomically(tmp_path / 'a.json', 'x')
+        left = [name for name in os.listdir(tmp_path) if name.startswith('.a.')]
+    assert left == []
 
 
 def test_what_is_being_written_or_belongs_to_others_stays(tmp_path):

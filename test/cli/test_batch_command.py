@@ -49,13 +49,19 @@ def _marks(out: Path) -> dict[str, tuple[int, int]]:
     return {name: (state.st_ino, state.st_mtime_ns) for name, state in found.items()}
 
 
-def _is_whole(out: Path, alone: Path) -> bool:
-    """Tell whether everything is there, as one by one, and nothing half done."""
+def _faults(out: Path, alone: Path) -> list[str]:
+    """List what is not there, as one by one, and what is left half done."""
     folders = {path.name for path in (out / 'bodies').iterdir()} - {'.locks'}
-    return folders == {path.name for path in alone.iterdir()} and all(
-        same_figures(out / 'bodies' / name / 'result.json', alone / name / 'result.json')
-        for name in folders
-    )
+    wanted = {path.name for path in alone.iterdir()}
+    return [
+        *(f'{name} is missing' for name in wanted - folders),
+        *(f'{name} was left' for name in folders - wanted),
+        *(
+            f'{name} says something else'
+            for name in folders & wanted
+            if not same_figures(*(top / name / 'result.json' for top in (out / 'bodies', alone)))
+        ),
+    ]
 
 
 def _start(*arguments: object) -> subprocess.Popen:
@@ -88,7 +94,7 @@ def test_a_batch_says_what_one_by_one_says_and_is_done_once(
     assert ran.code == EXIT_DONE
     assert f'{_BODIES} bodies: {_BODIES} converged (0 were done before)' in ran.out
     assert ran.err.count(f'of {_BODIES}: body_00') == _BODIES
-    assert _is_whole(tmp_path, alone)
+    assert not _faults(tmp_path, alone)
     page = (tmp_path / 'batch.html').read_text()
     assert all(f'bodies/body_00{n}/report.html' in page for n in range(_BODIES))
     with (tmp_path / 'batch.csv').open(newline='') as file:
@@ -115,7 +121,7 @@ def test_a_master_that_is_killed_loses_nothing_and_does_nothing_twice(
     assert 0 < len(before) < _BODIES
     assert run_cli('batch', manifest, '--out', tmp_path, '--jobs', 2).code == EXIT_DONE
     assert {name: _marks(tmp_path)[name] for name in before} == before
-    assert _is_whole(tmp_path, alone)
+    assert not _faults(tmp_path, alone)
 
 
 @pytest.mark.slow
@@ -128,7 +134,7 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(manifest, alone, tmp_pat
         master.communicate()
     assert master.returncode == EXIT_DONE
     assert {name: _marks(tmp_path)[name] for name in before} == before
-    assert _is_whole(tmp_path, alone)
+    assert not _faults(tmp_path, alone)
 
 
 @pytest.mark.slow
