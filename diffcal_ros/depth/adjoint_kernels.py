@@ -7,12 +7,13 @@ They are the transposes of `push_centres` and `push_outline`.
 """
 
 from diffcal_ros.depth.derivative_kernels import (
+    add_to_corners,
     Pinhole,
-    plane_vector,
     pull_to_ends,
     weights_of_pixel,
 )
 from diffcal_ros.depth.raster_kernels import Plane, Window
+from diffcal_ros.depth.silhouette_segments import Segments
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
@@ -38,11 +39,8 @@ def pull_centres(
     pixel = pixels[index]
     face = faces[pixel]
     weights = weights_of_pixel(planes[face], window, pixel)
-    m = plane_vector(triangles, points, face)
     scale = by_depth[index] * depth[pixel] * depth[pixel]
-    for corner in range(3):
-        vertex = triangles[face, corner]
-        wp.atomic_add(gradient, vertex, (scale * weights[corner] * screen[vertex][2]) * m)
+    add_to_corners(triangles, points, screen, face, scale * weights, gradient)
 
 
 @wp.kernel(enable_backward=False)
@@ -51,21 +49,12 @@ def pull_outline(
     points: wp.array[wp.vec3d],
     camera: Pinhole,
     edges: wp.array2d[wp.int32],
-    segment_edges: wp.array[wp.int32],
-    segment_fractions: wp.array[wp.float64],
-    segment_normals: wp.array[wp.vec2d],
-    segments: wp.array[wp.int32],  # (M,)
+    segments: Segments,
+    chosen: wp.array[wp.int32],  # (M,) of them
     by_motion: wp.array[wp.float64],  # (M,) [1/px]
     # Out:
     gradient: wp.array[wp.vec3d],  # (N,) accumulated
 ):
     """Pull weights of the outline's outward motion back to the ends of its edges."""
     index = wp.tid()
-    segment = segments[index]
-    edge = segment_edges[segment]
-    fraction = segment_fractions[segment]
-    normal = segment_normals[segment]
-    weight = by_motion[index]
-    pull_to_ends(
-        weight, fraction, normal, points, camera, edges[edge, 0], edges[edge, 1], gradient
-    )
+    pull_to_ends(by_motion[index], segments, chosen[index], points, camera, edges, gradient)

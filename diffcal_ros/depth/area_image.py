@@ -5,7 +5,7 @@
 from functools import cached_property
 from typing import Any, TYPE_CHECKING
 
-from diffcal_ros.depth import area_kernels, derivative_kernels
+from diffcal_ros.depth import area_derivative_kernels, area_kernels
 from diffcal_ros.device_array import (
     download,
     float_array,
@@ -72,7 +72,7 @@ class AreaImage:
         buffers.launch(
             area_kernels.list_crossings,
             segments.count,
-            [segments.points, segments.lengths, trace.window],
+            [segments, trace.window],
             [self._marks, crossings, last_segment],
         )
         marked = np.flatnonzero(self._marks.numpy())
@@ -91,9 +91,7 @@ class AreaImage:
                 self._trace.window,
                 self._cut.pixels,
                 last_segment,
-                segments.points,
-                segments.normals,
-                segments.faces,
+                segments,
                 wp.float64(self._background),
             ],
             [self._cut.faces, self._cut.sums, self._image, is_cut],
@@ -111,9 +109,7 @@ class AreaImage:
             [
                 buffers.triangles,
                 self._trace.screen,
-                self._trace.planes,
-                self._trace.window,
-                *self._trace.tiles,
+                self._trace.tiles,
                 self._sampled.pixels,
                 side,
                 wp.float64(self._background),
@@ -142,20 +138,20 @@ class AreaImage:
         gradient.zero_()
         surface = [buffers.triangles, trace.points, trace.screen, trace.planes]
         buffers.launch(
-            derivative_kernels.pull_back_centres,
+            area_derivative_kernels.pull_back_centres,
             buffers.face_count,
             [*surface, trace.window, trace.device_faces, self._marks, weights],
             [gradient],
         )
         for parts in (self._cut, self._sampled):
             buffers.launch(
-                derivative_kernels.pull_back_parts,
+                area_derivative_kernels.pull_back_parts,
                 parts.count,
                 [*surface, parts.pixels, parts.faces, parts.sums, weights],
                 [gradient],
             )
         buffers.launch(
-            derivative_kernels.pull_back_outline,
+            area_derivative_kernels.pull_back_outline,
             trace.segments.count,
             [*self._outline_arguments(), weights],
             [gradient],
@@ -180,7 +176,7 @@ class AreaImage:
         by_vertex = trace.by_vertex(tangents)
         for parts in (self._cut, self._sampled):
             buffers.launch(
-                derivative_kernels.push_parts,
+                area_derivative_kernels.push_parts,
                 parts.count,
                 [
                     buffers.triangles,
@@ -195,7 +191,7 @@ class AreaImage:
                 [device_rates],
             )
         buffers.launch(
-            derivative_kernels.push_outline_area,
+            area_derivative_kernels.push_outline_area,
             trace.segments.count,
             [*self._outline_arguments(), by_vertex],
             [device_rates],
@@ -204,18 +200,11 @@ class AreaImage:
 
     def _outline_arguments(self) -> list[Any]:
         trace, buffers = self._trace, self._trace.buffers
-        segments = trace.segments
         return [
             trace.points,
             buffers.pinhole,
             trace.window,
             buffers.edges,
-            segments.edges,
-            segments.fractions,
-            segments.points,
-            segments.normals,
-            segments.lengths,
-            segments.open,
-            segments.behind,
+            trace.segments,
             wp.float64(self._background),
         ]

@@ -13,11 +13,13 @@ from diffcal_ros.depth.raster_kernels import (
     nearest_face,
     Plane,
     tile_span,
+    Tiles,
     touches_pixel,
     weights_at,
     Window,
 )
 from diffcal_ros.depth.silhouette_kernels import cell_of
+from diffcal_ros.depth.silhouette_segments import Segments
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
@@ -26,28 +28,6 @@ wp.set_module_options({'enable_backward': False})
 PARTS = wp.constant(24)
 FaceList = wp.types.vector(length=24, dtype=wp.int32)
 CROWDED = wp.constant(-2)
-
-
-@wp.kernel(enable_backward=False)
-def mark_outline(
-    # In:
-    segment_points: wp.array[wp.vec3d],  # (P,)
-    segment_lengths: wp.array[wp.float64],  # (P,) 0 where hidden
-    window: Window,
-    reach: wp.int32,  # [px]
-    # Out:
-    marks: wp.array[wp.int32],  # (window pixels,) 1 within reach of a visible outline
-):
-    """Mark the pixels around the visible outline."""
-    segment = wp.tid()
-    if segment_lengths[segment] <= wp.float64(0.0):
-        return
-    column = cell_of(segment_points[segment][0])
-    row = cell_of(segment_points[segment][1])
-    for down in range(-reach, reach + 1):
-        for across in range(-reach, reach + 1):
-            if is_in_window(window, column + across, row + down):
-                marks[(row + down - window.top) * window.width + column + across - window.left] = 1
 
 
 @wp.kernel(enable_backward=False)
@@ -73,8 +53,7 @@ def start_image(
 @wp.kernel(enable_backward=False)
 def list_crossings(
     # In:
-    segment_points: wp.array[wp.vec3d],
-    segment_lengths: wp.array[wp.float64],
+    segments: Segments,
     window: Window,
     # Out:
     marks: wp.array[wp.int32],  # (window pixels,) 1 where a visible segment crosses
@@ -83,12 +62,12 @@ def list_crossings(
 ):
     """Count the segments in every pixel."""
     segment = wp.tid()
-    column = cell_of(segment_points[segment][0])
-    row = cell_of(segment_points[segment][1])
+    column = cell_of(segments.points[segment][0])
+    row = cell_of(segments.points[segment][1])
     if is_in_window(window, column, row):
         pixel = (row - window.top) * window.width + column - window.left
         wp.atomic_add(crossings, pixel, 1)
-        if segment_lengths[segment] > wp.float64(0.0):
+        if segments.lengths[segment] > wp.float64(0.0):
             marks[pixel] = 1
             last_segment[pixel] = segment
 
@@ -150,9 +129,7 @@ def cut_pixels(
     window: Window,
     pixels: wp.array[wp.int32],  # (M,) window pixels that one straight segment crosses
     last_segment: wp.array[wp.int32],  # (window pixels,)
-    segment_points: wp.array[wp.vec3d],
-    segment_normals: wp.array[wp.vec2d],
-    segment_faces: wp.array2d[wp.int32],  # (P, 2) triangle in front and behind, -1 for none
+    segments: Segments,
     background: wp.float64,
     # Out:
     part_faces: wp.array2d[wp.int32],  # (M, 2) triangle in front and behind, -1 for none or uncut
@@ -167,8 +144,8 @@ def cut_pixels(
     one = wp.float64(1.0)
     column = wp.float64(window.left + pixel % window.width)
     row = wp.float64(window.top + pixel // window.width)
-    point = segment_points[segment]
-    normal = segment_normals[segment]
+    point = segments.points[segment]
+    normal = segments.normals[segment]
     offset = normal[0] * (point[0] - column) + normal[1] * (point[1] - row)
     inside = area_behind_line(normal, offset)
     part_faces[index, 0] = -1
@@ -181,7 +158,7 @@ def cut_pixels(
         if sums[0] < wp.float64(1.0e-12):
             continue
         there = wp.vec2d(column + sums[1] / sums[0], row + sums[2] / sums[0])
-        face = segment_faces[segment, part]
+        face = segments.faces[segment, part]
         # Another triangle at the part's centre: the pixel shows more than two.
         outside = wp.bool(False)
         if face >= 0:
@@ -217,9 +194,7 @@ def sample_point(sample: wp.int32, side: wp.int32):
 def touching_faces(
     triangles: wp.array2d[wp.int32],
     screen: wp.array[wp.vec3d],
-    planes: wp.array[Plane],
-    members: wp.vec2i,
-    tile_members: wp.array[wp.int32],
+    tiles: Tiles,
     column: wp.float64,
     row: wp.float64,
 ):
@@ -229,8 +204,9 @@ def touching_faces(
     for index in range(PARTS):
         found[index] = -1
     count = wp.int32(0)
+    members = tile_span(tiles, column, row)
     for member in range(members[0], members[1]):
-        face = tile_members[member]
+        face = tiles.members[member]
         a = screen[triangles[face, 0]]
         b = screen[triangles[face, 1]]
         c = screen[triangles[face, 2]]
@@ -243,7 +219,7 @@ def touching_faces(
             and low[1] <= row + half
             and high[1] >= row - half
         )
-        if reaches and touches_pixel(planes[face], column, row):
+        if reaches and touches_pixel(tiles.planes[face], column, row):
             if count < PARTS:
                 found[count] = face
             count += 1
@@ -266,10 +242,7 @@ def sample_pixels(
     # In:
     triangles: wp.array2d[wp.int32],
     screen: wp.array[wp.vec3d],
-    planes: wp.array[Plane],
-    window: Window,
-    tile_ends: wp.array[wp.int32],
-    tile_members: wp.array[wp.int32],
+    tiles: Tiles,
     pixels: wp.array[wp.int32],  # (M,) window pixels to sample
     side: wp.int32,  # samples along each side of a pixel
     background: wp.float64,  # value where nothing is seen
@@ -288,12 +261,10 @@ def sample_pixels(
     zero = wp.float64(0.0)
     one = wp.float64(1.0)
     half = wp.float64(0.5)
+    window = tiles.window
     left = wp.float64(window.left + pixel % window.width) - half
     top = wp.float64(window.top + pixel // window.width) - half
-    members = tile_span(window, tile_ends, left + half, top + half)
-    faces = touching_faces(
-        triangles, screen, planes, members, tile_members, left + half, top + half
-    )
+    faces = touching_faces(triangles, screen, tiles, left + half, top + half)
     is_crowded = faces[0] == CROWDED
     if is_crowded:
         # More triangles than parts: look at all of the tile's, and give the rest to the last.
@@ -308,9 +279,9 @@ def sample_pixels(
         nearest = zero
         owner = wp.int32(-1)
         if is_crowded:
-            face = nearest_face(planes, window, tile_ends, tile_members, column, row)
+            face = nearest_face(tiles, column, row)
             if face >= 0:
-                nearest = inverse_depth_at(planes[face], column, row)
+                nearest = inverse_depth_at(tiles.planes[face], column, row)
                 owner = place_of(faces, face)
                 faces[owner] = face
         else:
@@ -318,7 +289,7 @@ def sample_pixels(
                 face = faces[part]
                 if face < 0:
                     break
-                plane = planes[face]
+                plane = tiles.planes[face]
                 if wp.min(weights_at(plane, column, row)) >= zero:
                     near = inverse_depth_at(plane, column, row)
                     if near > nearest:

@@ -159,6 +159,16 @@ def rows_of(a: wp.vec3d, b: wp.vec3d, c: wp.vec3d, window: Window):
     )
 
 
+@wp.func
+def columns_of(plane: Plane, row: wp.int32, window: Window):
+    """Return first and last column of the window whose centres in a row a triangle covers."""
+    span = columns_inside(plane, wp.float64(row))
+    return wp.vec2i(
+        wp.max(wp.int32(wp.ceil(span[0])), window.left),
+        wp.min(wp.int32(wp.floor(span[1])), window.left + window.width - 1),
+    )
+
+
 @wp.kernel(enable_backward=False)
 def rasterise(
     # In:
@@ -182,11 +192,9 @@ def rasterise(
         screen[triangles[face, 0]], screen[triangles[face, 1]], screen[triangles[face, 2]], window
     )
     for row in range(rows[0], rows[1] + 1):
-        span = columns_inside(plane, wp.float64(row))
-        first = wp.max(wp.int32(wp.ceil(span[0])), window.left)
-        last = wp.min(wp.int32(wp.floor(span[1])), window.left + window.width - 1)
+        columns = columns_of(plane, row, window)
         start = (row - window.top) * window.width - window.left
-        for column in range(first, last + 1):
+        for column in range(columns[0], columns[1] + 1):
             nearness = inverse_depth_at(plane, wp.float64(column), wp.float64(row))
             key = (wp.int64(nearness * depth_steps) << wp.int64(32)) | wp.int64(face)
             wp.atomic_max(keys, start + column, key)
@@ -285,9 +293,27 @@ def fill_tiles(
             members[ends[tile] - left] = face
 
 
+@wp.struct
+class Tiles:
+    """Squares of the window, each with a list of the triangles that may be seen in it.
+
+    Attributes:
+        window: of the image.
+        planes: all triangles, shape (F,).
+        ends: of each tile's list, inclusive sums of their lengths, shape (tiles,).
+        members: triangles, tile by tile.
+    """
+
+    window: Window
+    planes: wp.array[Plane]
+    ends: wp.array[wp.int32]
+    members: wp.array[wp.int32]
+
+
 @wp.func
-def tile_span(window: Window, ends: wp.array[wp.int32], column: wp.float64, row: wp.float64):
+def tile_span(tiles: Tiles, column: wp.float64, row: wp.float64):
     """Return first and end of the members of the tile that holds an image point."""
+    window = tiles.window
     columns = (window.width + TILE - 1) // TILE
     rows = (window.height + TILE - 1) // TILE
     tile_column = wp.clamp((wp.int32(wp.floor(column)) - window.left) // TILE, 0, columns - 1)
@@ -295,27 +321,20 @@ def tile_span(window: Window, ends: wp.array[wp.int32], column: wp.float64, row:
     tile = tile_row * columns + tile_column
     first = wp.int32(0)
     if tile > 0:
-        first = ends[tile - 1]
-    return wp.vec2i(first, ends[tile])
+        first = tiles.ends[tile - 1]
+    return wp.vec2i(first, tiles.ends[tile])
 
 
 @wp.func
-def nearest_face(
-    planes: wp.array[Plane],
-    window: Window,
-    ends: wp.array[wp.int32],
-    members: wp.array[wp.int32],
-    column: wp.float64,
-    row: wp.float64,
-):
+def nearest_face(tiles: Tiles, column: wp.float64, row: wp.float64):
     """Return the front-facing triangle seen at any image point, or -1."""
     zero = wp.float64(0.0)
     nearest = zero
     found = wp.int32(-1)
-    span = tile_span(window, ends, column, row)
+    span = tile_span(tiles, column, row)
     for index in range(span[0], span[1]):
-        face = members[index]
-        plane = planes[face]
+        face = tiles.members[index]
+        plane = tiles.planes[face]
         weights = weights_at(plane, column, row)
         if weights[0] >= zero and weights[1] >= zero and weights[2] >= zero:
             here = inverse_depth_at(plane, column, row)

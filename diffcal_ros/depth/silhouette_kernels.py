@@ -14,8 +14,10 @@ from diffcal_ros.depth.raster_kernels import (
     is_in_window,
     nearest_face,
     Plane,
+    Tiles,
     Window,
 )
+from diffcal_ros.depth.silhouette_segments import Segments
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})
@@ -95,6 +97,26 @@ def next_crossing(start: wp.float64, rate: wp.float64, cell: wp.int32):
 
 
 @wp.struct
+class Edge:
+    """A silhouette edge in the image.
+
+    Attributes:
+        a: one end: column, row [px] and 1/z [1/m]; `b` the other.
+        along: from the one to the other [px].
+        length: of that [px].
+        normal: unit, pointing out of the body.
+        face: the triangle on the side that is seen.
+    """
+
+    a: wp.vec3d
+    b: wp.vec3d
+    along: wp.vec2d
+    length: wp.float64
+    normal: wp.vec2d
+    face: wp.int32
+
+
+@wp.struct
 class Visibility:
     """What one ray just outside an edge sees.
 
@@ -117,28 +139,35 @@ class Sums:
 
 
 @wp.func
-def visibility_at(
-    screen_a: wp.vec3d,
-    screen_b: wp.vec3d,
-    fraction: wp.float64,
-    normal: wp.vec2d,
-    planes: wp.array[Plane],
-    window: Window,
-    tile_ends: wp.array[wp.int32],
-    tile_members: wp.array[wp.int32],
-):
+def depth_on(edge: Edge, fraction: wp.float64):
+    """Return z [m] at a place of an edge."""
+    return wp.float64(1.0) / (edge.a[2] + fraction * (edge.b[2] - edge.a[2]))
+
+
+@wp.func
+def point_on(edge: Edge, fraction: wp.float64):
+    """Return column, row [px] and z [m] at a place of an edge."""
+    return wp.vec3d(
+        edge.a[0] + fraction * edge.along[0],
+        edge.a[1] + fraction * edge.along[1],
+        depth_on(edge, fraction),
+    )
+
+
+@wp.func
+def visibility_at(edge: Edge, fraction: wp.float64, tiles: Tiles):
     """Cast a ray just outside a point of an edge."""
     one = wp.float64(1.0)
     result = Visibility()
-    here = screen_a + fraction * (screen_b - screen_a)
-    result.is_visible = is_in_window(window, cell_of(here[0]), cell_of(here[1]))
+    here = edge.a + fraction * (edge.b - edge.a)
+    result.is_visible = is_in_window(tiles.window, cell_of(here[0]), cell_of(here[1]))
     result.face = -1
     if result.is_visible:
-        column = here[0] + _OUTSIDE * normal[0]
-        row = here[1] + _OUTSIDE * normal[1]
-        result.face = nearest_face(planes, window, tile_ends, tile_members, column, row)
+        column = here[0] + _OUTSIDE * edge.normal[0]
+        row = here[1] + _OUTSIDE * edge.normal[1]
+        result.face = nearest_face(tiles, column, row)
         if result.face >= 0:
-            nearness = inverse_depth_at(planes[result.face], column, row)
+            nearness = inverse_depth_at(tiles.planes[result.face], column, row)
             result.behind = one / nearness
             result.is_visible = nearness <= here[2]
     return result
@@ -173,22 +202,16 @@ def added(sums: Sums, length: wp.float64, visibility: Visibility):
 
 
 @wp.func
-def write_sums(
-    record: wp.int32,
-    sums: Sums,
-    segment_lengths: wp.array[wp.float64],
-    segment_open: wp.array[wp.float64],
-    segment_behind: wp.array[wp.float64],
-):
+def write_sums(record: wp.int32, sums: Sums, segments: Segments):
     """Turn sums into a segment's visible length, open share and mean depth behind."""
-    segment_lengths[record] = sums.visible
-    segment_open[record] = wp.float64(0.0)
-    segment_behind[record] = wp.float64(wp.nan)
+    segments.lengths[record] = sums.visible
+    segments.open[record] = wp.float64(0.0)
+    segments.behind[record] = wp.float64(wp.nan)
     if sums.visible > wp.float64(0.0):
-        segment_open[record] = sums.open / sums.visible
+        segments.open[record] = sums.open / sums.visible
         closed = sums.visible - sums.open
         if closed > wp.float64(1.0e-9) * sums.visible:
-            segment_behind[record] = sums.behind / closed
+            segments.behind[record] = sums.behind / closed
 
 
 @wp.func
@@ -212,26 +235,42 @@ def outward_normal(
 
 
 @wp.func
+def make_edge(
+    number: wp.int32,
+    triangles: wp.array2d[wp.int32],
+    screen: wp.array[wp.vec3d],
+    edges: wp.array2d[wp.int32],
+    edge_faces: wp.array2d[wp.int32],
+    planes: wp.array[Plane],
+):
+    """Gather what a walk along a silhouette edge needs."""
+    edge = Edge()
+    edge.a = screen[edges[number, 0]]
+    edge.b = screen[edges[number, 1]]
+    edge.face = edge_faces[number, seen_side(planes, edge_faces, number)]
+    edge.along = wp.vec2d(edge.b[0] - edge.a[0], edge.b[1] - edge.a[1])
+    edge.length = wp.length(edge.along)
+    edge.normal = outward_normal(triangles, screen, edge.face, edge.a, edge.b)
+    return edge
+
+
+@wp.func
 def place_of_change(
-    a: wp.vec3d,
-    b: wp.vec3d,
+    edge: Edge,
     low: wp.float64,
     high: wp.float64,
-    visibility: Visibility,
-    normal: wp.vec2d,
-    planes: wp.array[Plane],
-    window: Window,
-    tile_ends: wp.array[wp.int32],
-    tile_members: wp.array[wp.int32],
+    before: Visibility,
+    after: Visibility,
+    tiles: Tiles,
 ):
-    """Bisect for where an edge stops looking as it does at its share `low`."""
-    one = wp.float64(1.0)
+    """Bisect for where an edge stops looking as it does at `low`; `high` where it never does."""
     near = low
     far = high
+    if are_alike(before, after, depth_on(edge, high)):
+        return far
     for _ in range(7):
         middle = wp.float64(0.5) * (near + far)
-        between = visibility_at(a, b, middle, normal, planes, window, tile_ends, tile_members)
-        if are_alike(visibility, between, one / (a[2] + middle * (b[2] - a[2]))):
+        if are_alike(before, visibility_at(edge, middle, tiles), depth_on(edge, middle)):
             near = middle
         else:
             far = middle
@@ -243,107 +282,94 @@ def walk_edges(
     # In:
     triangles: wp.array2d[wp.int32],  # (F, 3)
     screen: wp.array[wp.vec3d],
-    planes: wp.array[Plane],
     edges: wp.array2d[wp.int32],
     edge_faces: wp.array2d[wp.int32],
     ends: wp.array[wp.int32],  # (E,) inclusive sums of the counts
-    window: Window,
-    tile_ends: wp.array[wp.int32],
-    tile_members: wp.array[wp.int32],
+    tiles: Tiles,
     # Out:
-    segment_edges: wp.array[wp.int32],  # (P,) edge
-    segment_fractions: wp.array[wp.float64],  # (P,) place on the edge, 0 to 1
-    segment_points: wp.array[wp.vec3d],  # (P,) column, row [px] and z [m] of the outline
-    segment_normals: wp.array[wp.vec2d],  # (P,) unit, pointing out of the body
-    segment_lengths: wp.array[wp.float64],  # (P,) visible length [px]
-    segment_open: wp.array[wp.float64],  # (P,) share of it with nothing behind
-    segment_behind: wp.array[wp.float64],  # (P,) mean z [m] behind the rest, NaN where all is open
-    segment_faces: wp.array2d[wp.int32],  # (P, 2) triangle in front and behind, -1 for none
+    segments: Segments,
 ):
     """Write one record a segment.
 
     Between the nodes of neighbouring segments the view past the edge may change: where the edge
-    passes behind another part of the body, or another outline passes behind it. The place is
-    found by bisection, so that such segments count for their visible part.
+    passes behind another part of the body, or another outline passes behind it. Such segments
+    count for their visible part.
     """
-    edge = wp.tid()
+    number = wp.tid()
     first = wp.int32(0)
-    if edge > 0:
-        first = ends[edge - 1]
-    count = ends[edge] - first
+    if number > 0:
+        first = ends[number - 1]
+    count = ends[number] - first
     if count == 0:
         return
     zero = wp.float64(0.0)
     one = wp.float64(1.0)
-    half = wp.float64(0.5)
-    a = screen[edges[edge, 0]]
-    b = screen[edges[edge, 1]]
-    seen = edge_faces[edge, seen_side(planes, edge_faces, edge)]
-    rate = wp.vec2d(b[0] - a[0], b[1] - a[1])
-    length = wp.length(rate)
-    normal = outward_normal(triangles, screen, seen, a, b)
-    column = cell_of(a[0])
-    row = cell_of(a[1])
-    fraction = zero
+    edge = make_edge(number, triangles, screen, edges, edge_faces, tiles.planes)
+    column = cell_of(edge.a[0])
+    row = cell_of(edge.a[1])
+    border = zero
     last_node = zero
     # Not at the very ends, where the neighbouring edges take over.
-    last_visibility = visibility_at(
-        a, b, wp.float64(0.01), normal, planes, window, tile_ends, tile_members
-    )
+    before = visibility_at(edge, wp.float64(0.01), tiles)
     sums = Sums()
-    for index in range(count + 1):
-        leave = one
-        node = wp.float64(0.99)
-        to_column = one
-        to_row = one
-        if index < count:
-            to_column = next_crossing(a[0], rate[0], column)
-            to_row = next_crossing(a[1], rate[1], row)
-            leave = wp.clamp(wp.min(to_column, to_row), fraction, one)
-            if index == count - 1:
-                leave = one
-            node = half * (fraction + leave)
-        visibility = visibility_at(a, b, node, normal, planes, window, tile_ends, tile_members)
-        if index == count:
-            node = one
-        depth = one / (a[2] + node * (b[2] - a[2]))
-        change = node
-        if not are_alike(last_visibility, visibility, depth):
-            change = place_of_change(
-                a,
-                b,
-                last_node,
-                node,
-                last_visibility,
-                normal,
-                planes,
-                window,
-                tile_ends,
-                tile_members,
-            )
-        # The stretch from the last node belongs to the last segment up to `fraction`.
-        border = fraction
-        if index == count:
-            border = one
-        sums = added(sums, length * (wp.min(change, border) - last_node), last_visibility)
-        sums = added(sums, length * (border - wp.max(change, last_node)), visibility)
+    for index in range(count):
+        to_column = next_crossing(edge.a[0], edge.along[0], column)
+        to_row = next_crossing(edge.a[1], edge.along[1], row)
+        leave = wp.clamp(wp.min(to_column, to_row), border, one)
+        if index == count - 1:
+            leave = one
+        node = wp.float64(0.5) * (border + leave)
+        after = visibility_at(edge, node, tiles)
+        change = place_of_change(edge, last_node, node, before, after, tiles)
+        # The stretch from the last node belongs to the last segment up to the pixels' border.
         if index > 0:
-            write_sums(first + index - 1, sums, segment_lengths, segment_open, segment_behind)
-        if index < count:
-            sums = Sums()
-            sums = added(sums, length * (change - border), last_visibility)
-            sums = added(sums, length * (node - wp.max(change, border)), visibility)
-            record = first + index
-            segment_edges[record] = edge
-            segment_fractions[record] = node
-            segment_points[record] = wp.vec3d(a[0] + node * rate[0], a[1] + node * rate[1], depth)
-            segment_normals[record] = normal
-            segment_faces[record, 0] = seen
-            segment_faces[record, 1] = visibility.face
-            last_node = node
-            last_visibility = visibility
-            fraction = leave
-            if to_column < to_row:
-                column += wp.where(rate[0] > zero, 1, -1)
-            else:
-                row += wp.where(rate[1] > zero, 1, -1)
+            sums = added(sums, edge.length * (wp.min(change, border) - last_node), before)
+            sums = added(sums, edge.length * (border - wp.max(change, last_node)), after)
+            write_sums(first + index - 1, sums, segments)
+        sums = Sums()
+        sums = added(sums, edge.length * (change - border), before)
+        sums = added(sums, edge.length * (node - wp.max(change, border)), after)
+        record = first + index
+        segments.edges[record] = number
+        segments.fractions[record] = node
+        segments.points[record] = wp.vec3d(
+            edge.a[0] + node * edge.along[0],
+            edge.a[1] + node * edge.along[1],
+            depth_on(edge, node),
+        )
+        segments.normals[record] = edge.normal
+        segments.faces[record, 0] = edge.face
+        segments.faces[record, 1] = after.face
+        last_node = node
+        before = after
+        border = leave
+        if to_column < to_row:
+            column += wp.where(edge.along[0] > zero, 1, -1)
+        else:
+            row += wp.where(edge.along[1] > zero, 1, -1)
+    after = visibility_at(edge, wp.float64(0.99), tiles)
+    change = place_of_change(edge, last_node, one, before, after, tiles)
+    sums = added(sums, edge.length * (change - last_node), before)
+    sums = added(sums, edge.length * (one - change), after)
+    write_sums(ends[number] - 1, sums, segments)
+
+
+@wp.kernel(enable_backward=False)
+def mark_outline(
+    # In:
+    segments: Segments,
+    window: Window,
+    reach: wp.int32,  # [px]
+    # Out:
+    marks: wp.array[wp.int32],  # (window pixels,) 1 within reach of a visible outline
+):
+    """Mark the pixels around the visible outline."""
+    segment = wp.tid()
+    if segments.lengths[segment] <= wp.float64(0.0):
+        return
+    column = cell_of(segments.points[segment][0])
+    row = cell_of(segments.points[segment][1])
+    for down in range(-reach, reach + 1):
+        for across in range(-reach, reach + 1):
+            if is_in_window(window, column + across, row + down):
+                marks[(row + down - window.top) * window.width + column + across - window.left] = 1

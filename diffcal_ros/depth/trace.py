@@ -8,14 +8,13 @@ from typing import Any
 
 from diffcal_ros.depth import (
     adjoint_kernels,
-    area_kernels,
     derivative_kernels,
     raster_kernels,
     silhouette_kernels,
 )
 from diffcal_ros.depth.area_image import AreaImage
 from diffcal_ros.depth.buffers import TracerBuffers
-from diffcal_ros.depth.silhouette_segments import SilhouetteSegments
+from diffcal_ros.depth.silhouette_segments import make_segments, Segments
 from diffcal_ros.device_array import (
     download,
     float_array,
@@ -229,16 +228,9 @@ class Trace:
 
     def _segments_of(self, segments: IntArray) -> list[Any]:
         """Return what kernels of outline segments read."""
-        buffers, walked = self.buffers, self.segments
-        return [
-            self.points,
-            buffers.pinhole,
-            buffers.edges,
-            walked.edges,
-            walked.fractions,
-            walked.normals,
-            int_array(segments, buffers.device),
-        ]
+        buffers = self.buffers
+        chosen = int_array(segments, buffers.device)
+        return [self.points, buffers.pinhole, buffers.edges, self.segments, chosen]
 
     def area_image(self, *, side: int = 8, background: float = 0.0) -> AreaImage:
         """Average the pixels on the outline over their area.
@@ -250,11 +242,13 @@ class Trace:
         return AreaImage(self, side, background)
 
     @cached_property
-    def tiles(self) -> tuple[Any, Any]:
-        """Inclusive ends and members of each tile's list of front faces."""
+    def tiles(self) -> Any:
+        """The window in squares, each with a list of the front faces in it."""
         buffers, window = self.buffers, self.window
         size = int(raster_kernels.TILE)
         count = -(-int(window.width) // size) * -(-int(window.height) // size)
+        tiles: Any = raster_kernels.Tiles()
+        tiles.window, tiles.planes = window, self.planes
         counts, ends = (zero_ints(count, buffers.device) for _ in range(2))
         surface = [buffers.triangles, self.screen, self.planes, window]
         face_count = buffers.face_count
@@ -263,38 +257,35 @@ class Trace:
         total = int(ends[count - 1 : count].numpy()[0])
         members = zero_ints(max(total, 1), buffers.device)
         buffers.launch(raster_kernels.fill_tiles, face_count, [*surface, ends, counts], [members])
-        return ends, members
+        tiles.ends, tiles.members = ends, members
+        return tiles
 
     @cached_property
-    def segments(self) -> SilhouetteSegments:
+    def segments(self) -> Segments:
         """The walk along every silhouette edge, hidden segments included."""
         buffers = self.buffers
-        ends, members = self.tiles
         edge_count = buffers.edge_count
-        edges = [self.screen, self.planes, buffers.edges, buffers.edge_faces]
         buffers.launch(
             silhouette_kernels.count_segments,
             edge_count,
-            [*edges, self.window],
+            [self.screen, self.planes, buffers.edges, buffers.edge_faces, self.window],
             [buffers.segment_counts],
         )
         wp.utils.array_scan(buffers.segment_counts, buffers.segment_ends, inclusive=True)
         total = int(buffers.segment_ends[edge_count - 1 : edge_count].numpy()[0])
-        segments = SilhouetteSegments(total, buffers.device)
+        segments = make_segments(total, buffers.device)
         buffers.launch(
             silhouette_kernels.walk_edges,
             edge_count,
-            [buffers.triangles, *edges, buffers.segment_ends, self.window, ends, members],
             [
-                segments.edges,
-                segments.fractions,
-                segments.points,
-                segments.normals,
-                segments.lengths,
-                segments.open,
-                segments.behind,
-                segments.faces,
+                buffers.triangles,
+                self.screen,
+                buffers.edges,
+                buffers.edge_faces,
+                buffers.segment_ends,
+                self.tiles,
             ],
+            [segments],
         )
         return segments
 
@@ -303,9 +294,9 @@ class Trace:
         buffers, segments = self.buffers, self.segments
         marks = zero_ints(self.pixel_count, buffers.device)
         buffers.launch(
-            area_kernels.mark_outline,
+            silhouette_kernels.mark_outline,
             segments.count,
-            [segments.points, segments.lengths, self.window, reach],
+            [segments, self.window, reach],
             [marks],
         )
         return marks

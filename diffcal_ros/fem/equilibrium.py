@@ -145,7 +145,7 @@ class EquilibriumSolver:
     ) -> Equilibrium:
         """Step until forces balance; a factorisation is held while each step pays."""
         energy = self._potential(positions, loads)
-        newton_steps = held_steps = poor_steps = 0
+        counts = _StepCounts()
         before, last, is_rounded = float('inf'), positions, False
         promise = float('inf')
         self.stiffness.begin()
@@ -155,42 +155,40 @@ class EquilibriumSolver:
             if not np.isfinite(largest):
                 break
             if largest < tolerance:
-                return self._finish(positions, loads, newton_steps, held_steps)
+                return self._finish(positions, loads, counts)
             if is_rounded and largest > 0.5 * before:
-                calmer = positions if largest < before else last
-                return self._finish(calmer, loads, newton_steps, held_steps)
+                return self._finish(positions if largest < before else last, loads, counts)
             is_rounded = largest < rounding_of_forces(self.stiffness.stiffest, positions)
-            is_held = newton_steps > 0 and promise < _HELD_PROMISE * abs(energy)
-            goal = _step_goal(largest, before, tolerance)
+            step = None
             if is_warm and self.stiffness.is_patient:
                 # Iterations begin with the old factorisation as it is, and say if that will do.
+                goal = _step_goal(largest, before, tolerance)
                 step = self.stiffness.iterate(
                     positions, force, goal, _MAX_STEP_STEPS, _STEP_TOLERANCE
                 )
-            elif is_held and largest < _HELD_CONTRACTION * before:
+            elif (
+                counts.new
+                and promise < _HELD_PROMISE * abs(energy)
+                and largest < _HELD_CONTRACTION * before
+            ):
                 step = self.stiffness.solve_by_last_factor(force)
-            else:
-                step = None
-            held_steps += step is not None
-            newton_steps += step is None
+            counts.add(is_held=step is not None)
             if step is None:
                 step = self.stiffness.solve_by_new_factor(positions, force)
-            before = largest
+            before, slope = largest, float(force @ step)
+            if slope < _LEAST_PROMISE * abs(energy):
+                return self._finish(positions, loads, counts)
             direction = np.zeros_like(positions)
             direction[self._free] = step.reshape(-1, 3)
-            slope = float(force @ direction[self._free].ravel())
-            if slope < _LEAST_PROMISE * abs(energy):
-                return self._finish(positions, loads, newton_steps, held_steps)
             if is_rounded:  # The energy tells nothing any more.
                 last, positions = positions, self._advance(positions, direction, 1.0)
                 continue
             higher, promise = energy, slope
             positions, energy = self._line_search(positions, direction, slope, energy, loads)
-            poor_steps = poor_steps + 1 if higher - energy < _POOR_GAIN * slope else 0
-            if poor_steps == _MOST_POOR_STEPS:
+            if counts.lead_nowhere(is_poor=higher - energy < _POOR_GAIN * slope):
                 break
         raise EquilibriumError(
-            f'no equilibrium after {newton_steps + held_steps} Newton steps: the body may be too '
+            f'no equilibrium after {counts.new + counts.held} Newton steps: the body may be too '
             "soft for its load (raise the start of Young's modulus) or its held part too small"
         )
 
@@ -238,11 +236,30 @@ class EquilibriumSolver:
         return energy - float((loads * moved).sum())
 
     def _finish(
-        self, positions: FloatArray, loads: FloatArray, newton_steps: int, held_steps: int
+        self, positions: FloatArray, loads: FloatArray, counts: '_StepCounts'
     ) -> Equilibrium:
         reactions = np.zeros_like(positions)
         reactions[self.held_nodes] = (self.stiffness.forces(positions) - loads)[self.held_nodes]
-        return Equilibrium(positions, reactions, newton_steps, held_steps)
+        return Equilibrium(positions, reactions, counts.new, counts.held)
+
+
+@dataclass
+class _StepCounts:
+    """Steps so far, with a new factorisation and with an old one, and poor ones on end."""
+
+    new: int = 0
+    held: int = 0
+    poor: int = 0
+
+    def add(self, *, is_held: bool) -> None:
+        """Count a step."""
+        self.held += is_held
+        self.new += not is_held
+
+    def lead_nowhere(self, *, is_poor: bool) -> bool:
+        """Tell whether too many on end gained little, the last one included."""
+        self.poor = self.poor + 1 if is_poor else 0
+        return self.poor == _MOST_POOR_STEPS
 
 
 def _step_goal(force: float, before: float, tolerance: float) -> float:

@@ -3,7 +3,7 @@
 """A clamped body at rest: equilibrium under gravity, its tangents and its adjoint."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from types import ModuleType
@@ -12,9 +12,8 @@ from diffcal_ros.fem.applied_conditions import AppliedConditions
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.cable import CableTerm
 from diffcal_ros.fem.cable_route import CableRoute
-from diffcal_ros.fem.cable_tightening import loosen, needs_steps, tighten
 from diffcal_ros.fem.clamp import Clamp
-from diffcal_ros.fem.conditions import CableState, Conditions, NO_CONDITIONS
+from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation, discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
@@ -22,6 +21,7 @@ from diffcal_ros.fem.force_changes import Change, ForceChanges, gravity_loads, S
 from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.fem.own_frame import moved_mesh, own_origin
 from diffcal_ros.fem.static_derivatives import StaticDerivatives
+from diffcal_ros.fem.way_from_rest import NodePath, WayFromRest
 from diffcal_ros.material import Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -31,8 +31,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 HeldPath = Callable[[float], FloatArray]
 
-_FIRST_FRACTION = 0.1  # 18 degrees of a half turn.
-_SMALLEST_FRACTION = 0.002
 # A clamp that gives way has come to rest when its turn changes by less [rad].
 _YIELD_TOLERANCE = 1e-8
 _MAX_YIELDS = 60
@@ -118,6 +116,7 @@ class StaticBody:
         for cable in self.cables:
             cable.use_pattern(self.solver.stiffness.pattern)
         rest = self.own_discretisation.rest_nodes
+        self._way_from_rest = WayFromRest(self.solver, rest, self.cables)
         self._conditions = AppliedConditions(
             self.own_mesh,
             self.solver.stiffness,
@@ -275,13 +274,22 @@ class StaticBody:
     def _solve(
         self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
     ) -> None:
+        held: NodePath | None = None
+        if held_path is not None:
+            path = held_path  # What a function holds must not change.
+
+            def held(fraction: float) -> FloatArray:
+                return self.held_positions(path(fraction))
+
         if self._state is not None:
             try:
-                self._state = self._from_last(loads, held_path, prediction)
+                self._state = self._from_last(loads, held, prediction)
                 return
             except EquilibriumError:
                 self._state = None
-        self._state = self._from_rest(loads, held_path)
+        is_linear = self.discretisation.element is Element.LINEAR
+        linear = None if is_linear else partial(self._linear_shape, held_path)
+        self._state = self._way_from_rest.solve(loads, held, linear)
 
     def _solve_compliant_clamp(self, loads: FloatArray) -> None:
         """Turn the clamp until that is what the moment on it asks for."""
@@ -375,74 +383,24 @@ class StaticBody:
         return self._material
 
     def _from_last(
-        self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
+        self, loads: FloatArray, held: NodePath | None, prediction: FloatArray | None
     ) -> Equilibrium:
-        last = self.own_state.positions
-        held = None if held_path is None else self.held_positions(held_path(1.0))
-        if prediction is None:
-            return self.solver.solve(loads, last, held_positions=held, is_warm=True)
-        start = self.solver.advance(last, prediction)
-        return self.solver.solve(loads, start, held_positions=held, is_warm=True)
+        start = self.own_state.positions
+        if prediction is not None:
+            start = self.solver.advance(start, prediction)
+        end = None if held is None else held(1.0)
+        return self.solver.solve(loads, start, held_positions=end, is_warm=True)
 
-    def _from_rest(self, loads: FloatArray, held_path: HeldPath | None) -> Equilibrium:
-        rest = self.own_discretisation.rest_nodes
-        if not needs_steps(self.cables, rest):
-            return self._with_slack_cables(loads, held_path)
-        if self.discretisation.element is Element.QUADRATIC:
-            # Where that fails, the steps below are slower and surer.
-            with suppress(EquilibriumError):
-                return self._guided(loads, held_path, self._conditions.now.cables)
-        wanted = loosen(self.cables, rest)
-        slack = self._with_slack_cables(loads, held_path)
-        return tighten(self.cables, wanted, self.solver, loads, slack.positions)
-
-    def _with_slack_cables(self, loads: FloatArray, held_path: HeldPath | None) -> Equilibrium:
-        rest = self.own_discretisation.rest_nodes
-        if held_path is None:
-            return self.solver.solve(loads, rest)
-        if self.discretisation.element is Element.QUADRATIC:
-            # Where a soft part takes nearly the whole turn, the two elements end far apart.
-            with suppress(EquilibriumError):
-                return self._guided(loads, held_path, ())
-        return self._follow(loads, held_path)
-
-    def _guided(
-        self, loads: FloatArray, held_path: HeldPath | None, cables: tuple[CableState, ...]
-    ) -> Equilibrium:
-        """Start where linear elements end: they take steps 20 times faster, and end close."""
+    def _linear_shape(self, held_path: HeldPath | None, with_cables: bool) -> FloatArray:
+        """Return where linear elements end under the same loads [m], shape (N, 3)."""
+        cables = self._conditions.now.cables if with_cables else ()
         followed = self._make_guide().solve_own_equilibrium(
             self._current_material(),
             self._gravity,
             held_path=held_path,
             conditions=Conditions(cables=cables),
         )
-        start = followed.positions[self.discretisation.node_parents].mean(axis=1)
-        held = None if held_path is None else self.held_positions(held_path(1.0))
-        return self.solver.solve(loads, start, held_positions=held)
-
-    def _follow(self, loads: FloatArray, held_path: HeldPath) -> Equilibrium:
-        """Load the body at rest, then move the clamp in steps that grow while they succeed."""
-        state = self.solver.solve(
-            loads,
-            self.own_discretisation.rest_nodes,
-            held_positions=self.held_positions(held_path(0.0)),
-        )
-        fraction, step = 0.0, _FIRST_FRACTION
-        while fraction < 1.0:
-            step = min(step, 1.0 - fraction)
-            held = self.held_positions(held_path(fraction + step))
-            try:
-                state = self.solver.solve(loads, state.positions, held_positions=held)
-            except EquilibriumError as error:
-                step *= 0.5
-                if step < _SMALLEST_FRACTION:
-                    raise EquilibriumError(
-                        f'the clamp got stuck after {fraction:.0%} of its motion: {error}'
-                    ) from error
-                continue
-            fraction += step
-            step *= 1.5
-        return state
+        return followed.positions[self.discretisation.node_parents].mean(axis=1)
 
     def held_positions(self, vertex_positions: FloatArray) -> FloatArray:
         """Spread positions of held vertices, shape (h, 3), to held nodes, shape (H, 3)."""
