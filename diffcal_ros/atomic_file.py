@@ -12,7 +12,6 @@ from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.leftovers import fresh_path, remove_leftovers
-import numpy as np
 
 
 @contextmanager
@@ -65,7 +64,7 @@ def json_values(content: Any) -> Any:
         return {key: json_values(item) for key, item in content.items()}
     if isinstance(content, (list, tuple)):
         return [json_values(item) for item in content]
-    if isinstance(content, np.generic):
+    if hasattr(content, 'item'):  # A number of NumPy's, which is not loaded for asking.
         return json_values(content.item())
     if isinstance(content, float) and not math.isfinite(content):
         return None

@@ -45,6 +45,21 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         '--out', metavar='DIR', type=path_argument, required=True, help='folder to write to'
     )
+    _add_world_options(parser)
+    _add_known_options(parser)
+    parser.add_argument('--overwrite', action='store_true', help='replace a scene that is there')
+    page = parser.add_argument_group('the page')
+    page.add_argument(
+        '--web',
+        action='store_true',
+        help='go on in the browser: move body and clamp, try a modulus, fit, and save the scene '
+        'again',
+    )
+    add_page_options(page)
+    parser.set_defaults(run=run)
+
+
+def _add_world_options(parser: argparse.ArgumentParser) -> None:
     world = parser.add_mutually_exclusive_group()
     world.add_argument(
         '--marker',
@@ -59,6 +74,9 @@ def add_parser(subparsers: Any) -> None:
         help="TF's name of the rig's frame, from where transforms lead to the depth images "
         "(default, without --marker: the depth camera's own frame)",
     )
+
+
+def _add_known_options(parser: argparse.ArgumentParser) -> None:
     known = parser.add_argument_group('what files do not tell')
     known.add_argument('--unit', choices=_UNITS, help='of the mesh (default: by its size)')
     known.add_argument('--density', metavar='KG_M3', type=float, help='default 1080, silicone')
@@ -77,16 +95,6 @@ def add_parser(subparsers: Any) -> None:
     known.add_argument(
         '--sensor', metavar='MODEL', default='', help='depth camera, such as realsense_d405'
     )
-    parser.add_argument('--overwrite', action='store_true', help='replace a scene that is there')
-    page = parser.add_argument_group('the page')
-    page.add_argument(
-        '--web',
-        action='store_true',
-        help='go on in the browser: move body and clamp, try a modulus, fit, and save the scene '
-        'again',
-    )
-    add_page_options(page)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -4,12 +4,15 @@
 
 import sys
 
+from diffcal_ros.blas_threads import keep_blas_to_one_thread
+
 _INTERRUPTED = 130
 
 
 def main() -> int:
     """Load and run the command; return its exit code."""
     try:
+        keep_blas_to_one_thread()
         from diffcal_ros.cli.main import main as run
 
         return run()

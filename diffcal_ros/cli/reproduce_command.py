@@ -4,8 +4,6 @@
 
 import argparse
 from collections.abc import Iterator
-from concurrent.futures import as_completed
-from concurrent.futures.process import BrokenProcessPool
 import os
 from pathlib import Path
 import sys
@@ -14,7 +12,6 @@ from typing import Any, TYPE_CHECKING
 
 from diffcal_ros.cli.lasting_stream import lasting_streams
 from diffcal_ros.cli.path_argument import path_argument
-from diffcal_ros.process_pool import process_pool
 
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import Calibration
@@ -117,7 +114,11 @@ def _done(
     rows: list['Row'], dataset: Path | None, args: argparse.Namespace
 ) -> Iterator[tuple['Row', str]]:
     """Do the rows, some side by side; yield each when it is done, with what stopped it."""
+    from concurrent.futures import as_completed
+    from concurrent.futures.process import BrokenProcessPool
+
     from diffcal_ros.errors import InputError
+    from diffcal_ros.process_pool import process_pool
 
     begun = time.time()
     jobs = min(args.jobs, len(rows))

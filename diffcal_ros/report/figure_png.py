@@ -21,6 +21,11 @@ def new_figure(width: float, height: float) -> Any:
 
 def png_bytes(figure: Any) -> bytes:
     """Draw a figure; the bytes depend on nothing but what is drawn."""
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        # Left to itself, Matplotlib draws everything once for the layout alone.
+        layout.execute(figure)
+        figure.set_layout_engine('none')
     buffer = BytesIO()
     figure.savefig(buffer, format='png', metadata={'Software': None})
     return buffer.getvalue()

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A scene in a few lines of text, for `diffcal check` and the head of a report."""
 
+import os
+
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.report.scene_legend import cable_texts, size_text
 from diffcal_ros.report.view import View
@@ -127,7 +129,7 @@ def _observation_rows(scene: Scene, setup: ObservationSetup) -> list[Row]:
         rows += _motion_rows(setup.motion)
     if setup.bag is not None:
         is_there = '' if setup.bag.exists() else ' (not there yet)'
-        rows.append(('', f'recording {setup.bag}{is_there}'))
+        rows.append(('', f'recording {os.path.normpath(setup.bag)}{is_there}'))
     if setup.stored_depth_from_world is not None:
         rows.append(('', _pose_text(scene, setup, setup.stored_depth_from_world)))
     return rows

@@ -9,6 +9,8 @@ import signal
 import sys
 from typing import Any
 
+from diffcal_ros.blas_threads import keep_blas_to_one_thread
+
 EXIT_DONE = 0
 EXIT_BAD_INPUT = 2
 # What neither ROS nor apt brings in the versions that are needed (requirements.txt).
@@ -36,6 +38,7 @@ def run_node(module: str, name: str, arguments: Sequence[str] | None = None) -> 
         name: of the class.
         arguments: of the command line; default: this process's.
     """
+    keep_blas_to_one_thread()
     try:
         import rclpy
 

@@ -3,9 +3,9 @@
 """Whether a fit stands where the scene says that body and cameras are."""
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet, PLACING
+from diffcal_ros.chi_square import chance_beyond
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
 
@@ -29,4 +29,6 @@ def placement_chance(parameters: ParameterSet, coordinates: FloatArray) -> float
     if not indices:
         return 1.0
     off = (np.asarray(coordinates) - prior.mean)[indices]
-    return float(chi2.sf(off @ prior.precision[np.ix_(indices, indices)] @ off, len(indices)))
+    return float(
+        chance_beyond(off @ prior.precision[np.ix_(indices, indices)] @ off, len(indices))
+    )

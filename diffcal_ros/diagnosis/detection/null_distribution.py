@@ -10,11 +10,11 @@ distributions would only bound it.
 
 from collections.abc import Sequence
 
+from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.screening.screening import gains, Score, Screen
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def chance_of_clean(nominal: Refit, screen: Screen, draws: int = DRAWS) -> float
     """
     freedom = max(nominal.patch_count - len(nominal.coordinates), 1)
     scored = [s for s in screen.scores if s.candidate.effect.has_tangent]
-    whole = float(chi2.sf(nominal.chi_square, freedom))
+    whole = float(chance_beyond(nominal.chi_square, freedom))
     observed = [_tail(s.plain_gain / screen.noise_scale, s) for s in scored]
     least = min([whole, *map(float, observed)])
     bound = min(1.0, least * (1 + len(scored)))
@@ -50,7 +50,7 @@ def _least_chances(
     """Return the least likely of all scores of each draw of clean data, shape (draws,)."""
     random = np.random.default_rng(_SEED)
     noise = screen.project(random.standard_normal((screen.patch_count, draws)))
-    least = np.asarray(chi2.sf((noise**2).sum(axis=0), freedom))
+    least = chance_beyond((noise**2).sum(axis=0), freedom)
     for score in scored:
         found = gains(score.candidate, score.plain_columns, noise)
         least = np.minimum(least, _tail(found, score))
@@ -58,4 +58,4 @@ def _least_chances(
 
 
 def _tail(gain: FloatArray | float, score: Score) -> FloatArray:
-    return np.asarray(chi2.sf(gain, len(score.amplitudes)))
+    return chance_beyond(gain, len(score.amplitudes))

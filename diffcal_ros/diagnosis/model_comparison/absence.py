@@ -13,6 +13,7 @@ holds zero is none all the same.
 from collections.abc import Sequence
 from dataclasses import replace
 
+from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -20,7 +21,6 @@ from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 import numpy as np
-from scipy.stats import chi2
 
 # Noise alone makes amplitudes as large with this chance; as far from zero, by their own errors.
 _BY_CHANCE, _BY_CHANCE_ALONE = 0.003, 0.05
@@ -61,7 +61,7 @@ def _may_be_absent(hypothesis: Hypothesis, one: Candidate, without: Refit | None
     if by_itself > _BY_CHANCE_ALONE:
         return True
     fall = deviance(without, hypothesis.fit) / max(1.0, hypothesis.fit.chi_square_per_patch)
-    return float(chi2.sf(max(fall, 0.0), len(one.components))) > _BY_CHANCE
+    return float(chance_beyond(fall, len(one.components))) > _BY_CHANCE
 
 
 def deviance(without: Refit, fit: Refit) -> float:

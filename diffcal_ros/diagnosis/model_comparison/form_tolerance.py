@@ -25,8 +25,7 @@ from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
-from scipy.stats import halfnorm
+from scipy.special import erf, logsumexp
 
 FloatArray = NDArray[np.float64]
 
@@ -84,7 +83,7 @@ def tolerated(
         replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, w])))
         for b, w in zip(fit.groups, ways, strict=True)
     ]
-    prior = np.log(np.diff(halfnorm.cdf(_borders(), scale=_USUAL)))
+    prior = np.log(np.diff(erf(_borders() / (np.sqrt(2.0) * _USUAL))))
     seen, both = (_levels(fit, groups, part) for part in (Part.FIT, Part.ALL))
     levels = prior + seen.levels
     chances = np.exp(levels - logsumexp(levels))

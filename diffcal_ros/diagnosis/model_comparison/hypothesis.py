@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -15,7 +16,6 @@ from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
 
@@ -97,7 +97,7 @@ class Hypothesis:
         indices = [self.fit.parameters.names.index(name) for name in candidate.names]
         values = self.fit.coordinates[indices]
         covariance = self.fit.covariance[np.ix_(indices, indices)]
-        return float(chi2.sf(values @ np.linalg.pinv(covariance) @ values, len(indices)))
+        return float(chance_beyond(values @ np.linalg.pinv(covariance) @ values, len(indices)))
 
     def _reach(self, candidate: Candidate) -> float:
         """Return how far usual sizes of an effect move the patch that they move most [m]."""

@@ -5,18 +5,18 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
+from diffcal_ros.chi_square import chance_beyond, exceeded_with
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 FloatArray = NDArray[np.float64]
 
 # A parameter so many standard deviations from what is known of it is strained; and a pose is
 # that is as unlikely.
 _STRAINED = 3.0
-_UNLIKELY = float(chi2.sf(_STRAINED**2, 1))
+_UNLIKELY = float(chance_beyond(_STRAINED**2, 1))
 
 
 def unstrained(fit: Refit) -> list[PatchGroup]:
@@ -59,7 +59,7 @@ def _poses_beyond(parameters: ParameterSet, coordinates: FloatArray) -> FloatArr
         indices = parameters.pose_indices(observation)
         offset = coordinates[indices]
         size = float(np.sqrt(offset @ np.linalg.solve(covariance, offset)))
-        allowed = float(np.sqrt(chi2.isf(_UNLIKELY, len(indices))))
+        allowed = float(np.sqrt(exceeded_with(_UNLIKELY, len(indices))))
         if size > allowed:
             beyond[indices] = (1.0 - allowed / size) * offset
     return beyond

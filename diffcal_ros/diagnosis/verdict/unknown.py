@@ -4,6 +4,7 @@
 
 from dataclasses import dataclass
 
+from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
@@ -12,7 +13,6 @@ from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore, frame_test
 from diffcal_ros.diagnosis.verdict.verdict import StandIn
 import numpy as np
-from scipy.stats import chi2
 
 # A model that leaves more chi-square per patch, and a gap of so many floors, is not it.
 _POOR = 2.0
@@ -72,7 +72,7 @@ def is_unexplained(
         # It follows the patches that were fitted, and does not predict the others.
         return True
     freedom = max(added.fit.patch_count - len(added.fit.coordinates), 1)
-    if chi2.sf(added.chi_square, freedom) >= ALPHA:
+    if chance_beyond(added.chi_square, freedom) >= ALPHA:
         return False
     excess = nominal.chi_square_per_patch - 1.0
     fraction = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
