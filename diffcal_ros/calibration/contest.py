@@ -64,10 +64,14 @@ class Contest:
         return any(are_same(coordinates, own.minimum.coordinates) for own in self.entries)
 
     def challenge(
-        self, start: FloatArray, bounds: tuple[FloatArray, FloatArray], longest: FloatArray
+        self,
+        start: FloatArray,
+        bounds: tuple[FloatArray, FloatArray],
+        longest: FloatArray,
+        scales: Scales | None = None,
     ) -> None:
-        """Fit from another start, as far as it is worth it."""
-        best, trial = self.best, self._objective.under(Scales())
+        """Fit from another start, as far as it is worth it; `scales` are what it begins with."""
+        best, trial = self.best, self._objective.under(scales or Scales())
         yardstick = self._objective.under(best.scales)
         lowest = yardstick.misfit(best.minimum.coordinates)
 
@@ -96,6 +100,8 @@ class Contest:
         self, parameters: ParameterSet, are_same: Callable[..., bool]
     ) -> tuple[Alternative, ...]:
         """Return the other fits, each place once, as they stand under the finest scales."""
+        if len(self.entries) == 1:
+            return ()
         objective, kept = self._objective.under(self._finest()), [self.best.minimum.coordinates]
         best_gap, lowest = objective.gap_and_misfit(kept[0])
         found = []

@@ -28,11 +28,11 @@ class JointParameters(ParameterSet):
     members: tuple[ParameterSet, ...] = ()
     indices: tuple[IntArray, ...] = ()
 
-    def prior(self) -> Prior:
+    def prior(self, leeway: float = 1.0) -> Prior:
         """Return what is known of the coordinates of all members together."""
         means, precision = np.zeros(len(self)), np.zeros((len(self), len(self)))
         for member, indices in zip(self.members, self.indices, strict=True):
-            mean, own = member.prior()
+            mean, own = member.prior(leeway)
             means[indices] += mean
             precision[np.ix_(indices, indices)] += own
         return Prior(means, precision)

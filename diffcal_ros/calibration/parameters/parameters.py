@@ -144,8 +144,12 @@ class ParameterSet:
         """Values in SI units by name."""
         return {p.name: p.value(c) for p, c in zip(self.parameters, coordinates, strict=True)}
 
-    def prior(self) -> Prior:
-        """Return what the scene states of the coordinates, without any data."""
+    def prior(self, leeway: float = 1.0) -> Prior:
+        """Return what the scene states of the coordinates, without any data.
+
+        Args:
+            leeway: standard deviations of what places the body count so many times.
+        """
         means, precision = np.zeros(len(self)), np.zeros((len(self), len(self)))
         for index, p in enumerate(self.parameters):
             mean, std = p.quantity.prior_mean, p.quantity.prior_std
@@ -157,7 +161,8 @@ class ParameterSet:
         for observation, covariance in self.pose_covariances:
             indices = self.pose_indices(observation)
             precision[np.ix_(indices, indices)] = np.linalg.inv(covariance)
-        return Prior(means, precision)
+        firmness = np.array([1.0 / leeway if p.kind in PLACING else 1.0 for p in self.parameters])
+        return Prior(means, precision * np.outer(firmness, firmness))
 
     def pose_indices(self, observation: int) -> list[int]:
         """Places of the parameters of one observation's camera pose."""

@@ -18,7 +18,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
 )
 from diffcal_ros.calibration.residuals.scale_estimate import annealed, refined, SeenView
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit, TwoWayComparison
-from diffcal_ros.least_squares.normal_equations import Linearisation
+from diffcal_ros.least_squares.normal_equations import Linearisation, Prior
 from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,7 @@ class RobustObjective:
         self.truncation = model.scene.masks.truncation
         self.comparers = comparers or make_comparers(model, device=device)
         self.scales = scales or Scales()
-        self._prior = model.parameters.prior()
+        self._priors: dict[float, Prior] = {}
         self._bias_indices = model.parameters.find(Kind.EDGE_BIAS)
         self._effect_indices = model.parameters.find(Kind.EFFECT)
 
@@ -89,7 +89,7 @@ class RobustObjective:
         """Return half chi-square, priors included."""
         compared = (self.unbiased(one, coordinates) for one in self.comparisons(coordinates))
         data = sum(robust_cost(own, self.scales) for one in compared for own in one.both)
-        return data + self._prior.cost(coordinates)
+        return data + self._prior(self.scales).cost(coordinates)
 
     def gap(self, coordinates: FloatArray) -> Gap:
         """Measure the gap at some coordinates, in both directions."""
@@ -126,7 +126,7 @@ class RobustObjective:
     def _misfit_of(
         self, both: TwoWayComparison, coordinates: FloatArray, scales: Scales
     ) -> Misfit:
-        prior = self._prior.cost(coordinates)
+        prior = self._prior(scales).cost(coordinates)
         return Misfit(prior - both.gain(scales), prior + both.misfit(scales))
 
     def _both_ways(self, coordinates: FloatArray, scales: Scales) -> TwoWayComparison:
@@ -142,12 +142,13 @@ class RobustObjective:
     def linearise(self, coordinates: FloatArray) -> Linearisation:
         """Expand the cost around some coordinates."""
         data = linearise(self._channels(coordinates), len(coordinates))
-        return data.under(self._prior, coordinates)
+        return data.under(self._prior(self.scales), coordinates)
 
     def mesh_shift(self, coordinates: FloatArray, *, solver: str = 'auto') -> FloatArray:
         """Return how far a better mesh would shift the minimum, to first order, shape (k,)."""
         linear = self.linearise(coordinates)
-        return linear.minimum_shift(self.mesh_pull(coordinates, solver=solver), self._prior)
+        pull = self.mesh_pull(coordinates, solver=solver)
+        return linear.minimum_shift(pull, self._prior(self.scales))
 
     def mesh_pull(self, coordinates: FloatArray, *, solver: str = 'auto') -> FloatArray:
         """Return how a better mesh would change the gradient, to first order, shape (k,)."""
@@ -188,6 +189,12 @@ class RobustObjective:
         """
         before, self.scales = self.scales, refined(self.scales, self._seen(coordinates))
         return self.scales is not before
+
+    def _prior(self, scales: Scales) -> Prior:
+        known = self._priors.get(scales.leeway)
+        if known is None:
+            known = self._priors[scales.leeway] = self.model.parameters.prior(scales.leeway)
+        return known
 
     def _seen(self, coordinates: FloatArray) -> list[SeenView]:
         views, seen = self.model.views(coordinates), self.model.observations

@@ -68,11 +68,20 @@ class Scale:
 
 @dataclass(frozen=True)
 class Scales:
-    """Scales of both kinds, and how far to look."""
+    """Scales of both kinds, how far to look, and how firmly placements hold.
+
+    Attributes:
+        depth: of depths.
+        edge: of outlines.
+        reach: how far from the simulated body the measured one is looked for.
+        leeway: standard deviations of placement and camera poses count so many times, until
+            residuals have told their noise.
+    """
 
     depth: Scale = Scale()
     edge: Scale = Scale()
     reach: Reach = WIDE_REACH
+    leeway: float = 1.0
 
     def of(self, kind: ResidualKind) -> Scale:
         """Return how residuals of one kind are weighed."""

@@ -3,7 +3,7 @@
 """Weigh residuals by what they show: how wide they lie, their noise, and how many say the same."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import View
 from diffcal_ros.calibration.observations.observation import Instant
@@ -62,14 +62,15 @@ def annealed(scales: Scales, views: Sequence[SeenView], truncation: float) -> Sc
     reach = WIDE_REACH
     if max(depth.width, edge.width) < truncation / 2.0:
         reach = Reach(truncation, 1.5 * truncation, _EDGE_REACH)
-    return Scales(depth, edge, reach)
+    return replace(scales, depth=depth, edge=edge, reach=reach)
 
 
 def refined(scales: Scales, views: Sequence[SeenView]) -> Scales:
     """Return scales by the noise and correlation that the residuals show, where they are finer.
 
     Args:
-        scales: so far; the very same are returned where nothing is finer.
+        scales: so far; the very same are returned where nothing is finer and nothing has leeway,
+            which ends here.
         views: all.
     """
     finer: dict[ResidualKind, Scale] = {}
@@ -83,7 +84,7 @@ def refined(scales: Scales, views: Sequence[SeenView]) -> Scales:
         finer[kind] = scale.refined(
             noise, _longest_correlation(residuals, limit), _repeats(kind, views, limit)
         )
-    if not finer:
+    if not finer and scales.leeway == 1.0:
         return scales
     depth, edge = (finer.get(kind, scales.of(kind)) for kind in ResidualKind)
     return Scales(depth, edge, scales.reach)

@@ -70,19 +70,20 @@ class Placing:
         self._longest = longest_steps(model.parameters)
         self._bounds = model.parameters.bounds()
 
-    def basins(self, start: FloatArray) -> list[Basin]:
+    def basins(self, start: FloatArray, leeway: float = 1.0) -> list[Basin]:
         """Return places that are worth a fit, the best first.
 
         Args:
             start: coordinates that place the body without a better guess, shape (k,).
+            leeway: standard deviations of placements count so many times.
         """
         found: dict[int, Basin] = {}
         others: list[Basin] = []
-        self._try(range(0, len(self.shapes), _NEIGHBOURS), start, found)
+        self._try(range(0, len(self.shapes), _NEIGHBOURS), start, leeway, found)
         for basin in _best(found.values(), _LOOKED_AROUND):
-            self._try((basin.shape - 1, basin.shape + 1), start, found)
+            self._try((basin.shape - 1, basin.shape + 1), start, leeway, found)
         for basin in _best(found.values(), _SLID):
-            others.extend(self._slid(basin))
+            others.extend(self._slid(basin, leeway))
         return self.distinct([*found.values(), *others])
 
     def distinct(self, basins: Iterable[Basin]) -> list[Basin]:
@@ -101,18 +102,19 @@ class Placing:
             return False
         return bool(np.linalg.norm(change[self._shifts]) < _SAME_SHIFT)
 
-    def place(self, number: int, start: FloatArray) -> Basin | None:
+    def place(self, number: int, start: FloatArray, leeway: float = 1.0) -> Basin | None:
         """Fit what places a shape, residual scales annealed; None where it leaves the image.
 
         Args:
             number: of the shape.
             start: coordinates that place it, shape (k,).
+            leeway: see `basins`.
         """
         shape = self.shapes[number]
         coordinates = shape.coordinates.copy()
         coordinates[self._indices] = start[self._indices]
         self.model.show(shape.world)
-        self.objective.widen()
+        self.objective.widen(leeway)
         try:
             if self._indices:
                 coordinates = minimise(
@@ -128,15 +130,17 @@ class Placing:
             return None
         return Basin(coordinates, misfit, number)
 
-    def _try(self, numbers: Iterable[int], start: FloatArray, found: dict[int, Basin]) -> None:
+    def _try(
+        self, numbers: Iterable[int], start: FloatArray, leeway: float, found: dict[int, Basin]
+    ) -> None:
         for number in numbers:
             if number in found or not 0 <= number < len(self.shapes):
                 continue
-            basin = self.place(number, start)
+            basin = self.place(number, start, leeway)
             if basin is not None:
                 found[number] = basin
 
-    def _slid(self, basin: Basin) -> list[Basin]:
+    def _slid(self, basin: Basin, leeway: float) -> list[Basin]:
         """Place a shape anew from farther along itself, where a body with a pattern may fit."""
         if not self._shifts:
             return []
@@ -145,7 +149,7 @@ class Placing:
         for slide in _SLIDES:
             start = basin.coordinates.copy()
             start[self._shifts] += slide * along
-            own = self.place(basin.shape, np.clip(start, *self._bounds))
+            own = self.place(basin.shape, np.clip(start, *self._bounds), leeway)
             if own is not None:
                 found.append(own)
         return found

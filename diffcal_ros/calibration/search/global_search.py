@@ -73,9 +73,13 @@ class GlobalSearch:
         self._stride = stride_for(points, model.observations)
         self._placing = self._prepare(model.observations)
 
-    def basins(self) -> list[Basin]:
-        """Return places from which a fit may start, the best first."""
-        return self._placing.basins(self._start)
+    def basins(self, leeway: float = 1.0) -> list[Basin]:
+        """Return places from which a fit may start, the best first.
+
+        Args:
+            leeway: standard deviations of placements count so many times.
+        """
+        return self._placing.basins(self._start, leeway)
 
     def look_at(self, depths: Sequence[NDArray[np.float32]]) -> None:
         """Compare with other images of the same cameras from now on [m], shape (H, W) each."""

@@ -3,6 +3,7 @@
 """A model whose bodies keep a given shape: only what places it in the image moves it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
 from diffcal_ros.calibration.residuals.objective import RobustObjective
@@ -79,15 +80,15 @@ class CoarseObjective(RobustObjective):
         self._reach = Reach(_REACH, _REACH, reach)
         self.widen()
 
-    def widen(self) -> None:
-        """Begin anew, with wide widths."""
+    def widen(self, leeway: float = 1.0) -> None:
+        """Begin anew, with wide widths, and leeway in placements."""
         usual = Scale(correlation=self._correlation_px)
-        self.scales = Scales(usual, usual, self._reach)
+        self.scales = Scales(usual, usual, self._reach, leeway)
 
     def level(self) -> None:
         """Take the widths at which shapes are compared with one another."""
         floor = Scale(FLOOR, FLOOR, self._correlation_px)
-        self.scales = Scales(floor, floor, self._reach)
+        self.scales = replace(self.scales, depth=floor, edge=floor)
 
     @property
     def is_annealed(self) -> bool:
@@ -100,7 +101,7 @@ class CoarseObjective(RobustObjective):
             return
         super().anneal(coordinates)
         depth, edge = (self._floored(scale) for scale in (self.scales.depth, self.scales.edge))
-        self.scales = Scales(depth, edge, self._reach)
+        self.scales = replace(self.scales, depth=depth, edge=edge, reach=self._reach)
 
     def refine(self, coordinates: FloatArray) -> bool:
         """Leave the scales as they are: a coarse image says little of noise."""
