@@ -104,7 +104,8 @@ def measured_fractions(
     beside = _ending_surfaces(
         outside, own, distance, matched[near_row, near_column], band / stride
     )
-    beside &= _thick(outside, _THICK * float(ndimage.distance_transform_edt(covered).max()))
+    if beside.any():  # Nothing is, where the fit is good.
+        beside &= _thick(outside, _THICK * float(ndimage.distance_transform_edt(covered).max()))
     hidden = _hidden(before, seen, distance, near_row, near_column, truncation, band / stride)
     image = np.zeros(tuple(-(-side // stride) for side in observed.shape), dtype=bool)
     r, c = rows.start // stride, columns.start // stride
@@ -192,12 +193,12 @@ def _hidden(
     A body that is read too near ends where the body ends; what hides it does not.
     """
     names, count = ndimage.label(before)
+    if count == 0:
+        return before
     ring = (distance > band) & (distance <= band + 3.0)
     owners = names[near_row, near_column] * ring
     goes_on = ring & (np.abs(seen - seen[near_row, near_column]) < truncation)
     numbers = np.arange(1, count + 1)
-    if count == 0:
-        return before
     around = ndimage.sum(owners > 0, owners, numbers)
     fractions = ndimage.sum(goes_on, owners, numbers) / np.maximum(around, 1.0)
     kept = np.concatenate([[False], fractions > _GOES_ON])
