@@ -28,7 +28,7 @@ from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.calibration_inputs import CalibrationInputs
 from diffcal_ros.ros.calibration_outputs import CalibrationOutputs, FrameNames
 from diffcal_ros.ros.calibration_parameters import session_settings, SETTINGS
-from diffcal_ros.ros.diagnostics import DiagnosticsReporter
+from diffcal_ros.ros.diagnostics import DiagnosticsReporter, PERIOD
 from diffcal_ros.ros.frame_sender import check_frame_names
 from diffcal_ros.ros.lifecycle_words import Stand
 from diffcal_ros.ros.parameters import Parameters, Values
@@ -69,7 +69,7 @@ class CalibrationNode(LifecycleNode):
         self._found = self.create_guard_condition(self._drain)
         self._background = Background(self._found.trigger)
         self._follower = Background(self._found.trigger)
-        self._reporter = DiagnosticsReporter(self, self._examine)
+        self._reporter = DiagnosticsReporter(self, self._examine, self._settings[PERIOD.name])
         self._poll_timer = self.create_timer(_POLL_PERIOD, self._poll, clock=self._steady)
         self.create_service(SetBool, '~/enable', self._on_enable)
         self.create_service(Trigger, '~/reset', self._on_reset)

@@ -9,6 +9,7 @@ from diffcal_ros.device_array import require_device
 from diffcal_ros.live.inputs import POSE_SOURCES, SCENE
 from diffcal_ros.live.session_settings import DEPTH_QUANTIZATIONS, REFITS, SessionSettings
 from diffcal_ros.live.tracking import TrackingSettings
+from diffcal_ros.ros.diagnostics import PERIOD
 from diffcal_ros.ros.parameters import Setting, Values
 
 SETTINGS = (
@@ -89,6 +90,7 @@ SETTINGS = (
     ),
     Setting('body_frame', 'body', "the mesh file's own axes in TF; empty: not sent"),
     Setting('out', 'diffcal_result', 'folder that ~/save writes to'),
+    PERIOD,
 )
 
 

@@ -15,7 +15,7 @@ from diffcal_ros.recording.recording import Recording
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import check_rigid, rotation_from_quaternion, transform
 from diffcal_ros.ros.conversion import stamp_message, transform_message
-from diffcal_ros.ros.diagnostics import DiagnosticsReporter
+from diffcal_ros.ros.diagnostics import DiagnosticsReporter, PERIOD
 from diffcal_ros.ros.frame_sender import FrameSender
 from diffcal_ros.ros.live_relay import LiveRelay
 from diffcal_ros.ros.parameters import Parameters, Setting, Values
@@ -74,6 +74,7 @@ SETTINGS = (
         'live only, where TF is not there: x y z [m] and quaternion x y z w of the colour camera '
         'in the depth camera; zeros: not known',
     ),
+    PERIOD,
 )
 
 
@@ -101,7 +102,7 @@ class DepthSourceNode(Node):
             self._clock_sender = self.create_publisher(Clock, '/clock', 1)
         self.create_service(Trigger, '~/step', self._on_step)
         self._start()
-        self._reporter = DiagnosticsReporter(self, self._examine)
+        self._reporter = DiagnosticsReporter(self, self._examine, self._settings[PERIOD.name])
 
     def close(self) -> bool:
         """End the replay."""

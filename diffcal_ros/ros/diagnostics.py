@@ -1,29 +1,41 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""How a node is, once a second on /diagnostics, also when nothing happens."""
+"""How a node is, at a steady pace on /diagnostics, also when nothing happens."""
 
 from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.node_words import for_nodes
+from diffcal_ros.ros.parameters import Setting
 from diffcal_ros.ros.qos import VALUES
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
-_PERIOD = 1.0  # [s]
+# Named as ROS's diagnostic_updater names it.
+PERIOD = Setting(
+    'diagnostic_updater.period',
+    1.0,
+    'time from one message on /diagnostics to the next [s]',
+    0.01,
+    3600.0,
+    is_read_only=True,
+)
 
 
 class DiagnosticsReporter:
     """Publishes a node's health and logs each sentence when it is new."""
 
-    def __init__(self, node: Node, examine: Callable[[], Mapping[str, Health]]) -> None:
+    def __init__(
+        self, node: Node, examine: Callable[[], Mapping[str, Health]], period: float
+    ) -> None:
         """Start.
 
         Args:
             node: whose health it is.
             examine: returns the health of each part.
+            period: from one message to the next [s], see `PERIOD`.
         """
         self._node = node
         self._examine = examine
@@ -31,7 +43,7 @@ class DiagnosticsReporter:
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', VALUES)
         # Steady: simulated time may stand still, and that is when a diagnosis is wanted.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = node.create_timer(_PERIOD, self.report, clock=steady)
+        self._timer = node.create_timer(period, self.report, clock=steady)
 
     def report(self) -> None:
         """Publish now."""

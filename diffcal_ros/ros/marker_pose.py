@@ -37,7 +37,7 @@ from diffcal_ros.ros.conversion import (
     stamp_ns,
     transform_matrix,
 )
-from diffcal_ros.ros.diagnostics import DiagnosticsReporter
+from diffcal_ros.ros.diagnostics import DiagnosticsReporter, PERIOD
 from diffcal_ros.ros.frame_sender import check_frame_names, FrameSender
 from diffcal_ros.ros.parameters import Parameters, Setting, Values
 from diffcal_ros.ros.qos import IMAGES, VALUES
@@ -91,6 +91,7 @@ SETTINGS = (
         is_read_only=True,
     ),
     Setting('marker_frame', 'marker', 'name of the frame that is sent to TF; empty: not sent'),
+    PERIOD,
 )
 
 
@@ -131,7 +132,7 @@ class MarkerPoseNode(Node):
         self._depth_from_color: FloatArray | None = None
         self._make_tracker()
         self._listeners = self._subscribe_all()
-        self._reporter = DiagnosticsReporter(self, self._examine)
+        self._reporter = DiagnosticsReporter(self, self._examine, self._settings[PERIOD.name])
 
     def close(self) -> bool:
         """Nothing runs on."""

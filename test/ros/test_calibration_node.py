@@ -166,13 +166,10 @@ def test_a_fit_that_fails_is_logged_once_and_its_values_stay_on_their_topics(mak
     numbers = count()
     for _ in range(2):
         before = rig.bench.value(FIT, 'fits')
-        rig.bench.until(
-            lambda before=before: (
-                rig.depth.publish(depth_image(next(numbers), depth=3.0)),
-                rig.bench.value(FIT, 'fits') not in ('', before),
-            )[1],
+        rig.bench.film(
+            lambda: rig.depth.publish(depth_image(next(numbers), depth=3.0)),
+            lambda before=before: rig.bench.value(FIT, 'fits') not in ('', before),
             'the end of a fit',
-            60.0,
         )
     rig.bench.status(FIT, ERROR, 'the last fit')
     assert capfd.readouterr().err.count('the last fit') == 1
@@ -188,11 +185,12 @@ def test_millimetres_under_the_label_of_metres_are_an_error_that_stays(make_rig)
     numbers = count()
 
     def is_told() -> bool:
-        rig.depth.publish(depth_image(next(numbers), depth=400.0))
         status = rig.bench.health.get(FIT)
         return status is not None and '32FC1 is in metres' in status.message
 
-    rig.bench.until(is_told, 'the reason', 60.0)
+    rig.bench.film(
+        lambda: rig.depth.publish(depth_image(next(numbers), depth=400.0)), is_told, 'the reason'
+    )
     assert rig.bench.health[FIT].level == ERROR
     assert rig.bench.value(FIT, 'fits') == '0'
 

@@ -19,6 +19,10 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 
 _LIMIT = 60.0  # However slow a machine is: a test that waits so long has failed [s].
+# A node tells so often how it is [s]: often, for tests wait for it.
+_PERIOD = {'diagnostic_updater.period': 0.1}
+# A camera films so often [s].
+_FRAME = 0.02
 _RUN = 'import sys; from diffcal_ros.ros.{name}_node import main; sys.exit(main())'
 
 
@@ -36,7 +40,7 @@ class RosBench:
     """Spins a probe and the nodes under test; what they raise comes out in the test."""
 
     def __init__(self, parameters: dict[str, Any], arguments: Sequence[str] = ()) -> None:
-        rclpy.init(args=[*ros_arguments(parameters), *arguments])
+        rclpy.init(args=[*ros_arguments({**_PERIOD, **parameters}), *arguments])
         self.executor = SingleThreadedExecutor()
         self.probe = rclpy.create_node('probe')
         self.executor.add_node(self.probe)
@@ -70,6 +74,25 @@ class RosBench:
             assert time.monotonic() < end, f'{what} did not come; diagnostics: {self.told()}'
             self.executor.spin_once(timeout_sec=0.02)
         return found
+
+    def film(
+        self,
+        take: Callable[[], None],
+        is_true: Callable[[], Any],
+        what: str,
+        limit: float = _LIMIT,
+    ) -> Any:
+        """Take an image after the other until something is true, and return it."""
+        next_time = time.monotonic()
+
+        def look() -> Any:
+            nonlocal next_time
+            if time.monotonic() >= next_time:
+                next_time = time.monotonic() + _FRAME
+                take()
+            return is_true()
+
+        return self.until(look, what, limit)
 
     def collect(self, kind: Any, topic: str, qos: int | QoSProfile = 10) -> list[Any]:
         """Return a list that fills with what comes on a topic."""
