@@ -24,15 +24,22 @@ class DaskCluster:
         address: of the scheduler, such as `tcp://head:8786`.
     """
 
-    def __init__(self, address: str, tell: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        address: str,
+        tell: Callable[[str], None] = lambda _: None,
+        *,
+        patience: float = _PATIENCE,
+    ) -> None:
         """Connect to nobody yet.
 
         Args:
             address: of the scheduler.
             tell: told what a person should know.
+            patience: how long the scheduler may take to answer [s].
         """
         self.address = address
-        self._tell = tell
+        self._tell, self._patience = tell, patience
 
     def run(
         self, work: Callable[[Task], Result], tasks: Sequence[Task]
@@ -73,7 +80,7 @@ class DaskCluster:
                 "a cluster needs Dask: pip install 'diffcal_ros[cluster]', or leave --cluster out"
             ) from error
         try:
-            client = Client(self.address, timeout=_PATIENCE, set_as_default=False)
+            client = Client(self.address, timeout=self._patience, set_as_default=False)
         except (OSError, ValueError) as error:
             raise InputError(
                 f'no Dask scheduler answers at {self.address!r} ({error}): give the address that '

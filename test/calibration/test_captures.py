@@ -3,6 +3,7 @@
 """Fits of the public captures against the figures that are known of them."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from diffcal_ros.calibration.calibrate import calibrate, Calibration
@@ -20,6 +21,7 @@ _QUICK = CalibrationSettings(with_mesh_error=False)
 _OFFSET_AND_MODULUS = ('youngs_modulus', 'rigid_offset')
 
 
+@cache
 def _fit(data: Path, case: str) -> CalibrationResult:
     scene, observations = load_case(data, case, 'estimated')
     return calibrate(replace(scene, fit=_OFFSET_AND_MODULUS), observations, _QUICK)
@@ -53,6 +55,7 @@ def test_one_silicone_has_one_modulus(diffcal_data: Path) -> None:
     assert 1.0 / 1.4 <= spine / cantilever <= 1.4
 
 
+@pytest.mark.slow
 def test_ten_starts_end_at_one_modulus(diffcal_data: Path) -> None:
     scene, observations = load_case(diffcal_data, 'h_e_c', 'estimated')
     (region,) = scene.regions
@@ -68,6 +71,7 @@ def test_ten_starts_end_at_one_modulus(diffcal_data: Path) -> None:
     assert max(iterations) <= 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('case', ['h_em_c', 't_em_c'])
 def test_two_region_captures_say_that_something_is_left(diffcal_data: Path, case: str) -> None:
     result = _fit(diffcal_data, case)

@@ -116,6 +116,7 @@ def test_the_depth_that_is_read_follows_it():
     np.testing.assert_allclose(column[:, 0], expected)
 
 
+@pytest.mark.slow
 def test_it_is_screened_fitted_and_named(trace):
     diagnosis = trace.diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE
@@ -137,6 +138,7 @@ def test_a_larger_one_is_named_as_well(pull):
     assert effect.amplitude['pull'] == pytest.approx(1e3 * pull, rel=0.05)
 
 
+@pytest.mark.slow
 def test_it_is_told_and_accepted(trace, write_scene, tmp_path):
     lines = verdict_lines(trace.diagnosis)
     assert any(line.startswith('NAME') and 'brace' in line and 'mN' in line for line in lines)

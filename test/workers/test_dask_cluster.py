@@ -42,6 +42,6 @@ def test_what_a_worker_was_at_when_it_died_is_done_by_another(tmp_path) -> None:
 
 def test_nobody_there_is_told() -> None:
     with pytest.raises(InputError, match=r'no Dask scheduler answers at .nowhere.'):
-        list(DaskCluster('nowhere').run(number, [1]))
+        list(DaskCluster('nowhere', patience=0.5).run(number, [1]))
     with pytest.raises(InputError, match='no Dask scheduler answers'):
-        list(DaskCluster('tcp://127.0.0.1:9').run(number, [1]))
+        list(DaskCluster('tcp://127.0.0.1:9', patience=0.5).run(number, [1]))
