@@ -5,6 +5,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
@@ -52,6 +53,7 @@ class Contest:
     def __init__(self, objective: RobustObjective, first: Minimum) -> None:
         """Begin with one fit, whose scales the objective has."""
         self._objective = objective
+        self._parameters = objective.parameters
         self.entries = [Entry(first, objective.scales)]
 
     @property
@@ -63,13 +65,7 @@ class Contest:
         """Tell whether a place belongs to a fit that was made."""
         return any(are_same(coordinates, own.minimum.coordinates) for own in self.entries)
 
-    def challenge(
-        self,
-        start: FloatArray,
-        bounds: tuple[FloatArray, FloatArray],
-        longest: FloatArray,
-        scales: Scales | None = None,
-    ) -> None:
+    def challenge(self, start: FloatArray, scales: Scales | None = None) -> None:
         """Fit from another start, as far as it is worth it; `scales` are what it begins with."""
         best, trial = self.best, self._objective.under(scales or Scales())
         yardstick = self._objective.under(best.scales)
@@ -85,8 +81,8 @@ class Contest:
             minimum = minimise(
                 trial,
                 start,
-                bounds,
-                longest,
+                self._parameters.bounds(),
+                longest_steps(self._parameters),
                 max_iterations=_MOST_STEPS,
                 on_iteration=goes_on,
             )
@@ -96,12 +92,11 @@ class Contest:
             self.entries.append(Entry(minimum, trial.scales))
             self._sort()
 
-    def alternatives(
-        self, parameters: ParameterSet, are_same: Callable[..., bool]
-    ) -> tuple[Alternative, ...]:
+    def alternatives(self, are_same: Callable[..., bool]) -> tuple[Alternative, ...]:
         """Return the other fits, each place once, as they stand under the finest scales."""
         if len(self.entries) == 1:
             return ()
+        parameters = self._parameters
         objective, kept = self._objective.under(self._finest()), [self.best.minimum.coordinates]
         best_gap, lowest = objective.gap_and_misfit(kept[0])
         found = []
@@ -120,7 +115,7 @@ class Contest:
                     gap=gap,
                     misfit=misfit.above_absence - lowest.above_absence,
                     is_as_good=bool(is_near or _is_finer(gap, best_gap))
-                    and self._says_other(parameters, there),
+                    and self._says_other(there),
                 )
             )
         return tuple(found)
@@ -149,9 +144,9 @@ class Contest:
 
         self.entries.sort(key=rank)
 
-    def _says_other(self, parameters: ParameterSet, there: FloatArray) -> bool:
+    def _says_other(self, there: FloatArray) -> bool:
         """Tell whether what is asked for lies outside the best fit's 95 % interval."""
-        best = self.best.minimum
+        best, parameters = self.best.minimum, self._parameters
         change = np.abs(there - best.coordinates)
         limits = np.maximum(_DIFFERENT, Z_95 * _errors(best, parameters))
         asked = [

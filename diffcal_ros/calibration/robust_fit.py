@@ -65,11 +65,11 @@ class RobustFit:
             return FitEnd(minimum, gap)
         contest = Contest(self.objective, minimum)
         self._challenge(contest, starts[1:], search)
-        alternatives = contest.alternatives(model.parameters, search.are_same)
+        alternatives = contest.alternatives(search.are_same)
         # Who bounds the iterations wants what so many find.
         if settings.max_iterations is None and not self._may_be_used(contest.best, alternatives):
             self._look_again(contest, starts[0], search)
-            alternatives = contest.alternatives(model.parameters, search.are_same)
+            alternatives = contest.alternatives(search.are_same)
         best = contest.best
         self.objective = self.objective.under(best.scales)
         if best.minimum is not minimum:
@@ -113,10 +113,9 @@ class RobustFit:
         self, contest: Contest, starts: Sequence[FloatArray], search: GlobalSearch
     ) -> None:
         """Fit from other starts as well."""
-        parameters = self._model.parameters
         for start in starts:
             if not contest.is_known(start, search.are_same):
-                contest.challenge(start, parameters.bounds(), longest_steps(parameters))
+                contest.challenge(start)
 
     def _may_be_used(self, best: Entry, others: Sequence[Alternative]) -> bool:
         """Tell whether the best fit so far would be `converged`, its mesh taken for right."""
@@ -144,10 +143,8 @@ class RobustFit:
         """
         loose = [own.coordinates for own in worth_fitting(search.basins(_LEEWAY))]
         self._challenge(contest, loose, search)
-        parameters, leeway = self._model.parameters, Scales(leeway=_LEEWAY)
-        bounds, longest = parameters.bounds(), longest_steps(parameters)
         for begin in (*loose[:1], start):
-            contest.challenge(begin, bounds, longest, leeway)
+            contest.challenge(begin, Scales(leeway=_LEEWAY))
 
     def _minimise(self, start: FloatArray, on_iteration: OnIteration) -> Minimum:
         parameters = self._model.parameters

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
-from diffcal_ros.calibration.parameters.parameters import Kind
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.residual_scales import FINAL_WIDTH, Scale, Scales
 from diffcal_ros.calibration.residuals.robust_loss import robust_channel, robust_cost
@@ -63,6 +63,11 @@ class RobustObjective:
     def under(self, scales: Scales) -> 'RobustObjective':
         """Return the same comparison by other scales."""
         return RobustObjective(self.model, comparers=self.comparers, scales=scales)
+
+    @property
+    def parameters(self) -> ParameterSet:
+        """What is fitted."""
+        return self.model.parameters
 
     @property
     def is_annealed(self) -> bool:

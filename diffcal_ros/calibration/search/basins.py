@@ -53,8 +53,8 @@ class Placing:
         """Take what is placed.
 
         Args:
-            model: shows shapes.
-            objective: compares them with the coarse images.
+            model: of the bodies.
+            objective: compares shapes of them with the coarse images.
             shapes: in families, each from stiff to soft.
         """
         self.model, self.objective, self.shapes = model, objective, tuple(shapes)
@@ -113,19 +113,17 @@ class Placing:
         shape = self.shapes[number]
         coordinates = shape.coordinates.copy()
         coordinates[self._indices] = start[self._indices]
-        self.model.show(shape.world)
-        self.objective.widen(leeway)
+        objective = self.objective.of_shape(shape.world, leeway)
         try:
             if self._indices:
                 coordinates = minimise(
-                    self.objective,
+                    objective,
                     coordinates,
                     self._bounds,
                     self._longest,
                     max_iterations=_MOST_STEPS,
                 ).coordinates
-            self.objective.level()
-            misfit = self.objective.misfit(coordinates)
+            misfit = objective.at_the_end().misfit(coordinates)
         except NotSimulatedError:
             return None
         return Basin(coordinates, misfit, number)

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A model whose bodies keep a given shape: only what places it in the image moves it."""
+"""A model whose bodies have a given shape: only what places it in the image moves it."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
@@ -21,22 +22,21 @@ FLOOR = 0.004
 
 
 class PosedShapes(ForwardModel):
-    """Shows stored shapes in place of simulated ones; made of few pixels and linear elements."""
+    """Simulates a body, or shows a shape of it; made of few pixels and linear elements."""
 
     _shape: Sequence[FloatArray] | None = None
 
-    def simulate(self, coordinates: FloatArray) -> list[FloatArray]:
-        """Return the nodes that every observation shows, world frame [m], shape (N, 3) each.
-
-        Raises:
-            EquilibriumError: when a posture has no equilibrium.
-        """
-        self._shape = None
-        return self.worlds(coordinates)
-
-    def show(self, shape: Sequence[FloatArray]) -> None:
-        """Show this from now on: what `simulate` returned."""
-        self._shape = shape
+    def showing(self, shape: Sequence[FloatArray]) -> 'PosedShapes':
+        """Return a model of the same bodies that have this shape: what `worlds` returned."""
+        shown = PosedShapes(
+            self.scene,
+            self.observations,
+            self.parameters,
+            device=self.device,
+            shared=self._shared,
+        )
+        shown._shape = shape
+        return shown
 
     def views(self, coordinates: FloatArray) -> tuple[View, ...]:
         """Place the shape before the cameras; one view an observation."""
@@ -78,17 +78,26 @@ class CoarseObjective(RobustObjective):
         self._correlation_px = max(1.0, LONGEST_CORRELATION / stride)
         reach = max(2, int(_EDGE_REACH * camera.fx / 0.5))
         self._reach = Reach(_REACH, _REACH, reach)
-        self.widen()
+        self._shapes = model
+        self.scales = self._begun(1.0)
 
-    def widen(self, leeway: float = 1.0) -> None:
-        """Begin anew, with wide widths, and leeway in placements."""
-        usual = Scale(correlation=self._correlation_px)
-        self.scales = Scales(usual, usual, self._reach, leeway)
+    def of_shape(self, shape: Sequence[FloatArray], leeway: float = 1.0) -> 'CoarseObjective':
+        """Return the comparison of a shape with the same images, to begin a fit with.
 
-    def level(self) -> None:
-        """Take the widths at which shapes are compared with one another."""
-        floor = Scale(FLOOR, FLOOR, self._correlation_px)
-        self.scales = replace(self.scales, depth=floor, edge=floor)
+        Args:
+            shape: what `PosedShapes.worlds` returned.
+            leeway: standard deviations of placements count so many times.
+        """
+        begun = copy(self)
+        begun.model = self._shapes.showing(shape)
+        begun.scales = self._begun(leeway)
+        return begun
+
+    def at_the_end(self) -> 'CoarseObjective':
+        """Return the same under the widths at which shapes are compared with one another."""
+        ended, floor = copy(self), Scale(FLOOR, FLOOR, self._correlation_px)
+        ended.scales = replace(self.scales, depth=floor, edge=floor)
+        return ended
 
     @property
     def is_annealed(self) -> bool:
@@ -106,6 +115,10 @@ class CoarseObjective(RobustObjective):
     def refine(self, coordinates: FloatArray) -> bool:
         """Leave the scales as they are: a coarse image says little of noise."""
         return False
+
+    def _begun(self, leeway: float) -> Scales:
+        usual = Scale(correlation=self._correlation_px)
+        return Scales(usual, usual, self._reach, leeway)
 
     def _floored(self, scale: Scale) -> Scale:
         width = max(FLOOR, scale.width)

@@ -10,8 +10,8 @@ taken for all.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
-from diffcal_ros.calibration.search.posed_shapes import PosedShapes
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,7 @@ def modulus_indices(parameters: ParameterSet) -> list[int]:
     return parameters.find(Kind.YOUNGS_MODULUS)
 
 
-def make_shapes(model: PosedShapes, centre: FloatArray, compliance: float | None) -> list[Shape]:
+def make_shapes(model: ForwardModel, centre: FloatArray, compliance: float | None) -> list[Shape]:
     """Simulate shapes over the moduli; what has no equilibrium is left out.
 
     Args:
@@ -60,7 +60,7 @@ def make_shapes(model: PosedShapes, centre: FloatArray, compliance: float | None
     """
     indices = modulus_indices(model.parameters)
     if not indices:
-        return [Shape(centre, tuple(model.simulate(centre)), 0)]
+        return [Shape(centre, tuple(model.worlds(centre)), 0)]
     lower, upper = model.parameters.bounds()
     shapes = _simulated(model, centre, indices)
     if compliance is None or not shapes:
@@ -110,7 +110,7 @@ def _contrasts(centre: FloatArray) -> list[FloatArray]:
     return [centre - centre.mean()]
 
 
-def _simulated(model: PosedShapes, centre: FloatArray, indices: list[int]) -> list[Shape]:
+def _simulated(model: ForwardModel, centre: FloatArray, indices: list[int]) -> list[Shape]:
     """Simulate families of shapes; what hardly differs from the last one is left out."""
     lower, upper = model.parameters.bounds()
     shapes: list[Shape] = []
@@ -120,7 +120,7 @@ def _simulated(model: PosedShapes, centre: FloatArray, indices: list[int]) -> li
             coordinates = centre.copy()
             coordinates[indices] = contrast + level
             try:
-                world = tuple(model.simulate(coordinates))
+                world = tuple(model.worlds(coordinates))
             except NotSimulatedError:
                 continue
             if last is not None and _apart(world, last) < _ALIKE:
@@ -146,7 +146,7 @@ def _is_within(moduli: FloatArray, lower: FloatArray, upper: FloatArray) -> bool
 
 
 def _locking(
-    model: PosedShapes, centre: FloatArray, shapes: Sequence[Shape], compliance: float
+    model: ForwardModel, centre: FloatArray, shapes: Sequence[Shape], compliance: float
 ) -> float:
     """Return by how much softer linear elements sag as far, as a logarithm of the modulus.
 

@@ -3,6 +3,7 @@
 """Find a body that changed in one frame, fast."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from diffcal_ros.calibration.outcome_rules import leaves_body_out
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
@@ -25,6 +26,19 @@ _RETRY = 1_000_000_000
 # A brief search ends with a step no longer than this share of the longest (1.4 % of a modulus):
 # frames can do the rest, and polishing what is hard to tell apart takes as long again.
 _NEAR = 0.02
+
+
+@dataclass(frozen=True)
+class FoundBody:
+    """Where a body was found.
+
+    Attributes:
+        coordinates: shape (k,).
+        scales: by which residuals were weighed there.
+    """
+
+    coordinates: FloatArray
+    scales: Scales
 
 
 class BodySearch:
@@ -55,7 +69,7 @@ class BodySearch:
         """Tell whether the last search is long enough ago."""
         return frame.stamp_ns >= self._next_ns
 
-    def find(self, frame: DepthFrame, start: FloatArray) -> FloatArray | None:
+    def find(self, frame: DepthFrame, start: FloatArray) -> FoundBody | None:
         """Fit one frame.
 
         Args:
@@ -63,19 +77,15 @@ class BodySearch:
             start: coordinates, shape (k,).
 
         Returns:
-            Coordinates, shape (k,), with the objective's scales as they ended there; None when the
-            body is found nowhere, and the scales stay.
+            Where the body is; None when it is found nowhere.
         """
         self.count += 1
         self._next_ns = frame.stamp_ns + _RETRY
         objective, limits = self._objective, (self._bounds, self._longest)
-        scales, objective.scales = objective.scales, Scales()
         is_brief = frame.stamp_ns >= self._thorough_until_ns
         near = find_body(objective, start, *limits, is_brief=is_brief)
         found = find_body_anywhere(objective, lambda: self._basins(frame, start), *limits, near)
-        if found is None:
-            objective.scales = scales
-        elif is_brief:
+        if found is not None and is_brief:
             # Where the model cannot show the body, only the minimum itself keeps frames near.
             self._thorough_until_ns = frame.stamp_ns + 2 * _RETRY
             self._next_ns = 0
@@ -99,28 +109,29 @@ def find_body(
     longest: FloatArray,
     *,
     is_brief: bool,
-) -> FloatArray | None:
+) -> FoundBody | None:
     """Fit the frame that an objective compares with.
 
     Args:
-        objective: with widths as wide as the search is to begin with; they are annealed.
+        objective: compares with the frame; its scales are left as they are.
         start: coordinates, shape (k,).
         bounds: lower and upper, shape (k,) each.
         longest: step of each coordinate, shape (k,).
         is_brief: come near only; not to the minimum itself.
 
     Returns:
-        Coordinates, shape (k,); None when the body is not found.
+        Where the body is; None when it is not found.
     """
-    goes_on = _Approach(objective, longest) if is_brief else None
+    trial = objective.under(Scales())
+    goes_on = _Approach(trial, longest) if is_brief else None
     try:
-        minimum = minimise(objective, start, bounds, longest, on_iteration=goes_on)
-        gap = objective.gap(minimum.coordinates)
+        minimum = minimise(trial, start, bounds, longest, on_iteration=goes_on)
+        gap = trial.gap(minimum.coordinates)
     except NotSimulatedError:
         return None
     if minimum.stop is Stop.STUCK or gap.coverage < FOUND:
         return None
-    return minimum.coordinates
+    return FoundBody(minimum.coordinates, trial.scales)
 
 
 def find_body_anywhere(
@@ -128,8 +139,8 @@ def find_body_anywhere(
     basins: Callable[[], Sequence[Basin]],
     bounds: tuple[FloatArray, FloatArray],
     longest: FloatArray,
-    near: FloatArray | None,
-) -> FloatArray | None:
+    near: FoundBody | None,
+) -> FoundBody | None:
     """Look over the whole range where a search from near by leaves a part of the body out.
 
     Args:
@@ -137,26 +148,27 @@ def find_body_anywhere(
         basins: finds places to start from, the best first.
         bounds: lower and upper, shape (k,) each.
         longest: step of each coordinate, shape (k,).
-        near: what was found from near by, shape (k,), or None.
+        near: what was found from near by, or None.
 
     Returns:
-        Coordinates, shape (k,), with the objective's scales as they ended there; None when the
-        body is found nowhere.
+        Where the body is; None when it is found nowhere.
     """
-    if near is not None and not leaves_body_out(objective.gap(near)):
+    if near is not None and not leaves_body_out(
+        objective.under(near.scales).gap(near.coordinates)
+    ):
         return near
-    near_scales = objective.scales
     for basin in basins()[:1]:
-        objective.scales = Scales()
         far = find_body(objective, basin.coordinates, bounds, longest, is_brief=False)
         if far is not None and (near is None or _is_better(objective, far, near)):
             return far
-    objective.scales = near_scales
     return near
 
 
-def _is_better(objective: RobustObjective, far: FloatArray, near: FloatArray) -> bool:
-    return objective.misfit(near).is_worse(objective.misfit(far), fraction=0.0)
+def _is_better(objective: RobustObjective, far: FoundBody, near: FoundBody) -> bool:
+    yardstick = objective.under(far.scales)
+    return yardstick.misfit(near.coordinates).is_worse(
+        yardstick.misfit(far.coordinates), fraction=0.0
+    )
 
 
 class _Approach:

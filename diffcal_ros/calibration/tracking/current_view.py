@@ -9,7 +9,6 @@ from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.tracking.linearised_view import LinearisedView
 from diffcal_ros.depth_frame import DepthFrame
-from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +34,7 @@ class CurrentView:
         """Render once, residuals weighed by what one frame shows.
 
         Args:
-            objective: gives the model; it is the view's from now on.
+            objective: gives the model, and compares with the frame that is shown to it.
             coordinates: where, shape (k,).
             frame: to weigh by.
 
@@ -57,21 +56,19 @@ class CurrentView:
             EquilibriumError: when the body has no equilibrium there; the weights stay.
             OutOfViewError: when the camera does not see it; likewise.
         """
-        scales, self._objective.scales = self._objective.scales, Scales()
-        try:
-            while not self._objective.is_annealed:
-                self._objective.anneal(coordinates)
-            self.refine(coordinates)
-            self.render(coordinates, frame)
-        except NotSimulatedError:
-            self._objective.scales = scales
-            raise
+        objective = self._objective.under(Scales())
+        while not objective.is_annealed:
+            objective.anneal(coordinates)
+        self._refine_and_render(objective, coordinates, frame)
 
-    def refine(self, coordinates: FloatArray) -> None:
-        """Weigh residuals by the noise and correlation that they show there."""
-        for _ in range(_MOST_REFINEMENTS):
-            if not self._objective.refine(coordinates):
-                return
+    def weigh_by(self, scales: Scales, coordinates: FloatArray, frame: DepthFrame) -> None:
+        """Weigh residuals by what a fit found, as far as the frame shows no less; render there.
+
+        Raises:
+            EquilibriumError: when the body has no equilibrium there; the weights stay.
+            OutOfViewError: when the camera does not see it; likewise.
+        """
+        self._refine_and_render(self._objective.under(scales), coordinates, frame)
 
     def render(self, coordinates: FloatArray, frame: DepthFrame) -> None:
         """Render somewhere else, and inform by a frame.
@@ -81,6 +78,17 @@ class CurrentView:
             OutOfViewError: when the camera does not see it; likewise.
         """
         self.view = LinearisedView(self._objective, coordinates)
+        self._inform(frame)
+
+    def _refine_and_render(
+        self, objective: RobustObjective, coordinates: FloatArray, frame: DepthFrame
+    ) -> None:
+        """Weigh by the noise and correlation that residuals show there, and render there."""
+        for _ in range(_MOST_REFINEMENTS):
+            if not objective.refine(coordinates):
+                break
+        self.view = LinearisedView(objective, coordinates)
+        self._objective = objective
         self._inform(frame)
 
     def grow_older(self, frame: DepthFrame) -> None:

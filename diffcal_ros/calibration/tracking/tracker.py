@@ -202,8 +202,7 @@ class Tracker:
         self._is_rough = True
         self._strange_count, self._usual_cost = 0, None
         self._watch.is_sudden = True
-        self._known.refine(found)
-        self._known.render(found, frame)
+        self._known.weigh_by(found.scales, found.coordinates, frame)
         self._measure_innovation()
         return True
 

@@ -43,6 +43,7 @@ class TwoWells:
     """
 
     is_annealed = True
+    parameters = PARAMETERS
 
     def __init__(self, lift: float, right: Gap = GOOD) -> None:
         self._right = right
@@ -90,7 +91,7 @@ def _contest(lift: float, first: float, others: tuple[float, ...], right: Gap = 
     contest = Contest(objective, minimise(objective, np.array([first]), BOUNDS, LONGEST))
     for other in others:
         if not contest.is_known(np.array([other]), _are_same):
-            contest.challenge(np.array([other]), BOUNDS, LONGEST)
+            contest.challenge(np.array([other]))
     return contest
 
 
@@ -104,11 +105,11 @@ def test_a_fit_that_ran_out_wins_only_where_it_is_clearly_better(off, is_first) 
     # Half chi-square is 0.5 and 18 above the minimum.
     arrived = _ended(LEFT + off, Stop.CONVERGED)
     contest = Contest(TwoWells(6.0), arrived)
-    contest.challenge(np.array([LEFT]), BOUNDS, LONGEST)
+    contest.challenge(np.array([LEFT]))
     (ended,) = (own for own in contest.entries if own.minimum is not arrived)
     ran_out = replace(ended, minimum=replace(ended.minimum, stop=Stop.EXHAUSTED))
     contest.entries = [ran_out, contest.entries[-1]]
-    contest.challenge(np.array([RIGHT]), BOUNDS, LONGEST)
+    contest.challenge(np.array([RIGHT]))
     assert (contest.best.minimum is arrived) is is_first
 
 
@@ -116,7 +117,7 @@ def test_a_fit_that_ran_out_wins_only_where_it_is_clearly_better(off, is_first) 
 def test_the_lower_minimum_wins_from_either_side(first) -> None:
     contest = _contest(6.0, first, (LEFT + 0.2, RIGHT - 0.2))
     assert contest.best.minimum.coordinates[0] == pytest.approx(LEFT, abs=1e-3)
-    (other,) = contest.alternatives(PARAMETERS, _are_same)
+    (other,) = contest.alternatives(_are_same)
     assert other.values['youngs_modulus'] == pytest.approx(4e5, rel=1e-3)
     assert other.misfit == pytest.approx(6.0, abs=1e-3)
 
@@ -124,7 +125,7 @@ def test_the_lower_minimum_wins_from_either_side(first) -> None:
 @pytest.mark.parametrize(('lift', 'is_as_good'), [(0.5, True), (4.0, True), (30.0, False)])
 def test_about_as_well_means_within_three_standard_errors(lift, is_as_good) -> None:
     contest = _contest(lift, LEFT, (RIGHT,))
-    (other,) = contest.alternatives(PARAMETERS, _are_same)
+    (other,) = contest.alternatives(_are_same)
     assert other.is_as_good is is_as_good
 
 
@@ -140,14 +141,14 @@ def test_about_as_well_means_within_three_standard_errors(lift, is_as_good) -> N
     ],
 )
 def test_a_place_with_a_far_smaller_gap_is_not_ruled_out(right, is_as_good) -> None:
-    (other,) = _contest(30.0, LEFT, (RIGHT,), right).alternatives(PARAMETERS, _are_same)
+    (other,) = _contest(30.0, LEFT, (RIGHT,), right).alternatives(_are_same)
     assert other.is_as_good is is_as_good
 
 
 def test_a_place_that_is_known_is_not_fitted_again() -> None:
     contest = _contest(6.0, LEFT, (LEFT + 0.1, LEFT - 0.2))
     assert len(contest.entries) == 1
-    assert contest.alternatives(PARAMETERS, _are_same) == ()
+    assert contest.alternatives(_are_same) == ()
 
 
 def _judged(gap: Gap, *, is_ambiguous: bool = False) -> Outcome:
@@ -201,5 +202,5 @@ def test_places_are_judged_by_the_least_noise_that_any_of_them_shows(noises) -> 
     contest = Contest(objective, ends[0])
     contest.entries = [Entry(*own) for own in zip(ends, scales, strict=True)]
     # A place that no fit comes to: it is sorted once more, with the two.
-    contest.challenge(np.array([LEFT + 0.1]), BOUNDS, LONGEST)
+    contest.challenge(np.array([LEFT + 0.1]))
     assert contest.best.minimum.coordinates[0] == pytest.approx(RIGHT)

@@ -73,17 +73,17 @@ def test_leeway_ends_with_the_first_refinement() -> None:
     assert nothing_finer.scales == replace(finest, leeway=1.0)
 
 
-def test_a_coarse_comparison_keeps_its_leeway_until_it_begins_anew() -> None:
+def test_a_coarse_comparison_keeps_its_leeway_to_the_end() -> None:
     scene, seen = _scene(), [observation(true_depth())]
     parameters = make_parameters(scene)
     model = PosedShapes(scene, seen, parameters)
     coarse = CoarseObjective(model, 1, device='cpu')
     here = parameters.start()
-    coarse.widen(3.0)
-    coarse.anneal(here)
-    coarse.level()
-    assert coarse.scales.leeway == 3.0
-    coarse.widen()
+    shape = model.worlds(here)
+    loose = coarse.of_shape(shape, 3.0)
+    loose.anneal(here)
+    assert loose.at_the_end().scales.leeway == 3.0
+    assert coarse.of_shape(shape).scales.leeway == 1.0
     assert coarse.scales.leeway == 1.0
 
 
