@@ -21,7 +21,7 @@ class CameraOffset(Effect):
     components = rigid_components(0.020, 5.0 * DEGREE)
     sentence = 'the camera is not where it is said to be'
     settles = (ROLLED, 'the clamp in view and as `fixture` in the scene')
-    twins = ('clamp_offset', 'depth_affine')
+    twins = ('clamp_offset', 'depth_affine', 'compliant_clamp')
     fit_name = kind = 'rigid_offset'
     is_fitted_whole = is_of_recording = True
     variants = (SHIFT, RIGID_AXES)

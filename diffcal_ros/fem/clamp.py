@@ -16,7 +16,7 @@ class Clamp:
     def __init__(self, rest: FloatArray) -> None:
         """Prepare the clamp of nodes at rest [m], shape (h, 3)."""
         self.center = 0.5 * (rest.min(axis=0) + rest.max(axis=0))
-        self.turn = np.zeros(3)  # What the clamp gave way by [rad].
+        self.gave_way = np.zeros(6)  # Under its load: shift [m] and turn [rad].
 
     def place(self, positions: FloatArray, motion: FloatArray) -> FloatArray:
         """Return where nodes are held.
@@ -26,7 +26,7 @@ class Clamp:
             motion: of the clamp: shift [m] and turn [rad], shape (6,).
         """
         there = moved(positions, motion, self.center)
-        return moved(there, self._turn_motion(), self.center)
+        return moved(there, self.gave_way, self.center)
 
     def change(
         self, positions: FloatArray, motion: FloatArray, direction: FloatArray
@@ -35,16 +35,14 @@ class Clamp:
         total = np.zeros_like(positions)
         for axis in np.flatnonzero(direction):
             total += direction[axis] * moved_by(positions, motion, self.center, int(axis))
-        return total @ rotation_matrix(self.turn).T
+        return total @ rotation_matrix(self.gave_way[3:]).T
 
-    def turn_change(self, positions: FloatArray, motion: FloatArray, axis: int) -> FloatArray:
-        """Return how `place` follows the turn that the clamp gave way by, shape (h, 3)."""
+    def way_change(self, positions: FloatArray, motion: FloatArray, axis: int) -> FloatArray:
+        """Return how `place` follows one number of what the clamp gave way by, shape (h, 3)."""
         there = moved(positions, motion, self.center)
-        return moved_by(there, self._turn_motion(), self.center, 3 + axis)
+        return moved_by(there, self.gave_way, self.center, axis)
 
-    def moment(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
-        """Return the moment of forces on the clamp about its middle [N m], shape (3,)."""
-        return np.cross(positions - self.center, forces).sum(axis=0)
-
-    def _turn_motion(self) -> FloatArray:
-        return np.concatenate([np.zeros(3), self.turn])
+    def wrench(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
+        """Return forces on the clamp [N] and their moment about its middle [N m], shape (6,)."""
+        moments = np.cross(positions - self.center, forces)
+        return np.concatenate([forces.sum(axis=0), moments.sum(axis=0)])

@@ -38,6 +38,7 @@ class Conditions:
         clamp_motion: shift of the clamp [m] and turn about its middle [rad], world frame,
             shape (6,).
         clamp_compliance: turn of the clamp per moment on it [rad/(N m)].
+        clamp_shift_compliance: shift of the clamp per force on it [m/N].
         added_masses: mass added at each node [kg], shape (N,); None for none.
         forces: that stay as they are, on each node [N], world frame, shape (N, 3); None for none.
         rest_curvature: curvature of the shape without stress about the two axes across the body
@@ -55,11 +56,22 @@ class Conditions:
     potentials: tuple[Potential, ...] = ()
     cables: tuple[CableState, ...] = ()
     air_drag: float = 0.0
+    clamp_shift_compliance: float = 0.0
+
+    @property
+    def clamp_yield(self) -> FloatArray:
+        """Shift and turn of the clamp per force and moment about its axes, shape (6,)."""
+        return np.repeat([self.clamp_shift_compliance, self.clamp_compliance], 3)
+
+    @property
+    def clamp_gives_way(self) -> bool:
+        """Tell whether the clamp moves under the body's load."""
+        return self.clamp_compliance != 0.0 or self.clamp_shift_compliance != 0.0
 
     @property
     def moves_clamp(self) -> bool:
         """Tell whether the clamp is elsewhere than it should be."""
-        return bool(self.clamp_motion.any()) or self.clamp_compliance != 0.0
+        return bool(self.clamp_motion.any()) or self.clamp_gives_way
 
     def joined(self, other: 'Conditions') -> 'Conditions':
         """Return what acts when others do, too; the cables are these."""
@@ -72,6 +84,7 @@ class Conditions:
             (*self.potentials, *other.potentials),
             self.cables,
             self.air_drag + other.air_drag,
+            self.clamp_shift_compliance + other.clamp_shift_compliance,
         )
 
 

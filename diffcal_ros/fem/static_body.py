@@ -45,7 +45,7 @@ class StaticState:
         gravity: [m/s^2], shape (3,).
         conditions: effects on the body.
         held_path: of the held vertices in the body's own frame; None: they stay.
-        clamp_turn: by which the clamp gave way [rad], shape (3,).
+        clamp_gave_way: by which shift [m] and turn [rad], shape (6,).
         own: the equilibrium in the body's own frame.
         positions: of the nodes in the world frame [m], shape (N, 3).
     """
@@ -54,7 +54,7 @@ class StaticState:
     gravity: FloatArray
     conditions: Conditions
     held_path: HeldPath | None
-    clamp_turn: FloatArray
+    clamp_gave_way: FloatArray
     own: Equilibrium
     positions: FloatArray
 
@@ -177,7 +177,7 @@ class StaticBody:
         if self._solved is solved:
             return
         self.prepare(solved.material, solved.gravity, solved.conditions)
-        self._held_path, self.clamp.turn = solved.held_path, solved.clamp_turn
+        self._held_path, self.clamp.gave_way = solved.held_path, solved.clamp_gave_way
         self._clamp_was_moved = solved.conditions.moves_clamp
         self._state, self._solved = solved.own, solved
 
@@ -230,10 +230,10 @@ class StaticBody:
         """Do as `solve_equilibrium` in the own frame, `held_path` and the result as well."""
         loads = self.prepare(material, gravity, conditions)
         self._held_path = held_path
-        if conditions.clamp_compliance == 0.0:
-            self.clamp.turn = np.zeros(3)
+        if not conditions.clamp_gives_way:
+            self.clamp.gave_way = np.zeros(6)
         self._solve(loads, self._clamp_path(), prediction)
-        if conditions.clamp_compliance != 0.0:
+        if conditions.clamp_gives_way:
             self._solve_compliant_clamp(loads)
         self._clamp_was_moved = conditions.moves_clamp
         own = self.own_state
@@ -242,7 +242,7 @@ class StaticBody:
             gravity=self._gravity,
             conditions=conditions,
             held_path=held_path,
-            clamp_turn=self.clamp.turn,
+            clamp_gave_way=self.clamp.gave_way,
             own=own,
             positions=own.positions + self.origin,
         )
@@ -265,9 +265,9 @@ class StaticBody:
             loads += conditions.forces
         return loads
 
-    def clamp_moment(self) -> FloatArray:
-        """Return the moment of the body on the clamp about its middle [N m], shape (3,)."""
-        return self.clamp.moment(
+    def clamp_wrench(self) -> FloatArray:
+        """Return the body's force on the clamp [N] and moment about its middle [N m], (6,)."""
+        return self.clamp.wrench(
             self.own_state.positions[self.held_nodes], -self.own_state.reactions[self.held_nodes]
         )
 
@@ -292,13 +292,13 @@ class StaticBody:
         self._state = self._way_from_rest.solve(loads, held, linear)
 
     def _solve_compliant_clamp(self, loads: FloatArray) -> None:
-        """Turn the clamp until that is what the moment on it asks for."""
-        compliance = self._conditions.now.clamp_compliance
+        """Move the clamp until that is what the load on it asks for."""
+        per_load = self._conditions.now.clamp_yield
         for _ in range(_MAX_YIELDS):
-            wanted = compliance * self.clamp_moment()
-            if float(np.abs(wanted - self.clamp.turn).max()) < _YIELD_TOLERANCE:
+            wanted = per_load * self.clamp_wrench()
+            if float(np.abs(wanted - self.clamp.gave_way).max()) < _YIELD_TOLERANCE:
                 return
-            self.clamp.turn = wanted
+            self.clamp.gave_way = wanted
             self._solve(loads, self._clamp_path(), None)
         raise EquilibriumError(
             'the clamp gives way without end: its compliance is too large for the load'

@@ -7,10 +7,11 @@ nodes, the body moves by
 
     u = K^-1 (e - K h) + h        on the free nodes, h on the held ones.
 
-A clamp that gives way turns by its compliance c times the moment m on it, which is linear in u
-and e. With t the fields that follow a unit turn about each axis, the whole move is
+A clamp that gives way moves by its compliances C, a diagonal matrix, times the force and moment w
+on it, which are linear in u and e. With t the fields that follow a unit of each of its motions q
+that has a compliance, the whole move is
 
-    u + t A m(u, e),    A = c (1 - c dm/dturn)^-1.
+    u + t A w(u, e),    A = (1 - C dw/dq)^-1 C.
 """
 
 from collections.abc import Sequence
@@ -72,11 +73,11 @@ class StaticDerivatives:
                 held[number, self.held_nodes] = motion
                 forces[number] -= self.stiffness.force_tangent(positions, held[number])
         fields = self.stiffness.linear_solve(positions, forces) + held
-        if self._compliance == 0.0:
+        if not self._ways:
             return fields
-        turns = self._turn_fields()
-        response = self._moment_changes(fields, explicit) @ self._answers(turns).T
-        return fields + np.einsum('kj,jni->kni', response, turns)
+        ways = self._way_fields()
+        response = self._wrench_changes(fields, explicit) @ self._answers(ways).T
+        return fields + np.einsum('kj,jni->kni', response, ways)
 
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by node positions [1/m], shape (N, 3), back to the inputs.
@@ -85,10 +86,10 @@ class StaticDerivatives:
         """
         positions, held = self.state.positions, self.held_nodes
         by_explicit = np.zeros_like(by_positions)
-        if self._compliance != 0.0:
-            turns = self._turn_fields()
-            by_moment = self._answers(turns).T @ np.einsum('jni,ni->j', turns, by_positions)
-            by_positions, by_explicit = self._through_moment(by_positions, by_moment)
+        if self._ways:
+            ways = self._way_fields()
+            by_wrench = self._answers(ways).T @ np.einsum('jni,ni->j', ways, by_positions)
+            by_positions, by_explicit = self._through_wrench(by_positions, by_wrench)
         adjoint = self.stiffness.linear_solve(positions, by_positions[None])[0]
         by_held = (by_positions - self.stiffness.force_tangent(positions, adjoint))[held]
         adjoint += by_explicit
@@ -103,8 +104,9 @@ class StaticDerivatives:
         return replace(gradient, by_effects=by_effects)
 
     @property
-    def _compliance(self) -> float:
-        return self.conditions.now.clamp_compliance
+    def _ways(self) -> list[int]:
+        """Which numbers of the clamp's motion follow its load."""
+        return [int(axis) for axis in np.flatnonzero(self.conditions.now.clamp_yield)]
 
     def _held_change(self, effects: Conditions | None) -> FloatArray | None:
         """Return how held nodes move with a change [m], shape (h, 3)."""
@@ -112,33 +114,32 @@ class StaticDerivatives:
             return None
         nominal, motion = self.held_targets, self.conditions.now.clamp_motion
         moves = self.clamp.change(nominal, motion, effects.clamp_motion)
-        if effects.clamp_compliance != 0.0:
+        if effects.clamp_gives_way:
             positions, reactions = self.state.positions, self.state.reactions
-            moment = self.clamp.moment(positions[self.held_nodes], -reactions[self.held_nodes])
-            turn = effects.clamp_compliance * moment
-            for axis in range(3):
-                moves += turn[axis] * self.clamp.turn_change(nominal, motion, axis)
+            wrench = self.clamp.wrench(positions[self.held_nodes], -reactions[self.held_nodes])
+            way = effects.clamp_yield * wrench
+            for axis in np.flatnonzero(way):
+                moves += way[axis] * self.clamp.way_change(nominal, motion, int(axis))
         return moves
 
-    def _turn_fields(self) -> FloatArray:
-        """Return how the body follows a turn of the clamp about each axis [m], (3, N, 3)."""
+    def _way_fields(self) -> FloatArray:
+        """Return how the body follows the clamp where it gives way [m or m/rad], (w, N, 3)."""
         positions, motion = self.state.positions, self.conditions.now.clamp_motion
-        held = np.zeros((3, *positions.shape))
-        for axis in range(3):
-            held[axis, self.held_nodes] = self.clamp.turn_change(self.held_targets, motion, axis)
+        held = np.zeros((len(self._ways), *positions.shape))
+        for field, axis in zip(held, self._ways, strict=True):
+            field[self.held_nodes] = self.clamp.way_change(self.held_targets, motion, axis)
         forces = np.stack([-self.stiffness.force_tangent(positions, field) for field in held])
         return self.stiffness.linear_solve(positions, forces) + held
 
-    def _answers(self, turns: FloatArray) -> FloatArray:
-        """Return how the clamp turns with the moment that a change adds, A above, (3, 3)."""
-        by_turn = self._moment_changes(turns, np.zeros_like(turns)).T
-        answers: FloatArray = self._compliance * np.linalg.inv(
-            np.eye(3) - self._compliance * by_turn
-        )
+    def _answers(self, ways: FloatArray) -> FloatArray:
+        """Return how the clamp follows the load that a change adds, A above, (w, w)."""
+        by_way = self._wrench_changes(ways, np.zeros_like(ways)).T
+        per_load = np.diag(self.conditions.now.clamp_yield[self._ways])
+        answers: FloatArray = np.linalg.solve(np.eye(len(ways)) - per_load @ by_way, per_load)
         return answers
 
-    def _moment_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
-        """Return how the moment on the clamp follows displacements [N m], shape (k, 3).
+    def _wrench_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
+        """Return how the load on the clamp follows displacements [N, N m], shape (k, w).
 
         Args:
             fields: displacements [m], shape (k, N, 3).
@@ -150,25 +151,29 @@ class StaticDerivatives:
         changes = []
         for field, force in zip(fields, explicit, strict=True):
             moved = (self.stiffness.force_tangent(positions, field) - force)[held]
-            changes.append(-np.cross(arms, moved) - np.cross(field[held], reactions))
-        return np.stack(changes).sum(axis=1)
+            moments = -np.cross(arms, moved) - np.cross(field[held], reactions)
+            changes.append(np.concatenate([-moved.sum(axis=0), moments.sum(axis=0)]))
+        return np.stack(changes)[:, self._ways]
 
-    def _through_moment(
-        self, by_positions: FloatArray, by_moment: FloatArray
+    def _through_wrench(
+        self, by_positions: FloatArray, by_wrench: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Pull a derivative by the moment on the clamp back: `_moment_changes` transposed.
+        """Pull a derivative by the load on the clamp back: `_wrench_changes` transposed.
 
         Args:
             by_positions: derivative by positions that there is besides [1/m], shape (N, 3).
-            by_moment: [1/(N m)], shape (3,).
+            by_wrench: [1/N, 1/(N m)], shape (w,).
 
         Returns:
             The derivative by positions, and by loads less forces at fixed positions [1/N],
             shape (N, 3) each.
         """
         positions, held = self.state.positions, self.held_nodes
+        whole = np.zeros(6)
+        whole[self._ways] = by_wrench
+        by_force, by_moment = whole[:3], whole[3:]
         lever = np.zeros_like(by_positions)
-        lever[held] = -np.cross(by_moment, positions[held] - self.clamp.center)
+        lever[held] = -by_force - np.cross(by_moment, positions[held] - self.clamp.center)
         total = by_positions + self.stiffness.force_tangent(positions, lever)
         total[held] -= np.cross(self.state.reactions[held], by_moment)
         return total, -lever

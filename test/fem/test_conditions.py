@@ -52,6 +52,7 @@ def everything(body: StaticBody) -> Conditions:
     return Conditions(
         clamp_motion=np.array([0.002, -0.001, 0.003, 0.02, -0.03, 0.05]),
         clamp_compliance=0.3,
+        clamp_shift_compliance=0.004,
         added_masses=masses(body),
         rest_curvature=np.array([0.6, -0.4]),
         potentials=(STIFFENING, PLANE),
@@ -61,12 +62,19 @@ def everything(body: StaticBody) -> Conditions:
 DIRECTIONS = {
     **{f'clamp {axis}': Conditions(clamp_motion=np.eye(6)[axis]) for axis in (0, 1, 3, 4, 5)},
     'compliance': Conditions(clamp_compliance=1.0),
+    'shift compliance': Conditions(clamp_shift_compliance=1.0),
     'curvature': Conditions(rest_curvature=np.array([0.8, 0.6])),
     'stiffening': Conditions(potentials=(ShearRatio(1.0, strain_stiffening),)),
     'plane': Conditions(potentials=(Plane(np.zeros(3), 1.0),)),
     'plane normal': Conditions(potentials=(Plane(np.array([0.3, -0.28, 0.96]), 0.0),)),
 }
-STEPS = {'compliance': 0.01, 'curvature': 0.01, 'stiffening': 0.01, 'plane': 1e-4}
+STEPS = {
+    'compliance': 0.01,
+    'shift compliance': 1e-3,
+    'curvature': 0.01,
+    'stiffening': 0.01,
+    'plane': 1e-4,
+}
 
 
 def stepped(conditions: Conditions, change: Conditions, step: float) -> Conditions:
@@ -80,6 +88,8 @@ def stepped(conditions: Conditions, change: Conditions, step: float) -> Conditio
         conditions,
         clamp_motion=conditions.clamp_motion + step * change.clamp_motion,
         clamp_compliance=conditions.clamp_compliance + step * change.clamp_compliance,
+        clamp_shift_compliance=conditions.clamp_shift_compliance
+        + step * change.clamp_shift_compliance,
         rest_curvature=conditions.rest_curvature + step * change.rest_curvature,
         potentials=(stiffening, plane),
     )
@@ -266,6 +276,19 @@ def test_a_plane_carries_what_the_clamp_does_not(body):
     np.testing.assert_allclose(untouched.positions, free.positions, atol=1e-8)
 
 
+def test_a_clamp_that_gives_way_shifts_with_the_weight(body):
+    gravity, compliance = np.array([3.0, -9.0, 2.0]), 0.02
+    firm = body.solve_equilibrium(material(body), gravity).positions
+    conditions = Conditions(clamp_shift_compliance=compliance)
+    given = body.solve_equilibrium(material(body), gravity, conditions=conditions).positions
+    weight = body.gravity_loads(material(body).density, gravity).sum(axis=0)
+    assert np.linalg.norm(weight) > 0.1
+    # The body hangs as it did, elsewhere.
+    np.testing.assert_allclose(
+        given - firm, np.tile(compliance * weight, (len(firm), 1)), atol=2e-7
+    )
+
+
 def test_a_clamp_that_gives_way_turns_with_its_moment(body):
     down, compliance = np.array([0.0, -9.8, 0.0]), 0.5
     body.solve_equilibrium(
@@ -282,6 +305,6 @@ def test_a_clamp_that_gives_way_turns_with_its_moment(body):
         (moved - still).ravel(),
         rcond=None,
     )
-    expected = compliance * body.clamp_moment()
+    expected = compliance * body.clamp_wrench()[3:]
     np.testing.assert_allclose(turn, expected, rtol=0.02, atol=1e-4)
     assert np.linalg.norm(expected) > 0.01

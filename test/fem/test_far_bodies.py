@@ -60,6 +60,7 @@ def _conditions(body: StaticBody, new_from_old: np.ndarray) -> Conditions:
     return Conditions(
         clamp_motion=np.ravel(np.array([[0.001, 0.002, 0.0], [0.0, 0.03, 0.05]]) @ rotation.T),
         clamp_compliance=0.2,
+        clamp_shift_compliance=0.003,
         rest_curvature=np.array([0.5, -0.4]),
         potentials=(Plane(normal, -0.004 + float(normal @ shift)),),
         cables=tuple(CableState(0.97 * cable.route_length, 40.0) for cable in body.cables),
@@ -72,6 +73,7 @@ def _changes(new_from_old: np.ndarray, order: np.ndarray) -> list[Change]:
     effects = [
         Conditions(clamp_motion=np.concatenate([rotation[:, 2], rotation[:, 0]])),
         Conditions(clamp_compliance=1.0),
+        Conditions(clamp_shift_compliance=1.0),
         Conditions(rest_curvature=np.array([0.6, 0.8])),
         # A turn of the plane about the old origin.
         Conditions(potentials=(Plane(turn, float(turn @ shift)),)),

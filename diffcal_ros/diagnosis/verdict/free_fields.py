@@ -99,7 +99,8 @@ def _moduli(
 
 def _clamp_motions(index: int, body: StaticBody) -> list[Change]:
     motions = [Change(conditions=Conditions(clamp_motion=row)) for row in np.eye(6)]
-    return [*motions, Change(conditions=Conditions(clamp_compliance=1.0))]
+    ways = (Conditions(clamp_compliance=1.0), Conditions(clamp_shift_compliance=1.0))
+    return [*motions, *(Change(conditions=way) for way in ways)]
 
 
 def _image_fields(points: FloatArray) -> FloatArray:

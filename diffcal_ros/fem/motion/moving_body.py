@@ -264,8 +264,8 @@ def _check(stamps: FloatArray, conditions: Conditions) -> None:
         raise ValueError(
             f'stamps have shape {stamps.shape}: give finite times in seconds, one per frame'
         )
-    if conditions.clamp_compliance != 0.0:
+    if conditions.clamp_gives_way:
         raise MotionError(
             'a clamp that gives way is modelled for a body at rest only: leave clamp_compliance '
-            'out of a motion'
+            'and clamp_shift_compliance out of a motion'
         )
