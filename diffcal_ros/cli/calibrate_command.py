@@ -83,15 +83,11 @@ def _add_fit_options(group: Any) -> None:
         help="gauss_newton (default); adam_demon: the paper's, for paper and l1",
     )
     group.add_argument('--max-iterations', metavar='N', type=int, help='default: 30, Adam 100')
-    group.add_argument(
-        '--solver',
-        choices=('auto', 'pardiso', 'cholmod', 'multifrontal', 'qdldl', 'superlu'),
-        default='auto',
-        help='sparse solver (default: the fastest that is installed)',
-    )
-    group.add_argument(
-        '--device', metavar='DEVICE', default='cpu', help='cpu (default), or a GPU such as cuda:0'
-    )
+    _add_care_options(group)
+    _add_machine_options(group)
+
+
+def _add_care_options(group: Any) -> None:
     group.add_argument(
         '--profile',
         metavar='NAME',
@@ -111,6 +107,18 @@ def _add_fit_options(group: Any) -> None:
         '--no-mesh-error',
         action='store_true',
         help='leave out what a finer mesh and shorter time steps would change',
+    )
+
+
+def _add_machine_options(group: Any) -> None:
+    group.add_argument(
+        '--solver',
+        choices=('auto', 'pardiso', 'cholmod', 'multifrontal', 'qdldl', 'superlu'),
+        default='auto',
+        help='sparse solver (default: the fastest that is installed)',
+    )
+    group.add_argument(
+        '--device', metavar='DEVICE', default='cpu', help='cpu (default), or a GPU such as cuda:0'
     )
 
 

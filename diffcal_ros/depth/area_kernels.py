@@ -237,6 +237,29 @@ def place_of(faces: FaceList, face: wp.int32):
     return PARTS - 1
 
 
+@wp.func
+def nearest_part(
+    faces: FaceList,
+    planes: wp.array[Plane],
+    column: wp.float64,
+    row: wp.float64,
+):
+    """Return the place in a list of the triangle that is seen at a point, -1 for none."""
+    nearest = wp.float64(0.0)
+    found = wp.int32(-1)
+    for part in range(PARTS):
+        face = faces[part]
+        if face < 0:
+            break
+        plane = planes[face]
+        if wp.min(weights_at(plane, column, row)) >= wp.float64(0.0):
+            near = inverse_depth_at(plane, column, row)
+            if near > nearest:
+                nearest = near
+                found = part
+    return found
+
+
 @wp.kernel(enable_backward=False)
 def sample_pixels(
     # In:
@@ -276,29 +299,21 @@ def sample_pixels(
         here = sample_point(sample, side)
         column = left + here[0]
         row = top + here[1]
-        nearest = zero
         owner = wp.int32(-1)
+        seen = wp.int32(-1)
         if is_crowded:
-            face = nearest_face(tiles, column, row)
-            if face >= 0:
-                nearest = inverse_depth_at(tiles.planes[face], column, row)
-                owner = place_of(faces, face)
-                faces[owner] = face
+            seen = nearest_face(tiles, column, row)
+            if seen >= 0:
+                owner = place_of(faces, seen)
+                faces[owner] = seen
         else:
-            for part in range(PARTS):
-                face = faces[part]
-                if face < 0:
-                    break
-                plane = tiles.planes[face]
-                if wp.min(weights_at(plane, column, row)) >= zero:
-                    near = inverse_depth_at(plane, column, row)
-                    if near > nearest:
-                        nearest = near
-                        owner = part
-        if owner < 0:
+            owner = nearest_part(faces, tiles.planes, column, row)
+            if owner >= 0:
+                seen = faces[owner]
+        if seen < 0:
             total += background
         else:
-            total += one / nearest
+            total += one / inverse_depth_at(tiles.planes[seen], column, row)
             part_sums[index, owner] += fraction * wp.vec3d(one, column, row)
     for part in range(PARTS):
         part_faces[index, part] = wp.where(part_sums[index, part][0] > zero, faces[part], -1)

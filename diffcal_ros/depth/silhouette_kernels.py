@@ -277,6 +277,28 @@ def place_of_change(
     return far
 
 
+@wp.func
+def write_place(
+    record: wp.int32,
+    number: wp.int32,
+    edge: Edge,
+    node: wp.float64,
+    behind: wp.int32,
+    segments: Segments,
+):
+    """Write where the middle of a segment is, and which triangles are before and behind it."""
+    segments.edges[record] = number
+    segments.fractions[record] = node
+    segments.points[record] = wp.vec3d(
+        edge.a[0] + node * edge.along[0],
+        edge.a[1] + node * edge.along[1],
+        depth_on(edge, node),
+    )
+    segments.normals[record] = edge.normal
+    segments.faces[record, 0] = edge.face
+    segments.faces[record, 1] = behind
+
+
 @wp.kernel(enable_backward=False)
 def walk_edges(
     # In:
@@ -329,17 +351,7 @@ def walk_edges(
         sums = Sums()
         sums = added(sums, edge.length * (change - border), before)
         sums = added(sums, edge.length * (node - wp.max(change, border)), after)
-        record = first + index
-        segments.edges[record] = number
-        segments.fractions[record] = node
-        segments.points[record] = wp.vec3d(
-            edge.a[0] + node * edge.along[0],
-            edge.a[1] + node * edge.along[1],
-            depth_on(edge, node),
-        )
-        segments.normals[record] = edge.normal
-        segments.faces[record, 0] = edge.face
-        segments.faces[record, 1] = after.face
+        write_place(first + index, number, edge, node, after.face, segments)
         last_node = node
         before = after
         border = leave

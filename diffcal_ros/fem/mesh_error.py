@@ -16,8 +16,9 @@ from diffcal_ros.fem.cable_route import route_through
 from diffcal_ros.fem.conditions import CableState, Conditions
 from diffcal_ros.fem.elastic_body import ElasticBody
 from diffcal_ros.fem.element import Discretisation, Element
+from diffcal_ros.fem.held_part import HeldPath
 from diffcal_ros.fem.prolongation import Enrichment, refine
-from diffcal_ros.fem.static_body import HeldPath, StaticBody
+from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import LameParameters, Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np

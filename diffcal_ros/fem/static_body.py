@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A clamped body at rest: equilibrium under gravity, its tangents and its adjoint."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from types import ModuleType
 
@@ -15,13 +15,15 @@ from diffcal_ros.fem.cable_route import CableRoute
 from diffcal_ros.fem.clamp import Clamp
 from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.fem.elastic_body import ElasticBody
-from diffcal_ros.fem.element import Discretisation, discretise, Element
+from diffcal_ros.fem.element import discretise, Element
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
 from diffcal_ros.fem.force_changes import Change, ForceChanges, gravity_loads, StaticGradient
+from diffcal_ros.fem.held_part import HeldPart, HeldPath, shifted_path
 from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.fem.own_frame import moved_mesh, own_origin
 from diffcal_ros.fem.static_derivatives import StaticDerivatives
-from diffcal_ros.fem.way_from_rest import NodePath, WayFromRest
+from diffcal_ros.fem.static_state import StaticState
+from diffcal_ros.fem.way_from_rest import WayFromRest
 from diffcal_ros.material import Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -29,34 +31,10 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
-HeldPath = Callable[[float], FloatArray]
 
 # A clamp that gives way has come to rest when its turn changes by less [rad].
 _YIELD_TOLERANCE = 1e-8
 _MAX_YIELDS = 60
-
-
-@dataclass(frozen=True)
-class StaticState:
-    """A body at rest, and all that this depends on: a value that a body can come back to.
-
-    Attributes:
-        material: one value per tetrahedron.
-        gravity: [m/s^2], shape (3,).
-        conditions: effects on the body.
-        held_path: of the held vertices in the body's own frame; None: they stay.
-        clamp_gave_way: by which shift [m] and turn [rad], shape (6,).
-        own: the equilibrium in the body's own frame.
-        positions: of the nodes in the world frame [m], shape (N, 3).
-    """
-
-    material: Material
-    gravity: FloatArray
-    conditions: Conditions
-    held_path: HeldPath | None
-    clamp_gave_way: FloatArray
-    own: Equilibrium
-    positions: FloatArray
 
 
 class StaticBody:
@@ -102,8 +80,7 @@ class StaticBody:
         self.discretisation = replace(
             self.own_discretisation, rest_nodes=self.own_discretisation.rest_nodes + self.origin
         )
-        self.held_vertices = np.unique(held_vertices).astype(np.int32)
-        self.held_nodes = _held_nodes(self.discretisation, self.held_vertices)
+        self.held = HeldPart(self.discretisation, held_vertices)
         self.elastic = ElasticBody(self.own_discretisation, law=law, device=device)
         self.cable_routes = tuple(cables)
         self.cables = tuple(CableTerm(route, self.discretisation) for route in cables)
@@ -134,6 +111,16 @@ class StaticBody:
         self._gravity = np.zeros(3)
         self._state: Equilibrium | None = None
         self._solved: StaticState | None = None
+
+    @property
+    def held_vertices(self) -> IntArray:
+        """Clamped vertices, shape (h,)."""
+        return self.held.vertices
+
+    @property
+    def held_nodes(self) -> IntArray:
+        """Clamped nodes, shape (H,)."""
+        return self.held.nodes
 
     @property
     def axes(self) -> BodyAxes:
@@ -206,15 +193,12 @@ class StaticBody:
         Raises:
             EquilibriumError: when no equilibrium was found.
         """
-        own_path: HeldPath | None = None
-        if held_path is not None:
-            path = held_path  # What a function holds must not change.
-
-            def own_path(fraction: float) -> FloatArray:
-                return path(fraction) - self.origin
-
         self.solve_own_equilibrium(
-            material, gravity, held_path=own_path, prediction=prediction, conditions=conditions
+            material,
+            gravity,
+            held_path=shifted_path(held_path, -self.origin),
+            prediction=prediction,
+            conditions=conditions,
         )
         return self.state
 
@@ -274,13 +258,7 @@ class StaticBody:
     def _solve(
         self, loads: FloatArray, held_path: HeldPath | None, prediction: FloatArray | None
     ) -> None:
-        held: NodePath | None = None
-        if held_path is not None:
-            path = held_path  # What a function holds must not change.
-
-            def held(fraction: float) -> FloatArray:
-                return self.held_positions(path(fraction))
-
+        held = self.held.node_path(held_path)
         if self._state is not None:
             try:
                 self._state = self._from_last(loads, held, prediction)
@@ -372,7 +350,7 @@ class StaticBody:
             conditions=self._conditions,
             clamp=self.clamp,
             held_nodes=self.held_nodes,
-            held_targets=self.held_positions(self._held_vertices_at(1.0)),
+            held_targets=self.held.spread(self._held_vertices_at(1.0)),
             material=self._current_material(),
             gravity=self._gravity,
         )
@@ -383,7 +361,7 @@ class StaticBody:
         return self._material
 
     def _from_last(
-        self, loads: FloatArray, held: NodePath | None, prediction: FloatArray | None
+        self, loads: FloatArray, held: HeldPath | None, prediction: FloatArray | None
     ) -> Equilibrium:
         start = self.own_state.positions
         if prediction is not None:
@@ -401,17 +379,3 @@ class StaticBody:
             conditions=Conditions(cables=cables),
         )
         return followed.positions[self.discretisation.node_parents].mean(axis=1)
-
-    def held_positions(self, vertex_positions: FloatArray) -> FloatArray:
-        """Spread positions of held vertices, shape (h, 3), to held nodes, shape (H, 3)."""
-        everywhere = np.zeros((self.mesh.vertex_count, 3))
-        everywhere[self.held_vertices] = vertex_positions
-        parents = self.discretisation.node_parents[self.held_nodes]
-        return everywhere[parents].mean(axis=1)
-
-
-def _held_nodes(discretisation: Discretisation, held_vertices: IntArray) -> IntArray:
-    """Return the nodes whose vertices are all held, shape (h,)."""
-    is_held = np.zeros(int(discretisation.node_parents.max()) + 1, dtype=bool)
-    is_held[held_vertices] = True
-    return np.flatnonzero(is_held[discretisation.node_parents].all(axis=1)).astype(np.int32)

@@ -8,12 +8,11 @@ from contextlib import suppress
 from diffcal_ros.fem.cable import CableTerm
 from diffcal_ros.fem.cable_tightening import loosen, needs_steps, tighten
 from diffcal_ros.fem.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
+from diffcal_ros.fem.held_part import HeldPath
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-# Positions of held nodes [m], shape (H, 3), at a fraction 0..1 of their motion.
-NodePath = Callable[[float], FloatArray]
 # Where linear elements end [m], shape (N, 3), with the cables as they are or slack.
 LinearShape = Callable[[bool], FloatArray]
 
@@ -37,7 +36,7 @@ class WayFromRest:
         self._solver, self._rest, self._cables = solver, rest, tuple(cables)
 
     def solve(
-        self, loads: FloatArray, held: NodePath | None, linear: LinearShape | None
+        self, loads: FloatArray, held: HeldPath | None, linear: LinearShape | None
     ) -> Equilibrium:
         """Find the equilibrium at the end of the clamp's motion.
 
@@ -61,7 +60,7 @@ class WayFromRest:
         return tighten(self._cables, wanted, self._solver, loads, slack.positions)
 
     def _with_slack_cables(
-        self, loads: FloatArray, held: NodePath | None, linear: LinearShape | None
+        self, loads: FloatArray, held: HeldPath | None, linear: LinearShape | None
     ) -> Equilibrium:
         if held is None:
             return self._solver.solve(loads, self._rest)
@@ -71,11 +70,11 @@ class WayFromRest:
                 return self._from(linear(False), loads, held)
         return self._follow(loads, held)
 
-    def _from(self, start: FloatArray, loads: FloatArray, held: NodePath | None) -> Equilibrium:
+    def _from(self, start: FloatArray, loads: FloatArray, held: HeldPath | None) -> Equilibrium:
         end = None if held is None else held(1.0)
         return self._solver.solve(loads, start, held_positions=end)
 
-    def _follow(self, loads: FloatArray, held: NodePath) -> Equilibrium:
+    def _follow(self, loads: FloatArray, held: HeldPath) -> Equilibrium:
         """Load the body at rest, then move the clamp in steps that grow while they succeed."""
         state = self._solver.solve(loads, self._rest, held_positions=held(0.0))
         fraction, step = 0.0, _FIRST_FRACTION

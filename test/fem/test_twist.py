@@ -58,7 +58,7 @@ def test_rounding_of_a_stiff_bodys_energy_does_not_stop_it(element, modulus, con
     positions = twist.solve_equilibrium(modulus, contrast)
     held = twist.body.held_nodes
     np.testing.assert_allclose(
-        positions[held], twist.body.held_positions(twist.path(1.0)), atol=1e-12
+        positions[held], twist.body.held.spread(twist.path(1.0)), atol=1e-12
     )
 
 

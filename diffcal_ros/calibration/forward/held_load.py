@@ -12,9 +12,11 @@ from functools import cached_property, partial
 from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
 from diffcal_ros.fem.creep import CreepChange
 from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.held_part import HeldPath
 from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import MotionChange
-from diffcal_ros.fem.static_body import HeldPath, StaticBody, StaticState
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.static_state import StaticState
 from diffcal_ros.material import Material
 from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene

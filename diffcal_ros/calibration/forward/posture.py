@@ -14,7 +14,8 @@ from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.creep import Creep, NO_CREEP
 from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.mesh_error import MeshError
-from diffcal_ros.fem.static_body import StaticBody, StaticState
+from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.static_state import StaticState
 from diffcal_ros.material import Material
 from diffcal_ros.scene.body_plan import BodyPlan, Holding, plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene

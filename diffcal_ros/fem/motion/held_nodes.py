@@ -71,7 +71,7 @@ class HeldNodes:
     def _change_at(self, time: float, direction: FloatArray | None, shift: float) -> FloatArray:
         change = np.zeros((len(self._body.held_nodes), 3))
         if direction is not None:
-            nominal = self._body.held_positions(self._nominal(time))
+            nominal = self._body.held.spread(self._nominal(time))
             change += self._body.clamp.change(nominal, self._clamp_motion, direction)
         if shift != 0.0 and self._motion is not None:
             change += shift * self._rate(time)
@@ -82,7 +82,7 @@ class HeldNodes:
         return (later - sooner) / (2.0 * _INTERVAL)
 
     def _nodes_at(self, time: float) -> FloatArray:
-        return self._body.held_positions(self.vertices_at(time))
+        return self._body.held.spread(self.vertices_at(time))
 
     def _nominal(self, time: float) -> FloatArray:
         if self._motion is None:
