@@ -38,6 +38,34 @@ def test_below_the_margin_nothing_need_be_said(screened):
     assert diagnosis.unknown_class is None
 
 
+def test_a_name_is_for_what_matters(screened):
+    """The same model, the same confidence: above the margin a name, below it what is nearest."""
+    evaluator, fit, scores = screened
+    right = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
+    tried = try_effects(evaluator, fit, [right.candidate], starts_of(right))
+    choice = Choice(tried, 1.0, tried.identifiers, None)
+    judged = measure_disagreement(fit, scores, margin=1e-5)
+    large, small = (
+        conclude(
+            evaluator,
+            fit,
+            scores,
+            replace(judged, verdict=verdict),
+            Selection((tried,)),
+            choice,
+            1.0,
+        )
+        for verdict in (Verdict.DISAGREE, Verdict.BELOW_MARGIN)
+    )
+    assert [own.identifier for own in large.effects] == ['gravity_tilt']
+    assert small.effects == ()
+    assert small.ambiguity_set == ('gravity_tilt',)
+    assert small.unknown_class is None
+    lines = verdict_lines(small)
+    assert 'NEAREST   gravity_tilt' in lines
+    assert any('nearest comes gravity_tilt: it closes' in line for line in lines)
+
+
 def test_what_comes_nearest_to_an_unknown_effect_is_told(screened):
     evaluator, fit, scores = screened
     disagreement = replace(

@@ -87,7 +87,7 @@ def conclude(
     singles = () if selection is None else selection.singles
     named = _name(evaluator, nominal, scores, disagreement, choice, singles)
     unknown = named.unknown
-    notes = _notes(evaluator, nominal, disagreement, choice, named.closure, unknown, outliers)
+    notes = _notes(evaluator, nominal, disagreement, choice, named, outliers)
     return Diagnosis(
         verdict=disagreement.verdict,
         evidence=Evidence.CONFIRMED if evaluator.is_measured else Evidence.SUSPECTED,
@@ -142,7 +142,10 @@ def _name(
     unknown = None if nearest is None else describe_unknown(evaluator, nominal, nearest)
     effects: tuple[NamedEffect, ...] = ()
     is_open = choice is None or unknown is not None or bool(doubts)
-    if choice is not None and not is_open and choice.confidence >= _NAMED:
+    # A name is for a disagreement: at the size of what sensor and forms are off by anyway several
+    # causes look alike, whatever the log evidence says of those in the library.
+    matters = disagreement.verdict is Verdict.DISAGREE
+    if choice is not None and not is_open and matters and choice.confidence >= _NAMED:
         effects = named_effects(choice.hypothesis, choice.confidence)
     return _Naming(doubts, closure, unknown, effects, is_open)
 
@@ -225,16 +228,16 @@ def _notes(
     nominal: Refit,
     disagreement: Disagreement,
     choice: Choice | None,
-    closure: float,
-    unknown: Unknown | None,
+    named: _Naming,
     outliers: Sequence[LocalOutlier],
 ) -> tuple[str, ...]:
-    notes = []
+    notes, unknown = [], named.unknown
     left_out = len(evaluator.left_out) - sum(len(outlier.patches) for outlier in outliers)
     if left_out:
         notes.append(f'{left_out} patches show something else than the body and were left out')
     if disagreement.verdict is Verdict.BELOW_MARGIN:
-        notes.append('something is there, but it is too small to matter')
+        notes.append('something is there, but it is too small to matter: no name for it')
+        notes += [] if named.is_open else _nearest(choice, named.closure)
     if disagreement.verdict is Verdict.CANNOT_TELL and disagreement.gap.mesh > _COARSE:
         notes.append(
             f'the mesh may be off by {1e3 * disagreement.gap.mesh:.2f} mm, more than the sensor: '
@@ -244,7 +247,7 @@ def _notes(
         notes.append('the data are too few or too noisy: record more poses, or come closer')
     if unknown is not None:
         notes.append(unknown.sentence)
-        notes += _nearest(choice, closure)
+        notes += _nearest(choice, named.closure)
     if choice is not None and unknown is None:
         notes += _left(choice.hypothesis)
     if choice is not None and choice.hypothesis.is_at_bound:
