@@ -3,13 +3,18 @@
 """What was said of effects in other forms than the library's, form by form.
 
     python -m benchmarks.blind.form_table --verdicts DIR --labels DIR/labels [--seal FILE]
+                                          [--out FILE [--salt SALT]]
 
-DIR/<case>/verdict.json are the verdicts.
+DIR/<case>/verdict.json are the verdicts. FILE gets every answer, and the salt of a
+sealed set, with which anybody can make it again.
 """
 
 import argparse
 from collections.abc import Sequence
+import json
+from pathlib import Path
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -86,6 +91,23 @@ def table(answers: Sequence[Answer]) -> str:
     return '\n'.join(lines) + '\n'
 
 
+def row(answer: Answer) -> dict[str, Any]:
+    """Return what was said of a case beside what it was."""
+    verdict = answer.verdict
+    return {
+        'case': answer.label['id'],
+        'truth': [[e['identifier'], e['amplitude']['form']] for e in answer.label['effects']],
+        'sensor': answer.label['sensor'],
+        'outcome': outcome(answer),
+        'verdict': verdict['verdict'],
+        'said': [[e['identifier'], e['confidence']] for e in verdict.get('effects') or ()],
+        'set': sorted(answer.reported),
+        'unknown_class': verdict.get('unknown_class'),
+        'gap_mm': [verdict['gap_mm']['nominal'], verdict['gap_mm']['added']],
+        'seconds': verdict['seconds'],
+    }
+
+
 def _cells(answer: Answer) -> tuple[str, ...]:
     verdict = answer.verdict
     forms = [f'{e["identifier"]}, {e["amplitude"]["form"]}' for e in answer.label['effects']]
@@ -108,12 +130,17 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add_answers(parser)
+    parser.add_argument('--out', type=Path)
+    parser.add_argument('--salt', default='')
     given = parser.parse_args(arguments)
     if complaint := seal_complaint(given.labels, given.seal):
         print(complaint, file=sys.stderr)
         return 2
     answers, missing = read_answers(given.verdicts, given.labels)
     print(table(answers), end='')
+    if given.out is not None:
+        rows = [row(answer) for answer in answers]
+        given.out.write_text(json.dumps({'salt': given.salt, 'cases': rows}, indent=1) + '\n')
     if missing:
         print(f'{len(missing)} cases have no verdict')
     return 0

@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks.blind.answers import Answer
 from benchmarks.blind.conventions import true_components
+from benchmarks.blind.form_table import row
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.scorer import confusion, failures, main, score
 
@@ -55,6 +56,20 @@ def _verdict(verdict: str = 'disagree', *named: tuple[str, Any, Any], **more: An
 
 def _value(answers: list[Answer], metric: str) -> float:
     return next(row['value'] for row in score(answers) if row['metric'].startswith(metric))
+
+
+def test_a_row_of_another_form_says_what_was_said_and_how_right_it_is() -> None:
+    truth = {**MASS, 'amplitude': {'mass': 4.0, 'form': 'ring'}}
+    label = {**_label('form', truth), 'sensor': 'itof'}
+    more = {'gap_mm': {'nominal': 0.9, 'added': 0.2}, 'seconds': 20.0}
+    right = row(Answer(label, _verdict('disagree', ('added_mass', {'mass': 4.1}, {}), **more)))
+    assert right['truth'] == [['added_mass', 'ring']]
+    assert right['said'] == [['added_mass', 0.9]]
+    assert right['outcome'] == 'right'
+    wrong = row(Answer(label, _verdict('disagree', ('gravity_tilt', {}, {}), **more)))
+    assert wrong['outcome'] == 'wrong'
+    near = {**_verdict('below_margin', **more), 'ambiguity_set': ['added_mass']}
+    assert row(Answer(label, near))['outcome'] == 'in the set'
 
 
 def test_false_alarms_are_counted_among_clean_cases_alone() -> None:
