@@ -105,5 +105,7 @@ def _cluster(workers: int) -> Iterator[tuple[str, Any]]:
         protocol='tcp',
         host='127.0.0.1',
         silence_logs=40,
+        # All are this process: each would take its memory for its own, and pause.
+        memory_limit=None,
     ) as cluster:
         yield cluster.scheduler_address, time.process_time
