@@ -37,8 +37,8 @@ class Conditions:
     Attributes:
         clamp_motion: shift of the clamp [m] and turn about its middle [rad], world frame,
             shape (6,).
-        clamp_compliance: turn of the clamp per moment on it [rad/(N m)].
-        clamp_shift_compliance: shift of the clamp per force on it [m/N].
+        clamp_compliance: shift [m] and turn [rad] of the clamp per force [N] and moment [N m] on
+            it, world frame, shape (6, 6).
         added_masses: mass added at each node [kg], shape (N,); None for none.
         forces: that stay as they are, on each node [N], world frame, shape (N, 3); None for none.
         rest_curvature: curvature of the shape without stress about the two axes across the body
@@ -49,24 +49,18 @@ class Conditions:
     """
 
     clamp_motion: FloatArray = field(default_factory=lambda: _nothing(6))
-    clamp_compliance: float = 0.0
+    clamp_compliance: FloatArray = field(default_factory=lambda: np.zeros((6, 6)))
     added_masses: FloatArray | None = None
     forces: FloatArray | None = None
     rest_curvature: FloatArray = field(default_factory=lambda: _nothing(2))
     potentials: tuple[Potential, ...] = ()
     cables: tuple[CableState, ...] = ()
     air_drag: float = 0.0
-    clamp_shift_compliance: float = 0.0
-
-    @property
-    def clamp_yield(self) -> FloatArray:
-        """Shift and turn of the clamp per force and moment about its axes, shape (6,)."""
-        return np.repeat([self.clamp_shift_compliance, self.clamp_compliance], 3)
 
     @property
     def clamp_gives_way(self) -> bool:
         """Tell whether the clamp moves under the body's load."""
-        return self.clamp_compliance != 0.0 or self.clamp_shift_compliance != 0.0
+        return bool(self.clamp_compliance.any())
 
     @property
     def moves_clamp(self) -> bool:
@@ -84,7 +78,6 @@ class Conditions:
             (*self.potentials, *other.potentials),
             self.cables,
             self.air_drag + other.air_drag,
-            self.clamp_shift_compliance + other.clamp_shift_compliance,
         )
 
 

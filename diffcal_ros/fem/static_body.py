@@ -271,9 +271,9 @@ class StaticBody:
 
     def _solve_compliant_clamp(self, loads: FloatArray) -> None:
         """Move the clamp until that is what the load on it asks for."""
-        per_load = self._conditions.now.clamp_yield
+        per_load = self._conditions.now.clamp_compliance
         for _ in range(_MAX_YIELDS):
-            wanted = per_load * self.clamp_wrench()
+            wanted = per_load @ self.clamp_wrench()
             if float(np.abs(wanted - self.clamp.gave_way).max()) < _YIELD_TOLERANCE:
                 return
             self.clamp.gave_way = wanted

@@ -106,7 +106,8 @@ class StaticDerivatives:
     @property
     def _ways(self) -> list[int]:
         """Which numbers of the clamp's motion follow its load."""
-        return [int(axis) for axis in np.flatnonzero(self.conditions.now.clamp_yield)]
+        per_load = self.conditions.now.clamp_compliance
+        return [int(n) for n in np.flatnonzero(per_load.any(axis=0) | per_load.any(axis=1))]
 
     def _held_change(self, effects: Conditions | None) -> FloatArray | None:
         """Return how held nodes move with a change [m], shape (h, 3)."""
@@ -117,7 +118,7 @@ class StaticDerivatives:
         if effects.clamp_gives_way:
             positions, reactions = self.state.positions, self.state.reactions
             wrench = self.clamp.wrench(positions[self.held_nodes], -reactions[self.held_nodes])
-            way = effects.clamp_yield * wrench
+            way = effects.clamp_compliance @ wrench
             for axis in np.flatnonzero(way):
                 moves += way[axis] * self.clamp.way_change(nominal, motion, int(axis))
         return moves
@@ -134,7 +135,7 @@ class StaticDerivatives:
     def _answers(self, ways: FloatArray) -> FloatArray:
         """Return how the clamp follows the load that a change adds, A above, (w, w)."""
         by_way = self._wrench_changes(ways, np.zeros_like(ways)).T
-        per_load = np.diag(self.conditions.now.clamp_yield[self._ways])
+        per_load = self.conditions.now.clamp_compliance[np.ix_(self._ways, self._ways)]
         answers: FloatArray = np.linalg.solve(np.eye(len(ways)) - per_load @ by_way, per_load)
         return answers
 

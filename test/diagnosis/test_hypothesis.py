@@ -6,10 +6,13 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.absence import deviance, has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
+from diffcal_ros.diagnosis.model_comparison.selection import most_gain
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import numpy as np
 import pytest
 from support.scenes import beam_scene
@@ -104,3 +107,45 @@ def test_of_an_effect_that_is_linear_both_tests_say_the_same():
     covariance = found.fit.covariance[np.ix_(places, places)]
     walds = float(values @ np.linalg.solve(covariance, values))
     assert deviance(base, found.fit) == pytest.approx(walds, rel=0.2)
+
+
+def test_a_clamp_may_give_way_about_one_axis_alone(clean):
+    evaluator, base = clean
+    listed = candidates(evaluator.model.scene)
+    axes = ('compliance_a', 'compliance_b')
+    across = next(own for own in listed if own.components == axes)
+    found = try_effects(evaluator, base, [across], {}, max_iterations=1)
+    names = found.fit.parameters.names
+
+    def stopped_at(a: float, b: float) -> Hypothesis:
+        coordinates = found.fit.coordinates.copy()
+        coordinates[[names.index(f'compliant_clamp.{axis}') for axis in axes]] = a, b
+        return replace(found, fit=replace(found.fit, coordinates=coordinates))
+
+    assert not stopped_at(0.5, 0.0).is_at_bound
+    assert not stopped_at(0.5, 0.2).is_at_bound
+    assert stopped_at(0.0, 0.0).is_at_bound, 'it is not there'
+    _, upper = found.fit.parameters.bounds()
+    assert stopped_at(float(upper[names.index('compliant_clamp.compliance_a')]), 0.0).is_at_bound
+    single = next(own for own in listed if own.components == ('compliance_a',))
+    alone = try_effects(evaluator, base, [single], {}, max_iterations=1)
+    assert alone.is_at_bound == (alone.amplitudes(single)[0].value == 0.0)
+
+
+def test_a_second_effect_can_gain_what_is_left_and_what_tolerance_costs(screened):
+    evaluator, base, scores = screened
+    listed = candidates(evaluator.model.scene)
+    tilt = next(own for own in listed if own.identifier == 'gravity_tilt')
+    score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
+    single = try_effects(evaluator, base, [tilt], starts_of(score))
+    pair = try_effects(
+        evaluator, base, [tilt, _candidate(evaluator, 'depth_affine')], starts_of(score)
+    )
+    gained = pair.log_evidence - single.log_evidence
+    assert gained < max(most_gain(single), 0.0)
+    # The less is left of chi-square, the less can be gained, one for two.
+    fit = replace(single.fit, chi_square=single.fit.chi_square + 30.0)
+    assert most_gain(replace(single, fit=fit)) - most_gain(single) == pytest.approx(15.0)
+    # A tolerance that has gained all that was left leaves nothing to be gained.
+    judged = Tolerated(single.fit.log_evidence + most_gain(single), 0.0, 0.1, 1e-3, 0.0)
+    assert most_gain(replace(single, judged=judged)) == pytest.approx(0.0, abs=1e-9)

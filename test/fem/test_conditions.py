@@ -21,6 +21,8 @@ GRAVITY = np.array([0.4, -9.7, 0.8])
 # Tangents and adjoint by the same linear solver.
 _SAME = 1e-7
 STIFFENING = ShearRatio(0.4, strain_stiffening)
+# An axis across, and along, of no special direction.
+SLANTED = np.outer([0.3, 0.8, -0.4], [0.3, 0.8, -0.4])
 PLANE = Plane(np.array([0.0, 0.96, 0.28]), -0.045)
 
 
@@ -47,12 +49,18 @@ def masses(body: StaticBody) -> np.ndarray:
     return 0.004 * weights / weights.sum()
 
 
+def giving_way() -> np.ndarray:
+    """A clamp that gives way otherwise in each direction, and turns under forces, too."""
+    root = np.diag([0.06, 0.05, 0.07, 0.6, 0.4, 0.5]) + 0.02 * np.tri(6, k=-2)
+    compliance: np.ndarray = root @ root.T
+    return compliance
+
+
 def everything(body: StaticBody) -> Conditions:
     """All effects at once, of sizes that matter."""
     return Conditions(
         clamp_motion=np.array([0.002, -0.001, 0.003, 0.02, -0.03, 0.05]),
-        clamp_compliance=0.3,
-        clamp_shift_compliance=0.004,
+        clamp_compliance=giving_way(),
         added_masses=masses(body),
         rest_curvature=np.array([0.6, -0.4]),
         potentials=(STIFFENING, PLANE),
@@ -61,8 +69,9 @@ def everything(body: StaticBody) -> Conditions:
 
 DIRECTIONS = {
     **{f'clamp {axis}': Conditions(clamp_motion=np.eye(6)[axis]) for axis in (0, 1, 3, 4, 5)},
-    'compliance': Conditions(clamp_compliance=1.0),
-    'shift compliance': Conditions(clamp_shift_compliance=1.0),
+    'compliance': Conditions(clamp_compliance=np.diag([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])),
+    'shift compliance': Conditions(clamp_compliance=np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])),
+    'compliance about one axis': Conditions(clamp_compliance=np.pad(SLANTED, ((3, 0), (3, 0)))),
     'curvature': Conditions(rest_curvature=np.array([0.8, 0.6])),
     'stiffening': Conditions(potentials=(ShearRatio(1.0, strain_stiffening),)),
     'plane': Conditions(potentials=(Plane(np.zeros(3), 1.0),)),
@@ -71,6 +80,7 @@ DIRECTIONS = {
 STEPS = {
     'compliance': 0.01,
     'shift compliance': 1e-3,
+    'compliance about one axis': 0.01,
     'curvature': 0.01,
     'stiffening': 0.01,
     'plane': 1e-4,
@@ -88,8 +98,6 @@ def stepped(conditions: Conditions, change: Conditions, step: float) -> Conditio
         conditions,
         clamp_motion=conditions.clamp_motion + step * change.clamp_motion,
         clamp_compliance=conditions.clamp_compliance + step * change.clamp_compliance,
-        clamp_shift_compliance=conditions.clamp_shift_compliance
-        + step * change.clamp_shift_compliance,
         rest_curvature=conditions.rest_curvature + step * change.rest_curvature,
         potentials=(stiffening, plane),
     )
@@ -191,10 +199,13 @@ def test_forces_that_stay_are_a_weight_of_their_own(body):
 
 
 def test_conditions_that_are_joined_act_together(body):
-    one, other = everything(body), Conditions(added_masses=masses(body), clamp_compliance=0.2)
+    one, other = (
+        everything(body),
+        Conditions(added_masses=masses(body), clamp_compliance=0.2 * np.eye(6)),
+    )
     both = one.joined(other)
     np.testing.assert_array_equal(both.added_masses, 2.0 * masses(body))
-    assert both.clamp_compliance == 0.5
+    np.testing.assert_array_equal(both.clamp_compliance, giving_way() + 0.2 * np.eye(6))
     assert both.potentials == one.potentials
     assert other.joined(other).forces is None
 
@@ -279,7 +290,7 @@ def test_a_plane_carries_what_the_clamp_does_not(body):
 def test_a_clamp_that_gives_way_shifts_with_the_weight(body):
     gravity, compliance = np.array([3.0, -9.0, 2.0]), 0.02
     firm = body.solve_equilibrium(material(body), gravity).positions
-    conditions = Conditions(clamp_shift_compliance=compliance)
+    conditions = Conditions(clamp_compliance=np.diag(np.repeat([compliance, 0.0], 3)))
     given = body.solve_equilibrium(material(body), gravity, conditions=conditions).positions
     weight = body.gravity_loads(material(body).density, gravity).sum(axis=0)
     assert np.linalg.norm(weight) > 0.1
@@ -290,10 +301,9 @@ def test_a_clamp_that_gives_way_shifts_with_the_weight(body):
 
 
 def test_a_clamp_that_gives_way_turns_with_its_moment(body):
-    down, compliance = np.array([0.0, -9.8, 0.0]), 0.5
-    body.solve_equilibrium(
-        material(body), down, conditions=Conditions(clamp_compliance=compliance)
-    )
+    down, compliance = np.array([0.0, -9.8, 0.0]), np.diag([0.2, 0.3, 0.5])
+    conditions = Conditions(clamp_compliance=np.pad(compliance, ((3, 0), (3, 0))))
+    body.solve_equilibrium(material(body), down, conditions=conditions)
     held, rest = body.held_nodes, body.discretisation.rest_nodes
     moved, still = body.state.positions[held], rest[held]
     center = body.axes.center
@@ -305,6 +315,6 @@ def test_a_clamp_that_gives_way_turns_with_its_moment(body):
         (moved - still).ravel(),
         rcond=None,
     )
-    expected = compliance * body.clamp_wrench()[3:]
+    expected = compliance @ body.clamp_wrench()[3:]
     np.testing.assert_allclose(turn, expected, rtol=0.02, atol=1e-4)
     assert np.linalg.norm(expected) > 0.01

@@ -18,6 +18,7 @@ from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from support.beams import beam_mesh, held_end
 from support.bodies import GRAVITY, uniform_material
 from support.far_worlds import DISTANCES, shift_by, TURN
@@ -35,6 +36,8 @@ _MESH = _uneven_mesh()
 _NORMAL = np.array([0.2, 0.95, 0.1]) / np.linalg.norm([0.2, 0.95, 0.1])
 # Positions round by 1e-13 m at 1 km, and equilibria are found to 1e-7 of the mean load.
 _SAME = 1e-6
+# Of a clamp that gives way otherwise in each direction.
+_UNEVEN = np.array([[1.0, 0.2, 0.0], [0.2, 0.5, -0.1], [0.0, -0.1, 0.7]])
 _VIA = np.array([[0.01, 0.022, 0.013], [0.06, 0.024, 0.011], [0.11, 0.02, 0.009]])
 
 
@@ -54,13 +57,17 @@ def _material(order: np.ndarray) -> Material:
     return Material((40e3 * (1.0 + share))[order], 0.47 * ones, 1080.0 * ones)
 
 
+def _compliance(rotation: np.ndarray, shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    own: np.ndarray = block_diag(rotation @ shift @ rotation.T, rotation @ turn @ rotation.T)
+    return own
+
+
 def _conditions(body: StaticBody, new_from_old: np.ndarray) -> Conditions:
     rotation, shift = new_from_old[:3, :3], new_from_old[:3, 3]
     normal = rotation @ _NORMAL
     return Conditions(
         clamp_motion=np.ravel(np.array([[0.001, 0.002, 0.0], [0.0, 0.03, 0.05]]) @ rotation.T),
-        clamp_compliance=0.2,
-        clamp_shift_compliance=0.003,
+        clamp_compliance=_compliance(rotation, 0.003 * _UNEVEN, 0.2 * _UNEVEN),
         rest_curvature=np.array([0.5, -0.4]),
         potentials=(Plane(normal, -0.004 + float(normal @ shift)),),
         cables=tuple(CableState(0.97 * cable.route_length, 40.0) for cable in body.cables),
@@ -72,8 +79,8 @@ def _changes(new_from_old: np.ndarray, order: np.ndarray) -> list[Change]:
     turn = rotation @ np.cross([0.3, 0.1, -0.5], _NORMAL)
     effects = [
         Conditions(clamp_motion=np.concatenate([rotation[:, 2], rotation[:, 0]])),
-        Conditions(clamp_compliance=1.0),
-        Conditions(clamp_shift_compliance=1.0),
+        Conditions(clamp_compliance=_compliance(rotation, 0.0 * _UNEVEN, _UNEVEN)),
+        Conditions(clamp_compliance=_compliance(rotation, _UNEVEN, 0.0 * _UNEVEN)),
         Conditions(rest_curvature=np.array([0.6, 0.8])),
         # A turn of the plane about the old origin.
         Conditions(potentials=(Plane(turn, float(turn @ shift)),)),

@@ -35,6 +35,7 @@ class Amplitude:
         std_error: its standard error.
         unit: of both.
         at_bound: whether it stopped at a bound.
+        is_absent: whether that is zero.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Amplitude:
     std_error: float
     unit: str
     at_bound: bool
+    is_absent: bool
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,15 @@ class Hypothesis:
 
     @property
     def is_at_bound(self) -> bool:
-        """Tell whether an amplitude stopped at a bound, where it is as good as absent."""
-        return any(a.at_bound for c in self.added for a in self.amplitudes(c))
+        """Tell whether an effect stopped at a bound, where it is as good as absent.
+
+        One of several amplitudes may be absent alone, as where a clamp gives way about one axis.
+        """
+        for candidate in self.added:
+            there = [a for a in self.amplitudes(candidate) if not a.is_absent]
+            if not there or any(amplitude.at_bound for amplitude in there):
+                return True
+        return False
 
     @property
     def has_idle_effect(self) -> bool:
@@ -128,6 +137,7 @@ class Hypothesis:
                     std_error=std_error * part.shown_factor,
                     unit=part.shown_unit,
                     at_bound=not is_inside,
+                    is_absent=not is_inside and fit.coordinates[index] == 0.0,
                 )
             )
         return found

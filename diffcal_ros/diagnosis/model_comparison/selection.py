@@ -14,6 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import (
     distinct,
@@ -33,9 +34,8 @@ _ROUNDS = 2
 _OUT_OF_REACH = 40.0
 # Models this close in log evidence, per unit of noise scale, explain the data as well.
 AS_WELL = 5.0
-# Chi-square per patch above which something may be left to explain; where the floor is a guess,
-# what most patches are off by in floors.
-_POOR, _POOR_FLOORS = 1.0, 2.0
+# Where the floor is a guess, what most patches are off by in floors where something may be left.
+_POOR_FLOORS = 2.0
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
 # Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
@@ -165,9 +165,23 @@ def _within_reach(rivals: Sequence[Hypothesis]) -> float:
 def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
     """Tell whether one effect leaves so much that a second one is sought."""
     if is_measured:
-        return hypothesis.fit.chi_square_per_patch > _POOR
+        return most_gain(hypothesis) > _PAIR_GAIN * max(1.0, hypothesis.chi_square_per_patch)
     left = patch_gap(hypothesis.fit.groups, Part.FIT)
     return left.most > _POOR_FLOORS * left.whole_floor
+
+
+def most_gain(hypothesis: Hypothesis) -> float:
+    """Return how much log evidence a further effect could gain that costs nothing.
+
+    It would leave noise alone, pull no parameter from where it is likely, and need no tolerance
+    for the form of the effects that are there, which has gained some of that before.
+    """
+    fit = hypothesis.fit
+    noise = fit.patch_count - len(fit.coordinates)
+    mean, precision = regularised_prior(fit.parameters)
+    pulled = fit.coordinates + fit.shifts - mean
+    left = fit.chi_square - noise + float(pulled @ precision @ pulled)
+    return 0.5 * left - (hypothesis.log_evidence - fit.log_evidence)
 
 
 def _finished(

@@ -99,8 +99,9 @@ def _moduli(
 
 def _clamp_motions(index: int, body: StaticBody) -> list[Change]:
     motions = [Change(conditions=Conditions(clamp_motion=row)) for row in np.eye(6)]
-    ways = (Conditions(clamp_compliance=1.0), Conditions(clamp_shift_compliance=1.0))
-    return [*motions, *(Change(conditions=way) for way in ways)]
+    # Alike in all directions: per force, and per moment.
+    ways = (np.diag(np.repeat(way, 3)) for way in np.eye(2))
+    return [*motions, *(Change(conditions=Conditions(clamp_compliance=way)) for way in ways)]
 
 
 def _image_fields(points: FloatArray) -> FloatArray:

@@ -267,5 +267,5 @@ def _check(stamps: FloatArray, conditions: Conditions) -> None:
     if conditions.clamp_gives_way:
         raise MotionError(
             'a clamp that gives way is modelled for a body at rest only: leave clamp_compliance '
-            'and clamp_shift_compliance out of a motion'
+            'out of a motion'
         )

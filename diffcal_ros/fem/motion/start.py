@@ -65,10 +65,7 @@ class Start:
         self._inputs = inputs
         # The clamp's own motion is in its positions: the support does not follow it.
         conditions = replace(
-            inputs.conditions,
-            clamp_motion=np.zeros(6),
-            clamp_compliance=0.0,
-            clamp_shift_compliance=0.0,
+            inputs.conditions, clamp_motion=np.zeros(6), clamp_compliance=np.zeros((6, 6))
         )
         state = self.static.solve_own_equilibrium(
             inputs.material,
