@@ -8,7 +8,9 @@ from diffcal_ros.fem.conditions import Conditions
 import numpy as np
 
 _TURN = ('rad/(N m)', 0.0, 100.0, 5.0, 'rad/(N m)', 1.0)
-_ACROSS = ('compliance_a', 'compliance_b')
+_ANY_TURN = ('rad/(N m)', -100.0, 100.0, 5.0, 'rad/(N m)', 1.0)
+_ALONG = ('compliance_a', 'compliance_b')
+_ACROSS = (*_ALONG, 'compliance_ab')
 
 
 class CompliantClamp(Effect):
@@ -19,7 +21,8 @@ class CompliantClamp(Effect):
     components = (
         Component('compliance', *_TURN),
         Component('shift_compliance', 'm/N', 0.0, 0.1, 0.005, 'mm/N', 1e3),
-        *(Component(name, *_TURN) for name in _ACROSS),
+        *(Component(name, *_TURN) for name in _ALONG),
+        Component('compliance_ab', *_ANY_TURN),
     )
     sentence = 'the clamp gives way under the load'
     settles = ('a second load', 'a pose that loads the clamp otherwise')
@@ -30,20 +33,21 @@ class CompliantClamp(Effect):
         ('compliance',),
         ('shift_compliance',),
         ('compliance', 'shift_compliance'),
-        *((name,) for name in _ACROSS),
+        *((name,) for name in _ALONG),
         _ACROSS,
     )
     is_at_rest_only = True
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
-        """Return the clamp's compliance: alike about all axes, and about two across the body."""
+        """Return the clamp's compliance: alike about all axes, and about those of its section."""
         shift, turn = own.get('shift_compliance', 0.0), own.get('compliance', 0.0)
         compliance = np.diag(np.repeat([shift, turn], 3))
-        for name, axis in zip(_ACROSS, site.axes.axes[1:], strict=True):
-            compliance[3:, 3:] += own.get(name, 0.0) * np.outer(axis, axis)
+        a, b, ab = (own.get(name, 0.0) for name in _ACROSS)
+        axes = site.axes.section[1:]
+        compliance[3:, 3:] += axes.T @ np.array([[a, ab], [ab, b]]) @ axes
         return Conditions(clamp_compliance=compliance)
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
-        """`compliance_a` and `compliance_b` are about axes in the object's frame."""
-        axes = site.object_axes.axes
-        return {name: axes[1 + n] for n, name in enumerate(_ACROSS) if own.get(name, 0.0)}
+        """`a` and `b` are axes in the object's frame, within the section where the clamp ends."""
+        _, a, b = site.object_axes.section
+        return {'a': a, 'b': b} if any(own.get(name, 0.0) for name in _ACROSS) else {}

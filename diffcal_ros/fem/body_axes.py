@@ -21,12 +21,15 @@ class BodyAxes:
             first, shape (3, 3).
         length: of the free part along the first axis [m].
         center: middle of the held part [m], shape (3,).
+        section: unit rows: across the section where the clamp ends, towards the free part, then
+            within it, the wider side first, shape (3, 3).
     """
 
     root: FloatArray
     axes: FloatArray
     length: float
     center: FloatArray
+    section: FloatArray
 
     def fraction(self, points: FloatArray) -> FloatArray:
         """Return how far along the free part points are, 0 at the clamp, 1 at the tip."""
@@ -43,15 +46,19 @@ class BodyAxes:
             axes=self.axes @ to_from_here[:3, :3].T,
             length=self.length,
             center=apply(to_from_here, self.center),
+            section=self.section @ to_from_here[:3, :3].T,
         )
 
 
-def body_axes(rest: FloatArray, held: NDArray[np.int32]) -> BodyAxes:
+def body_axes(
+    rest: FloatArray, held: NDArray[np.int32], border: NDArray[np.int32] | None = None
+) -> BodyAxes:
     """Find the axes of a clamped body.
 
     Args:
         rest: nodes at rest [m], shape (N, 3).
         held: indices of the held ones.
+        border: those of them where the clamp ends; None: all.
     """
     own = rest[held]
     center = 0.5 * (own.min(axis=0) + own.max(axis=0))
@@ -70,4 +77,18 @@ def body_axes(rest: FloatArray, held: NDArray[np.int32]) -> BodyAxes:
     if end - begin < 0.05 * float(np.ptp(along)):  # Held at both ends.
         begin, end = float(np.delete(along, held).min()), float(np.delete(along, held).max())
     root = middle + (begin - middle @ axes[0]) * axes[0]
-    return BodyAxes(root=root, axes=axes, length=max(end - begin, 1e-9), center=center)
+    return BodyAxes(
+        root=root,
+        axes=axes,
+        length=max(end - begin, 1e-9),
+        center=center,
+        section=_section_axes(own if border is None else rest[border], middle),
+    )
+
+
+def _section_axes(points: FloatArray, free: FloatArray) -> FloatArray:
+    """Return axes of a flat set of points [m], shape (n, 3), the first towards another point."""
+    middle = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - middle, full_matrices=True)
+    across, wide, narrow = axes[2], axes[0], axes[1]
+    return np.stack([across if (free - middle) @ across > 0.0 else -across, wide, narrow])

@@ -63,6 +63,12 @@ class Conditions:
         return bool(self.clamp_compliance.any())
 
     @property
+    def clamp_ways(self) -> list[int]:
+        """Which numbers of the clamp's motion follow its load, or what it follows."""
+        per_load = self.clamp_compliance
+        return [int(n) for n in np.flatnonzero(per_load.any(axis=0) | per_load.any(axis=1))]
+
+    @property
     def moves_clamp(self) -> bool:
         """Tell whether the clamp is elsewhere than it should be."""
         return bool(self.clamp_motion.any()) or self.clamp_gives_way

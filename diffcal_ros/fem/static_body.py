@@ -35,6 +35,8 @@ IntArray = NDArray[np.int32]
 # A clamp that gives way has come to rest when its turn changes by less [rad].
 _YIELD_TOLERANCE = 1e-8
 _MAX_YIELDS = 60
+# A clamp's response is found again where a step with it leaves more than this share.
+_SLOW = 0.1
 
 
 class StaticBody:
@@ -216,6 +218,8 @@ class StaticBody:
         self._held_path = held_path
         if not conditions.clamp_gives_way:
             self.clamp.gave_way = np.zeros(6)
+        elif prediction is not None and self._state is not None:
+            self._follow_prediction(prediction)
         self._solve(loads, self._clamp_path(), prediction)
         if conditions.clamp_gives_way:
             self._solve_compliant_clamp(loads)
@@ -270,16 +274,31 @@ class StaticBody:
         self._state = self._way_from_rest.solve(loads, held, linear)
 
     def _solve_compliant_clamp(self, loads: FloatArray) -> None:
-        """Move the clamp until that is what the load on it asks for."""
-        per_load = self._conditions.now.clamp_compliance
+        """Move the clamp until that is what the load on it asks for, by Newton's method."""
+        per_load, before, response = self._conditions.now.clamp_compliance, np.inf, None
         for _ in range(_MAX_YIELDS):
-            wanted = per_load @ self.clamp_wrench()
-            if float(np.abs(wanted - self.clamp.gave_way).max()) < _YIELD_TOLERANCE:
+            missing = per_load @ self.clamp_wrench() - self.clamp.gave_way
+            left = float(np.abs(missing).max())
+            if left < _YIELD_TOLERANCE:
                 return
-            self.clamp.gave_way = wanted
-            self._solve(loads, self._clamp_path(), None)
+            if response is None or left > _SLOW * before:
+                response = self._derivatives().clamp_response()
+            step, displacement = response.step(missing)
+            self.clamp.gave_way = self.clamp.gave_way + step
+            self._solve(loads, self._clamp_path(), displacement)
+            before = left
         raise EquilibriumError(
             'the clamp gives way without end: its compliance is too large for the load'
+        )
+
+    def _follow_prediction(self, prediction: FloatArray) -> None:
+        """Let the clamp give way as far as its nodes are expected to move [m], shape (N, 3)."""
+        held = self.held_nodes
+        self.clamp.follow(
+            self.held.spread(self._held_vertices_at(1.0)),
+            self._conditions.now.clamp_motion,
+            (self.own_state.positions + prediction)[held],
+            self._conditions.now.clamp_ways,
         )
 
     def _clamp_path(self) -> HeldPath | None:

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.fem.applied_conditions import AppliedConditions
-from diffcal_ros.fem.clamp import Clamp
+from diffcal_ros.fem.clamp import Clamp, ClampResponse
 from diffcal_ros.fem.conditions import Conditions
 from diffcal_ros.fem.equilibrium import Equilibrium
 from diffcal_ros.fem.force_changes import Change, ForceChanges, StaticGradient
@@ -106,8 +106,7 @@ class StaticDerivatives:
     @property
     def _ways(self) -> list[int]:
         """Which numbers of the clamp's motion follow its load."""
-        per_load = self.conditions.now.clamp_compliance
-        return [int(n) for n in np.flatnonzero(per_load.any(axis=0) | per_load.any(axis=1))]
+        return self.conditions.now.clamp_ways
 
     def _held_change(self, effects: Conditions | None) -> FloatArray | None:
         """Return how held nodes move with a change [m], shape (h, 3)."""
@@ -132,12 +131,23 @@ class StaticDerivatives:
         forces = np.stack([-self.stiffness.force_tangent(positions, field) for field in held])
         return self.stiffness.linear_solve(positions, forces) + held
 
+    def clamp_response(self) -> ClampResponse:
+        """Return how clamp and body follow what the clamp should give way by besides."""
+        ways = self._way_fields()
+        return ClampResponse(self._ways, self._off_by_way(ways), ways)
+
+    def _off_by_way(self, ways: FloatArray) -> FloatArray:
+        """Return how what the clamp does is less than what it should do, by way, (w, w)."""
+        by_way = self._wrench_changes(ways, np.zeros_like(ways)).T
+        return np.eye(len(ways)) - self._per_load @ by_way
+
     def _answers(self, ways: FloatArray) -> FloatArray:
         """Return how the clamp follows the load that a change adds, A above, (w, w)."""
-        by_way = self._wrench_changes(ways, np.zeros_like(ways)).T
-        per_load = self.conditions.now.clamp_compliance[np.ix_(self._ways, self._ways)]
-        answers: FloatArray = np.linalg.solve(np.eye(len(ways)) - per_load @ by_way, per_load)
-        return answers
+        return np.asarray(np.linalg.solve(self._off_by_way(ways), self._per_load))
+
+    @property
+    def _per_load(self) -> FloatArray:
+        return self.conditions.now.clamp_compliance[np.ix_(self._ways, self._ways)]
 
     def _wrench_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
         """Return how the load on the clamp follows displacements [N, N m], shape (k, w).

@@ -36,7 +36,11 @@ def world_positions(mesh: TetMesh, setup: ObservationSetup) -> FloatArray:
 def object_axes(mesh: TetMesh, setup: ObservationSetup) -> BodyAxes:
     """Return the body's axes in the object frame; postures may hold other parts."""
     held = np.unique(np.concatenate([part.vertices for part in setup.held]))
-    return body_axes(mesh.rest_positions, held.astype(np.int32))
+    is_held = np.zeros(len(mesh.rest_positions), dtype=bool)
+    is_held[held] = True
+    is_cut = is_held[mesh.tets].any(axis=1) & ~is_held[mesh.tets].all(axis=1)
+    border = np.intersect1d(mesh.tets[is_cut], held)
+    return body_axes(mesh.rest_positions, held.astype(np.int32), border.astype(np.int32))
 
 
 def held_targets(

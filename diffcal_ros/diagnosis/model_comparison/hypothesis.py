@@ -91,10 +91,17 @@ class Hypothesis:
         One of several amplitudes may be absent alone, as where a clamp gives way about one axis.
         """
         for candidate in self.added:
-            there = [a for a in self.amplitudes(candidate) if not a.is_absent]
+            there = [
+                amplitude for amplitude in self.amplitudes(candidate) if not amplitude.is_absent
+            ]
             if not there or any(amplitude.at_bound for amplitude in there):
                 return True
         return False
+
+    @property
+    def has_absent_amplitude(self) -> bool:
+        """Tell whether an amplitude is zero, and the others are sure as if that were known."""
+        return any(a.is_absent for c in self.added for a in self.amplitudes(c))
 
     @property
     def has_idle_effect(self) -> bool:

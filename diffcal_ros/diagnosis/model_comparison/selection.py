@@ -96,7 +96,9 @@ class Selection:
         variants = [
             h
             for h in self.singles
-            if h.identifiers == leader.identifiers and h.log_evidence > least and not h.is_at_bound
+            if h.identifiers == leader.identifiers
+            and h.log_evidence > least
+            and not (h.is_at_bound or h.has_absent_amplitude)
         ]
         return max(variants, key=_amplitude_count, default=leader)
 

@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Axes of a clamped body, and of the section where its clamp ends."""
+
+from dataclasses import replace
+
+from diffcal_ros.fem.body_axes import body_axes
+from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
+from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
+from diffcal_ros.scene.posing import object_axes
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+import pytest
+from support.beams import beam_mesh, held_end
+from support.scenes import beam_scene
+
+TURN = transform(rotation_matrix(np.array([0.4, -0.7, 0.9])), np.array([0.3, -0.2, 1.1]))
+
+
+def _hooked(points: np.ndarray) -> np.ndarray:
+    """Bend what is beyond the first third downwards; the clamp's end stays as it is."""
+    along = np.maximum(points[:, 0] - 0.04, 0.0)
+    return points - np.outer(9.0 * along**2, [0.0, 1.0, 0.0])
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return beam_scene((6, 3, 2))
+
+
+def _setup(scene: Scene) -> ObservationSetup:
+    held = held_end(beam_mesh((6, 3, 2))).astype(np.int32)
+    return replace(scene.observations[0], held=(HeldPart('clamp', held),))
+
+
+def test_the_section_is_that_of_the_clamp_however_the_body_goes_on(scene):
+    straight = beam_mesh((6, 3, 2))
+    sides = np.ptp(straight.rest_positions, axis=0)
+    wide = int(np.argmax(sides[1:])) + 1
+    expected = np.eye(3)[[0, wide, 3 - wide]]
+    mesh = TetMesh(_hooked(straight.rest_positions), straight.tets)
+    axes = object_axes(mesh, _setup(scene))
+    assert abs(axes.axes[0] @ expected[0]) < 0.99, 'the body itself goes elsewhere'
+    np.testing.assert_allclose(np.abs(axes.section @ expected.T), np.eye(3), atol=1e-6)
+    assert axes.section[0] @ expected[0] > 0.0, 'towards the free part'
+
+
+def test_the_section_turns_with_the_body(scene):
+    mesh = beam_mesh((6, 3, 2))
+    here = object_axes(mesh, _setup(scene))
+    moved = TetMesh(apply(TURN, mesh.rest_positions), mesh.tets)
+    there = object_axes(moved, _setup(scene))
+    placed = here.placed(TURN)
+    np.testing.assert_allclose(placed.section[0], there.section[0], atol=1e-9)
+    cosines = np.abs(np.sum(placed.section * there.section, axis=1))
+    np.testing.assert_allclose(cosines, 1.0, atol=1e-9)
+
+
+def test_without_a_border_the_whole_held_part_counts():
+    mesh = beam_mesh((6, 3, 2))
+    axes = body_axes(mesh.rest_positions, held_end(mesh).astype(np.int32))
+    np.testing.assert_allclose(axes.section @ axes.section.T, np.eye(3), atol=1e-12)
