@@ -74,7 +74,7 @@ def read_text(path: Path, kind: str = 'scene') -> str:
     Raises:
         SceneError: when it is not there, is too large, or is no text in UTF-8.
     """
-    made = ', or make one with `diffcal import`' if kind == 'scene' else ''
+    made = ', or make one with `diffcal init` or `diffcal import`' if kind == 'scene' else ''
     try:
         require_plain_file(path, MOST_BYTES)
         return path.read_text(encoding='utf-8')

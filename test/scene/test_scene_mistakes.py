@@ -283,8 +283,9 @@ def test_unreadable_yaml_says_where(tmp_path, text, sentence):
 
 
 def test_missing_folder_and_binary_files_are_refused(tmp_path):
-    with pytest.raises(SceneError, match='there is no scene file'):
+    with pytest.raises(SceneError, match='there is no scene file') as missing:
         load_scene(tmp_path / 'none.yaml')
+    assert 'make one with `diffcal init` or `diffcal import`' in str(missing.value)
     with pytest.raises(SceneError, match='is a folder: name the file in it'):
         load_scene(tmp_path)
     (tmp_path / 'x.mcap').write_bytes(b'\x89MCAP0\r\n\xff\xfe')
