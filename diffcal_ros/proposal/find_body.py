@@ -48,11 +48,14 @@ class FoundBody:
         merit: how well image and fit speak for the place, 1 at best.
         rivals: merit and middle [m], shape (3,), of other places that come near, in the camera's
             frame.
+        slides: plane of the clamp [m] in quick fits of the same place and of others along the body
+            that come near.
     """
 
     fit: PlaceFit
     merit: float
     rivals: tuple[tuple[float, FloatArray], ...]
+    slides: tuple[float, ...] = ()
 
 
 def find_body(
@@ -91,9 +94,11 @@ def find_body(
         if own > merit - _ALIKE and np.linalg.norm(fit.points.mean(axis=0) - middle) > _PART
     )
     tell('sliding the body along itself, where a pattern on it may fit as well')
-    merit, best = _slid(scene, observation, search, fits)
+    slid = _slid(scene, observation, search, fits)
+    merit, best = slid[0]
     tell('fitting the place with the elements of the scene, and looking where the clamp begins')
-    return FoundBody(_settled(scene, observation, best), merit, rivals)
+    settled = _settled(scene, observation, best)
+    return FoundBody(settled, merit, rivals, _slides_alike(slid))
 
 
 def _fitted(
@@ -154,8 +159,12 @@ def _slid(
     observation: Observation,
     search: PlaceSearch,
     fits: Sequence[tuple[float, PlaceFit]],
-) -> tuple[float, PlaceFit]:
-    """Fit the best places anew, level, and slid along themselves while the clamp stays."""
+) -> list[tuple[float, PlaceFit]]:
+    """Fit the best places anew, level, and slid along themselves while the clamp stays.
+
+    Returns:
+        Merits and fits, the best first.
+    """
     gravity = scene.observations[0].gravity
     found = list(fits[:1])
     for _, fit in [one for one in fits if one[0] > fits[0][0] - _ALIKE][:_MOST_SLID]:
@@ -180,7 +189,25 @@ def _slid(
             )
             if again is not None:
                 found.append((_merit(scene, observation, search, again), again))
-    return max(found[1:] or found, key=lambda one: one[0])
+    return sorted(found[1:] or found, key=lambda one: -one[0])
+
+
+def _slides_alike(slid: Sequence[tuple[float, PlaceFit]]) -> tuple[float, ...]:
+    """Return the clamp of the best slide, and of those of the same place that come near [m].
+
+    Each fit sees its clamp sharply, but where the body itself is along its axis, none of them
+    tells: what the plane may be is what they say together.
+    """
+    merit, best = slid[0]
+    middle = best.points.mean(axis=0)
+    return tuple(
+        fit.clamp.plane
+        for own, fit in slid
+        if own > merit - _ALIKE
+        and fit.clamp.is_seen
+        and float(fit.hold.direction @ best.hold.direction) > 0.5
+        and np.linalg.norm(fit.points.mean(axis=0) - middle) < _PART
+    )
 
 
 def _settled(scene: Scene, observation: Observation, first: PlaceFit) -> PlaceFit:

@@ -222,7 +222,7 @@ def _finished(
     if unit_doubt:
         doubts['mesh'] = [unit_doubt]
     doubts['placement'] = _placement_doubts(found, turned, camera)
-    doubts['held'] = _clamp_doubts(found)
+    doubts['held'] = _clamp_doubts(found, scene.mesh)
     doubts['regions'] = _material_doubts(known)
     remarks = {
         key: tuple(f'check: {text}.' for text in texts) for key, texts in doubts.items() if texts
@@ -268,7 +268,7 @@ def _placement_doubts(found: FoundBody, turned: float, camera: PinholeCamera) ->
     return doubts
 
 
-def _clamp_doubts(found: FoundBody) -> list[str]:
+def _clamp_doubts(found: FoundBody, mesh: TetMesh) -> list[str]:
     clamp = found.fit.clamp
     if not clamp.is_seen:
         return [
@@ -283,7 +283,21 @@ def _clamp_doubts(found: FoundBody) -> list[str]:
             'the camera looks from behind the front of the clamp, which may hide some of the free '
             'body as well'
         )
-    return doubts
+    return [*doubts, *_slide_doubts(found, mesh)]
+
+
+def _slide_doubts(found: FoundBody, mesh: TetMesh) -> list[str]:
+    """Say where else along itself the body fits nearly as well."""
+    clamp, end = found.fit.clamp, float((mesh.rest_positions @ found.fit.hold.direction).max())
+    held = [1e3 * (end - plane) for plane in found.slides]
+    own = 1e3 * (end - clamp.plane)
+    if all(abs(other - own) <= 1e3 * max(clamp.doubt, _SURE) for other in held):
+        return []
+    return [
+        f'slid along itself the body fits nearly as well: {min([*held, own]):.0f} to '
+        f'{max([*held, own]):.0f} mm of it may be held, where {own:.0f} are proposed, and the '
+        'modulus goes with that; measure how much of it the clamp holds'
+    ]
 
 
 def _material_doubts(known: Question) -> list[str]:
