@@ -129,6 +129,11 @@ COVERAGE ?= out/coverage
 coverage: $(VENV)/.test ## Count how often the 95 % interval holds the truth in 1,000 clean fits (hours).
 	OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1} $(BIN)/python -m benchmarks.coverage --count 1000 --jobs 2 --out $(COVERAGE)
 
+.PHONY: peers
+PEERS ?= out/peers
+peers: $(VENV)/.test ## Time torch-fem, jax-fem, Newton, Mitsuba and MuJoCo on our body (needs DIFFCAL_DATA, installs each).
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.peers --out $(PEERS)
+
 .PHONY: test-faults faults
 faults: test-faults
 test-faults: $(VENV)/.test ## Try 3,000 damaged bags, scenes, machines and signals (a quarter of an hour).
