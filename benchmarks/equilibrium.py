@@ -69,44 +69,6 @@ def measure(mesh: Any, element: Element, solver: str, repeats: int) -> dict[str,
     }
 
 
-def torch_fem(mesh: Any) -> dict[str, Any]:
-    """The same equilibrium and gradient by torch-fem, where it is installed."""
-    import torch
-    from torchfem import Solid
-    from torchfem.materials import Hyperelastic3D
-
-    torch.set_default_dtype(torch.float64)
-    torch.set_num_threads(1)
-
-    def energy(F: Any, numbers: Any) -> Any:
-        mu, lam = numbers[..., 0], numbers[..., 1]
-        stretch = (F * F).sum((-1, -2))
-        volume = (F[..., 0, :] * torch.linalg.cross(F[..., 1, :], F[..., 2, :], dim=-1)).sum(-1)
-        shear = mu / 2 * (stretch - 3) - mu / 2 * torch.log((stretch + 1) / 4)
-        return shear + lam / 2 * (volume - 1) ** 2 - 0.75 * mu * (volume - 1)
-
-    mu = torch.tensor(69.27e3, requires_grad=True)
-    numbers = torch.stack([mu, 49 * mu]).expand(mesh.tet_count, 2)
-    body = Solid(
-        torch.tensor(mesh.rest_positions),
-        torch.tensor(mesh.tets.astype(np.int64)),
-        Hyperelastic3D(energy, numbers),
-    )
-    masses = np.bincount(mesh.tets.ravel(), np.repeat(mesh.volumes / 4.0, 4)) * 1080.0
-    body.forces[:, 1] = torch.tensor(masses * 9.8)
-    body.constraints[torch.tensor(mesh.rest_positions[:, 0] >= 0.07 - 1e-9)] = True
-    begun = time.perf_counter()
-    displacement = body.solve(
-        increments=torch.linspace(0, 1, 41), max_iter=40, differentiable_parameters=mu
-    )[0]
-    displacement.sum().backward()
-    return {
-        'tets': mesh.tet_count,
-        'sag_mm': 1e3 * float(displacement[:, 1].max().detach()),
-        'cold_s': time.perf_counter() - begun,
-    }
-
-
 def main() -> None:
     """Run all combinations."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -123,17 +85,7 @@ def main() -> None:
             for solver in arguments.solvers:
                 repeats = arguments.repeats if name == 'coarse' else max(3, arguments.repeats // 3)
                 rows.append({'mesh': name, **measure(mesh, element, solver, repeats)})
-    figures: dict[str, Any] = {'rows': rows}
-    try:
-        figures['torch_fem'] = torch_fem(meshes['coarse'])
-    except ImportError:
-        figures['torch_fem'] = 'not installed'
-    else:
-        ours = next(
-            r for r in rows if r['mesh'] == 'coarse' and r['element'] == Element.LINEAR.value
-        )
-        figures['torch_fem']['ratio'] = figures['torch_fem']['cold_s'] / ours['cold']['median_s']
-    write(arguments.name, figures)
+    write(arguments.name, {'rows': rows})
 
 
 if __name__ == '__main__':

@@ -15,7 +15,7 @@ import time
 from typing import Any
 
 RESULTS = Path(__file__).parent / 'results'
-_PACKAGES = ('numpy', 'scipy', 'warp-lang', 'qdldl', 'cvxopt', 'pypardiso', 'torch', 'torch-fem')
+_PACKAGES = ('numpy', 'scipy', 'warp-lang', 'qdldl', 'cvxopt', 'pypardiso', 'torch')
 
 
 def timed(work: Callable[[], Any], *, repeats: int = 15, before: Callable[[], Any] | None = None):

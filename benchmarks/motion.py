@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A released cantilever: speed, memory, order, agreement and gradients of both integrators.
-
-`--newton PYTHON` names the Python of an environment with Newton physics (`pip install newton`)
-and runs the same case there.
-"""
+"""A released cantilever: speed, memory, order, agreement and gradients of both integrators."""
 
 import argparse
 from collections.abc import Callable
@@ -12,7 +8,6 @@ import json
 from pathlib import Path
 import subprocess
 import sys
-import tempfile
 import time
 from typing import Any
 
@@ -132,29 +127,6 @@ def explicit_speed(mesh: Any) -> dict[str, Any]:
     return {'steps': motion.step_count, 'forward_s': forward, 'forward_and_gradient_s': total}
 
 
-def newton(mesh: Any, python: str) -> dict[str, Any]:
-    """Run the same case by Newton physics in another environment."""
-    case = Cantilever(mesh)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / 'case.npz'
-        np.savez(
-            path,
-            positions=mesh.rest_positions,
-            tets=mesh.tets,
-            density=DENSITY,
-            mu=MU,
-            lam=49.0 * MU,
-            beta=BETA,
-            held=case.held,
-            tip=case.tip,
-        )
-        script = Path(__file__).with_name('newton_peer.py')
-        command = [python, str(script), str(path), str(STAMPS[-1]), str(EXPLICIT_STEP)]
-        found = subprocess.run(command, capture_output=True, text=True, check=True)
-    row: dict[str, Any] = json.loads(found.stdout.strip().splitlines()[-1])
-    return row
-
-
 def memory(mesh_name: str, duration: float) -> dict[str, Any]:
     """Measure one march and its gradient in a process of its own."""
     command = [sys.executable, __file__, '--memory', mesh_name, str(duration)]
@@ -256,7 +228,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--solvers', nargs='+', default=['qdldl'])
     parser.add_argument('--repeats', type=int, default=9)
-    parser.add_argument('--newton', metavar='PYTHON')
     parser.add_argument('--memory', nargs=2, metavar=('MESH', 'SECONDS'))
     arguments = parser.parse_args()
     if arguments.memory:
@@ -278,16 +249,13 @@ def main() -> None:
         'gradients_implicit': lambda: gradients(Cantilever(mesh), names),
         'gradients_semi_implicit': lambda: gradients(explicit, names),
     }
-    if arguments.newton:
-        studies['newton'] = lambda: newton(mesh, arguments.newton)
     figures: dict[str, Any] = {}
     for name, study in studies.items():
         figures[name] = study()
         print(name, figures[name], flush=True)
     best = min(row['forward_and_gradient_s'] for row in figures['implicit'])
-    for peer in ('newton', 'semi_implicit'):
-        if peer in figures:
-            figures[peer]['ratio'] = figures[peer]['forward_and_gradient_s'] / best
+    explicit_row = figures['semi_implicit']
+    explicit_row['ratio'] = explicit_row['forward_and_gradient_s'] / best
     write('motion', figures)
 
 
