@@ -89,6 +89,6 @@ def body_axes(
 def _section_axes(points: FloatArray, free: FloatArray) -> FloatArray:
     """Return axes of a flat set of points [m], shape (n, 3), the first towards another point."""
     middle = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - middle, full_matrices=True)
-    across, wide, narrow = axes[2], axes[0], axes[1]
+    _, axes = np.linalg.eigh((points - middle).T @ (points - middle))
+    across, narrow, wide = axes.T
     return np.stack([across if (free - middle) @ across > 0.0 else -across, wide, narrow])

@@ -60,3 +60,10 @@ def test_without_a_border_the_whole_held_part_counts():
     mesh = beam_mesh((6, 3, 2))
     axes = body_axes(mesh.rest_positions, held_end(mesh).astype(np.int32))
     np.testing.assert_allclose(axes.section @ axes.section.T, np.eye(3), atol=1e-12)
+
+
+def test_axes_of_large_bodies_take_no_more_room_than_their_points():
+    # A square of so many would be 320 GB.
+    rest = np.random.default_rng(6).random((250_000, 3)) * [0.3, 0.1, 0.05]
+    axes = body_axes(rest, np.flatnonzero(rest[:, 0] < 0.25).astype(np.int32))
+    np.testing.assert_allclose(axes.section @ axes.section.T, np.eye(3), atol=1e-12)
