@@ -8,9 +8,9 @@ from diffcal_ros.fem.conditions import Conditions
 import numpy as np
 
 _TURN = ('rad/(N m)', 0.0, 100.0, 5.0, 'rad/(N m)', 1.0)
-_ANY_TURN = ('rad/(N m)', -100.0, 100.0, 5.0, 'rad/(N m)', 1.0)
-_ALONG = ('compliance_a', 'compliance_b')
-_ACROSS = (*_ALONG, 'compliance_ab')
+_TURN_EITHER_WAY = ('rad/(N m)', -100.0, 100.0, 5.0, 'rad/(N m)', 1.0)
+_ABOUT_ONE = ('compliance_a', 'compliance_b')
+_OF_SECTION = (*_ABOUT_ONE, 'compliance_ab')
 
 
 class CompliantClamp(Effect):
@@ -21,8 +21,8 @@ class CompliantClamp(Effect):
     components = (
         Component('compliance', *_TURN),
         Component('shift_compliance', 'm/N', 0.0, 0.1, 0.005, 'mm/N', 1e3),
-        *(Component(name, *_TURN) for name in _ALONG),
-        Component('compliance_ab', *_ANY_TURN),
+        *(Component(name, *_TURN) for name in _ABOUT_ONE),
+        Component('compliance_ab', *_TURN_EITHER_WAY),
     )
     sentence = 'the clamp gives way under the load'
     settles = ('a second load', 'a pose that loads the clamp otherwise')
@@ -33,8 +33,8 @@ class CompliantClamp(Effect):
         ('compliance',),
         ('shift_compliance',),
         ('compliance', 'shift_compliance'),
-        *((name,) for name in _ALONG),
-        _ACROSS,
+        *((name,) for name in _ABOUT_ONE),
+        _OF_SECTION,
     )
     is_at_rest_only = True
 
@@ -42,7 +42,7 @@ class CompliantClamp(Effect):
         """Return the clamp's compliance: alike about all axes, and about those of its section."""
         shift, turn = own.get('shift_compliance', 0.0), own.get('compliance', 0.0)
         compliance = np.diag(np.repeat([shift, turn], 3))
-        a, b, ab = (own.get(name, 0.0) for name in _ACROSS)
+        a, b, ab = (own.get(name, 0.0) for name in _OF_SECTION)
         axes = site.axes.section[1:]
         compliance[3:, 3:] += axes.T @ np.array([[a, ab], [ab, b]]) @ axes
         return Conditions(clamp_compliance=compliance)
@@ -50,4 +50,4 @@ class CompliantClamp(Effect):
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """`a` and `b` are axes in the object's frame, within the section where the clamp ends."""
         _, a, b = site.object_axes.section
-        return {'a': a, 'b': b} if any(own.get(name, 0.0) for name in _ACROSS) else {}
+        return {'a': a, 'b': b} if any(own.get(name, 0.0) for name in _OF_SECTION) else {}

@@ -55,7 +55,7 @@ class FoundBody:
     fit: PlaceFit
     merit: float
     rivals: tuple[tuple[float, FloatArray], ...]
-    slides: tuple[float, ...] = ()
+    slides: tuple[float, ...]
 
 
 def find_body(

@@ -19,7 +19,6 @@ from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 import numpy as np
 
 # Noise alone makes amplitudes as large with this chance; as far from zero, by their own errors.
@@ -90,9 +89,7 @@ def _names(groups: Sequence[PatchGroup]) -> list[_Name]:
 
 def _twice_the_cost(fit: Refit, names: set[_Name]) -> float:
     kept = [_kept(group, names) for group in fit.groups]
-    mean, precision = regularised_prior(fit.parameters)
-    offset = fit.coordinates - (mean - fit.shifts)
-    return whiten(kept, Part.FIT).chi_square + float(offset @ precision @ offset)
+    return whiten(kept, Part.FIT).chi_square + fit.prior_chi_square
 
 
 def _kept(group: PatchGroup, names: set[_Name]) -> PatchGroup:

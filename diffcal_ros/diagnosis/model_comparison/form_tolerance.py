@@ -22,7 +22,6 @@ from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
-from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf, logsumexp
@@ -176,9 +175,8 @@ class _Levels:
 
 def _levels(fit: Refit, groups: Sequence[PatchGroup], part: Part) -> _Levels:
     seen = whiten(groups, part)
-    mean, precision = regularised_prior(fit.parameters)
+    offset, precision = fit.prior_offset()
     count = len(fit.coordinates)
-    offset = fit.coordinates - (mean - fit.shifts)
     lower, upper = fit.parameters.bounds()
     # What stopped at a bound does not follow.
     free = np.flatnonzero((fit.coordinates > lower) & (fit.coordinates < upper))

@@ -91,10 +91,8 @@ class Hypothesis:
         One of several amplitudes may be absent alone, as where a clamp gives way about one axis.
         """
         for candidate in self.added:
-            there = [
-                amplitude for amplitude in self.amplitudes(candidate) if not amplitude.is_absent
-            ]
-            if not there or any(amplitude.at_bound for amplitude in there):
+            there = [own for own in self.amplitudes(candidate) if not own.is_absent]
+            if not there or any(own.at_bound for own in there):
                 return True
         return False
 

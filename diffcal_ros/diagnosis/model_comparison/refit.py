@@ -10,6 +10,7 @@ from diffcal_ros.diagnosis.model_comparison.patch_fit import PatchFit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part
+from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,6 +57,20 @@ class Refit:
     def chi_square_per_patch(self) -> float:
         """Chi-square per degree of freedom: 1 where noise alone is left."""
         return self.chi_square / max(self.patch_count - len(self.coordinates), 1)
+
+    def prior_offset(self) -> tuple[FloatArray, FloatArray]:
+        """Return how far the body's coordinates are from where they are likely, and its precision.
+
+        Shapes (k,) and (k, k); what is known of a parameter is known of the body, not of its mesh.
+        """
+        mean, precision = regularised_prior(self.parameters)
+        return self.coordinates - (mean - self.shifts), precision
+
+    @property
+    def prior_chi_square(self) -> float:
+        """What the prior adds to twice the cost."""
+        offset, precision = self.prior_offset()
+        return float(offset @ precision @ offset)
 
     def of_the_body(self, index: int) -> tuple[float, float]:
         """Return a coordinate of the body itself, not of its mesh, and its standard error."""

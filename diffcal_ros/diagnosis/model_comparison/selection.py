@@ -14,7 +14,6 @@ from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import (
     distinct,
@@ -180,9 +179,7 @@ def most_gain(hypothesis: Hypothesis) -> float:
     """
     fit = hypothesis.fit
     noise = fit.patch_count - len(fit.coordinates)
-    mean, precision = regularised_prior(fit.parameters)
-    pulled = fit.coordinates + fit.shifts - mean
-    left = fit.chi_square - noise + float(pulled @ precision @ pulled)
+    left = fit.chi_square - noise + fit.prior_chi_square
     return 0.5 * left - (hypothesis.log_evidence - fit.log_evidence)
 
 
