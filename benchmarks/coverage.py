@@ -6,7 +6,8 @@
 
 Noise, error of the camera's pose and mesh are as the scene states them; the truth is of other and
 smaller elements, and its modulus that of the continuum which sags as it does. Every other fit also
-has a rigid offset, drawn from its prior. Fits start near, so none searches. Writes
+has a rigid offset, drawn from its prior. Fits start near and are those of `diffcal calibrate`, its
+search included. Writes
 DIR/<body>_<truth>.json and, of all fits that are in DIR, benchmarks/results/coverage.json.
 """
 
@@ -21,7 +22,6 @@ from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.uncertainty import Z_95
 from diffcal_ros.scene.model import DepthSensor
 from diffcal_ros.synthetic.lidar import LidarModel
@@ -138,7 +138,7 @@ def _fit_one(truth: Truth, draw: int, random: np.random.Generator, shapes: Path)
         with_start(scene, true * float(np.exp(random.uniform(-_NEAR, _NEAR)))),
         replace(seen, pose_covariance=np.diag(_POSE_STD**2)),
         true,
-        CalibrationSettings(search=False),
+        None,
     )
     kept = {
         'body': truth.solid.name,
