@@ -116,7 +116,8 @@ def _fit(inputs: OfflineInputs, number: int) -> dict[str, Any]:
     gap = result.gap_end
     return {
         'outcome': result.outcome.value,
-        'start': {name: begun[name] for name in result.values()},
+        # What the fit adds to its model had no start.
+        'start': {name: begun[name] for name in result.values() if name in begun},
         'moduli': _moduli(result.values()),
         'values': result.values(),
         'gap': gap.as_dict(),

@@ -11,7 +11,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.shared_bodies import SharedBodies, StandIn
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
 from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters, ParameterSet
 from diffcal_ros.calibration.parameters.slack_cables import taut_start
 from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
@@ -67,38 +67,41 @@ class Calibration:
         observations = [seen for seen in observations if not seen.is_held_out]
         if not observations:
             raise InputError('there is no observation: a calibration needs at least one recording')
-        self.scene = scene
         self.settings = settings or CalibrationSettings()
         is_robust = self.settings.loss == 'robust'
         pose_notes: tuple[str, ...] = ()
         if is_robust and self.settings.search:
             observations, pose_notes = choose_mirrored(scene, observations, self.settings)
-        fit, own_offset = self._shared_and_own(is_robust)
-        self.parameters = make_parameters(
+        fit, own_offset = self._shared_and_own(scene, is_robust)
+        parameters = make_parameters(
             scene,
             fit,
             pose_covariances=pose_covariances(observations, own_offset) if is_robust else (),
             with_edge_bias=is_robust,
         )
-        if not is_robust and (scene.effects or self.parameters.find(Kind.EFFECT)):
+        if not is_robust and (scene.effects or parameters.find(Kind.EFFECT)):
             raise InputError(
                 f'the loss {self.settings.loss!r} knows no effects: use the robust loss, or take '
                 "the effects out of 'fit' and 'effects'"
             )
-        self._method = self._make_method(observations, stand_in)
-        self.coordinates = self.parameters.start()
+        self._method = self._make_method(scene, parameters, observations, stand_in)
+        self.coordinates = parameters.start()
         self._pose_notes = pose_notes
         self._notes: tuple[str, ...] = ()
 
     def _make_method(
-        self, observations: Sequence[Observation], stand_in: StandIn | None
+        self,
+        scene: Scene,
+        parameters: ParameterSet,
+        observations: Sequence[Observation],
+        stand_in: StandIn | None,
     ) -> FitMethod:
-        scene, settings = self.scene, self.settings
+        settings = self.settings
         solver, device = settings.solver, settings.device
         model = ForwardModel(
             scene,
             observations,
-            self.parameters,
+            parameters,
             solver=solver,
             device=device,
             shared=SharedBodies(scene, observations, solver, device, stand_in),
@@ -107,10 +110,12 @@ class Calibration:
             return RobustFit(RobustObjective(model, device=device), settings)
         return ImageFit(ImageObjective(model, settings.loss), settings)
 
-    def _shared_and_own(self, is_robust: bool) -> tuple[tuple[str, ...], FloatArray | None]:
+    def _shared_and_own(
+        self, scene: Scene, is_robust: bool
+    ) -> tuple[tuple[str, ...], FloatArray | None]:
         """Return what all recordings share, and the prior of an offset of each one's own."""
-        offset = self.scene.rigid_offset
-        fit = self.scene.fit if self.settings.fit is None else self.settings.fit
+        offset = scene.rigid_offset
+        fit = scene.fit if self.settings.fit is None else self.settings.fit
         if not offset.each_recording or RIGID_OFFSET not in fit:
             return fit, None
         if not is_robust:
@@ -127,8 +132,18 @@ class Calibration:
 
     @property
     def model(self) -> ForwardModel:
-        """The model whose parameters are fitted."""
+        """The model whose parameters are fitted; a fit may have completed it."""
         return self.objective.model
+
+    @property
+    def scene(self) -> Scene:
+        """Body, clamp, material and effects of the model."""
+        return self.model.scene
+
+    @property
+    def parameters(self) -> ParameterSet:
+        """What is fitted."""
+        return self.model.parameters
 
     def go_to(self, coordinates: FloatArray, objective: RobustObjective | None = None) -> None:
         """Stand where a fit shall start, or where another one ended.
@@ -184,7 +199,12 @@ class Calibration:
         except NotSimulatedError as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = end.minimum.coordinates
-        return self._result(end, history, time.perf_counter() - begun)
+        return self._result(end, self._completed(history), time.perf_counter() - begun)
+
+    def _completed(self, history: Sequence[IterationRecord]) -> list[IterationRecord]:
+        """Return the steps, with the starts of what the fit has added to its model."""
+        starts = self.parameters.values(self.parameters.start())
+        return [replace(own, values={**starts, **own.values}) for own in history]
 
     def unfinished(self, history: Sequence[IterationRecord]) -> CalibrationResult:
         """Return what is known after the last step of a fit that goes on."""
@@ -233,7 +253,7 @@ class Calibration:
             seconds=seconds,
             is_ambiguous=any(own.is_as_good for own in end.alternatives),
         )
-        notes = (*self._pose_notes, *self._notes)
+        notes = (*self._pose_notes, *self._notes, *end.notes)
         return replace(
             result,
             warnings=(*notes, *result.warnings, *self.model.warnings(minimum.coordinates)),

@@ -10,6 +10,7 @@ from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
+from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.result import Alternative
 from diffcal_ros.calibration.uncertainty.uncertainty import covariance_of, Z_95
 from diffcal_ros.errors import NotSimulatedError
@@ -48,11 +49,16 @@ class Entry:
 
 
 class Contest:
-    """Holds the best of several fits of one objective, and the others beside it."""
+    """Holds the best of several fits of one objective, and the others beside it.
+
+    Attributes:
+        objective: what is fitted.
+        entries: fits, the best first.
+    """
 
     def __init__(self, objective: RobustObjective, first: Minimum) -> None:
         """Begin with one fit, whose scales the objective has."""
-        self._objective = objective
+        self.objective = objective
         self._parameters = objective.parameters
         self.entries = [Entry(first, objective.scales)]
 
@@ -67,9 +73,8 @@ class Contest:
 
     def challenge(self, start: FloatArray, scales: Scales | None = None) -> None:
         """Fit from another start, as far as it is worth it; `scales` are what it begins with."""
-        best, trial = self.best, self._objective.under(scales or Scales())
-        yardstick = self._objective.under(best.scales)
-        lowest = yardstick.misfit(best.minimum.coordinates)
+        best, trial = self.best, self.objective.under(scales or Scales())
+        yardstick = self.objective.under(best.scales)
 
         def goes_on(iteration: Iteration) -> bool:
             if iteration.number < _PATIENCE:
@@ -78,6 +83,7 @@ class Contest:
             return not misfit.is_worse(lowest, _HOPELESS, _CLEARLY_BETTER)
 
         try:
+            lowest = yardstick.misfit(best.minimum.coordinates)
             minimum = minimise(
                 trial,
                 start,
@@ -97,15 +103,18 @@ class Contest:
         if len(self.entries) == 1:
             return ()
         parameters = self._parameters
-        objective, kept = self._objective.under(self._finest()), [self.best.minimum.coordinates]
+        objective, kept = self.objective.under(self.finest()), [self.best.minimum.coordinates]
         best_gap, lowest = objective.gap_and_misfit(kept[0])
         found = []
         for entry in self.entries[1:]:
             there = entry.minimum.coordinates
             if any(are_same(there, known) for known in kept):
                 continue
+            try:
+                gap, misfit = objective.gap_and_misfit(there)
+            except NotSimulatedError:
+                continue
             kept.append(there)
-            gap, misfit = objective.gap_and_misfit(there)
             is_near = not misfit.is_worse(lowest, _INDIFFERENT, _CLEARLY_BETTER)
             errors = _errors(entry.minimum, parameters)
             found.append(
@@ -120,7 +129,7 @@ class Contest:
             )
         return tuple(found)
 
-    def _finest(self) -> Scales:
+    def finest(self) -> Scales:
         """Return the scales of the fit with the least noise.
 
         Noise is the data's: where one place leaves little, no other may count as much as noise.
@@ -129,18 +138,34 @@ class Contest:
         """
         return min(self.entries, key=lambda own: own.scales.depth.noise).scales
 
+    def is_beaten_by(self, other: 'Contest') -> bool:
+        """Tell whether the best fit of another model of the same images is clearly better."""
+        scales = min(self.finest(), other.finest(), key=lambda own: own.depth.noise)
+        here, there = (one._misfit(one.best, scales) for one in (self, other))
+        if here is None or there is None:
+            return here is None and there is not None
+        return here.is_worse(there, _INDIFFERENT, _CLEARLY_BETTER)
+
+    def _misfit(self, entry: Entry, scales: Scales) -> Misfit | None:
+        """Return the misfit of a fit; None: it came there by steps, from rest there is no way."""
+        try:
+            return self.objective.under(scales).misfit(entry.minimum.coordinates)
+        except NotSimulatedError:
+            return None
+
     def _sort(self) -> None:
         """Order by the misfit under the finest scales.
 
         A fit that ran out of steps is preferred to one that ended only where it is clearly better:
         of two that lead to one place, the one that arrived stands for it.
         """
-        objective = self._objective.under(self._finest())
+        scales = self.finest()
 
         def rank(own: Entry) -> float:
+            misfit = self._misfit(own, scales)
             ran_out = own.minimum.stop is Stop.EXHAUSTED
             handicap = _CLEARLY_BETTER if ran_out else 0.0
-            return objective.misfit(own.minimum.coordinates).above_absence + handicap
+            return np.inf if misfit is None else misfit.above_absence + handicap
 
         self.entries.sort(key=rank)
 

@@ -26,11 +26,13 @@ class FitEnd:
         minimum: the best that was found.
         gap_start: at the start that was given; NaN where that cannot be simulated.
         alternatives: what else explains the data.
+        notes: sentences for a person on what the fit took for granted.
     """
 
     minimum: Minimum
     gap_start: Gap
     alternatives: tuple[Alternative, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

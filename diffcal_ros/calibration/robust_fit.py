@@ -4,11 +4,12 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.contest import Contest, Entry
+from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.fit_method import Doubts, FitEnd, OnIteration
 from diffcal_ros.calibration.observations.seen_regions import require_seen_regions
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.parameters.slack_cables import barely_pulling
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
@@ -16,6 +17,11 @@ from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.result import Alternative
 from diffcal_ros.calibration.result_at import result_at
+from diffcal_ros.calibration.search.depth_step import (
+    contest_with_step,
+    may_have_step,
+    step_note,
+)
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch, worth_fitting
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
@@ -40,11 +46,16 @@ class RobustFit:
     """Gauss-Newton from the start given and from those that a search finds.
 
     Attributes:
-        objective: the robust loss.
+        objective: the robust loss; after a fit under the scales of its end, and of a model that
+            the fit may have completed.
     """
 
     def __init__(self, objective: RobustObjective, settings: CalibrationSettings) -> None:
         self.objective, self._model, self._settings = objective, objective.model, settings
+
+    @property
+    def _parameters(self) -> ParameterSet:
+        return self.objective.parameters
 
     def likelihood(self, purpose: str) -> RobustObjective:
         """Return the loss."""
@@ -63,19 +74,20 @@ class RobustFit:
         minimum = self._minimise(starts[0], on_iteration)
         if minimum.stop is Stop.INTERRUPTED:
             return FitEnd(minimum, gap)
-        contest = Contest(self.objective, minimum)
+        first = contest = Contest(self.objective, minimum)
         self._challenge(contest, starts[1:], search)
         alternatives = contest.alternatives(search.are_same)
         # Who bounds the iterations wants what so many find.
-        if settings.max_iterations is None and not self._may_be_used(contest.best, alternatives):
-            self._look_again(contest, starts[0], search)
-            alternatives = contest.alternatives(search.are_same)
+        if settings.max_iterations is None and not self._may_be_used(contest, alternatives):
+            contest, alternatives = self._look_farther(contest, starts[0], search)
+        notes = () if contest is first else (step_note(first, contest),)
         best = contest.best
-        self.objective = self.objective.under(best.scales)
+        self.objective = contest.objective.under(best.scales)
+        self._model = self.objective.model
         if best.minimum is not minimum:
             end = best.minimum
             on_iteration(Iteration(end.iterations, end.coordinates, end.linearisation.cost))
-        return FitEnd(best.minimum, gap, alternatives)
+        return FitEnd(best.minimum, gap, alternatives, notes)
 
     def doubts(self, coordinates: FloatArray) -> Doubts:
         """Return what a better mesh would change, and which cables might as well be slack."""
@@ -117,10 +129,10 @@ class RobustFit:
             if not contest.is_known(start, search.are_same):
                 contest.challenge(start)
 
-    def _may_be_used(self, best: Entry, others: Sequence[Alternative]) -> bool:
+    def _may_be_used(self, contest: Contest, others: Sequence[Alternative]) -> bool:
         """Tell whether the best fit so far would be `converged`, its mesh taken for right."""
-        parameters = self._model.parameters
-        gap = self.objective.under(best.scales).gap(best.minimum.coordinates)
+        best, parameters = contest.best, contest.objective.parameters
+        gap = contest.objective.under(best.scales).gap(best.minimum.coordinates)
         nothing = np.zeros(len(parameters))
         result = result_at(
             best.minimum,
@@ -133,6 +145,28 @@ class RobustFit:
             is_ambiguous=any(own.is_as_good for own in others),
         )
         return result.outcome is Outcome.CONVERGED
+
+    def _look_farther(
+        self, contest: Contest, start: FloatArray, search: GlobalSearch
+    ) -> tuple[Contest, tuple[Alternative, ...]]:
+        """Return the fits among which a useful one is found, if any is, and what stands beside.
+
+        Either the camera reads one of the materials too far, or the placement is stated wrongly.
+        """
+        stepped = None
+        if self._settings.with_depth_step and may_have_step(self._model.scene, self._parameters):
+            stepped = contest_with_step(contest, search.are_same)
+        if stepped is not None:
+            # Another start is all that it may have been: a step must pay for itself.
+            contest.challenge(stepped.best.minimum.coordinates[:-1], stepped.best.scales)
+            better = stepped if contest.is_beaten_by(stepped) else contest
+            others = better.alternatives(search.are_same)
+            if self._may_be_used(better, others):
+                return better, others
+        self._look_again(contest, start, search)
+        if stepped is not None and contest.is_beaten_by(stepped):
+            contest = stepped
+        return contest, contest.alternatives(search.are_same)
 
     def _look_again(self, contest: Contest, start: FloatArray, search: GlobalSearch) -> None:
         """Fit once more with leeway in what is stated of the placement, first to find starts.

@@ -168,9 +168,9 @@ def fit_nominal(
 ) -> tuple[PatchEvaluator, Refit]:
     """Fit the model as it is: robustly first, then patch by patch."""
     names = None if fit is None else tuple(fit)
-    calibration = Calibration(
-        scene, observations, CalibrationSettings(fit=names, with_mesh_error=False)
-    )
+    # What is missing from the model is for the diagnosis to say.
+    settings = CalibrationSettings(fit=names, with_mesh_error=False, with_depth_step=False)
+    calibration = Calibration(scene, observations, settings)
     calibration.run()
     model = calibration.model_of_all()
     evaluator = make_patch_evaluator(model, calibration.coordinates)

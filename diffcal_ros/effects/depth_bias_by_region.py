@@ -21,7 +21,8 @@ class DepthBiasByRegion(Effect):
 
     identifier = 'depth_bias_by_region'
     group = 'sensor'
-    components = (Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3),)
+    # How deep a camera looks into a material nobody knows beforehand: centimetres in silicone.
+    components = (Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3, nominal_std=0.05),)
     sentence = 'the depth camera reads one of the materials too far or too near'
     settles = ('both materials flat on one plane',)
     twins = ('camera_offset', 'clamp_offset')

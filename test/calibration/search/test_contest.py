@@ -18,6 +18,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
+from diffcal_ros.fem.tangent_stiffness import EquilibriumError
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.scene.model import Quantity
@@ -204,3 +205,36 @@ def test_places_are_judged_by_the_least_noise_that_any_of_them_shows(noises) -> 
     # A place that no fit comes to: it is sorted once more, with the two.
     contest.challenge(np.array([LEFT + 0.1]))
     assert contest.best.minimum.coordinates[0] == pytest.approx(RIGHT)
+
+
+class OutOfReach(TwoWells):
+    """The right well has no equilibrium once a fit has left it."""
+
+    def misfit(self, coordinates) -> Misfit:
+        if coordinates[0] > 0.5 * (LEFT + RIGHT):
+            raise EquilibriumError('no equilibrium')
+        return super().misfit(coordinates)
+
+    def gap_and_misfit(self, coordinates) -> tuple[Gap, Misfit]:
+        return GOOD, self.misfit(coordinates)
+
+
+def test_a_place_that_cannot_be_reached_from_rest_is_no_answer() -> None:
+    """A fit came there by steps; what cannot be simulated again explains nothing."""
+    objective = OutOfReach(-10.0)
+    contest = Contest(objective, _ended(LEFT, Stop.CONVERGED))
+    contest.entries.append(Entry(_ended(RIGHT, Stop.CONVERGED), Scales()))
+    contest.challenge(np.array([LEFT + 0.2]))
+    assert contest.best.minimum.coordinates[0] == pytest.approx(LEFT, abs=0.05)
+    assert contest.alternatives(_are_same) == ()
+    lost = Contest(objective, _ended(RIGHT, Stop.CONVERGED))
+    assert lost.is_beaten_by(contest)
+    assert not contest.is_beaten_by(lost)
+
+
+def test_another_model_beats_by_what_is_clearly_better_alone() -> None:
+    low, high = (Contest(TwoWells(lift), _ended(RIGHT, Stop.CONVERGED)) for lift in (0.0, 30.0))
+    near = Contest(TwoWells(4.0), _ended(RIGHT, Stop.CONVERGED))
+    assert high.is_beaten_by(low)
+    assert not low.is_beaten_by(high)
+    assert not near.is_beaten_by(low)

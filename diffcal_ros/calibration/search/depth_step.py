@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where a fit leaves half a body out: may its camera read one of two materials too far?
+
+A LIDAR looks into a translucent material and reads it centimetres behind its surface. A robust fit
+takes pixels that are so far off for something else; it then fits the rest and leaves a part of the
+body unexplained.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from diffcal_ros.calibration.contest import Contest
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.longest_steps import longest_steps
+from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.seen_fit import SeenFit
+from diffcal_ros.effects.registry import seen_boundary
+from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
+from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_MOST = 30
+
+
+def may_have_step(scene: Scene, parameters: ParameterSet) -> bool:
+    """Tell whether a body is of several materials, and nothing is said of how they are read."""
+    effect = seen_boundary()
+    is_known = effect.identifier in scene.effects or any(
+        own.effect == effect.identifier for own in parameters
+    )
+    return len(scene.regions) > 1 and not is_known
+
+
+def contest_with_step(
+    contest: Contest, are_same: Callable[[FloatArray, FloatArray], bool]
+) -> Contest | None:
+    """Fit again from where fits ended, the step of depth that their residuals show in the model.
+
+    Args:
+        contest: of fits without it.
+        are_same: tells whether a fit would hardly tell two places apart.
+
+    Returns:
+        The fits with the step, its amplitude their last coordinate; None: no fit shows one.
+    """
+    model, found = _with_step(contest.objective.model), None
+    for entry in contest.entries:
+        # Under wide scales its prior would draw the step to nothing: noise is known by now.
+        objective = contest.objective.of(model).under(entry.scales)
+        for start in _starts(contest.objective, entry.minimum.coordinates, model.parameters):
+            if found is None:
+                first = _fit(objective, start)
+                found = None if first is None else Contest(objective, first)
+            elif not found.is_known(start, are_same):
+                found.challenge(start, entry.scales)
+    return found
+
+
+def step_note(before: Contest, after: Contest) -> str:
+    """Say what was added to the model, and why.
+
+    Args:
+        before: fits without the step.
+        after: fits with it, see `contest_with_step`.
+    """
+    first, *others = [region.name for region in after.objective.model.scene.regions]
+    at = after.best.minimum.coordinates
+    step = float(at[-1])
+    without, with_it = (
+        one.objective.under(one.best.scales).gap(one.best.minimum.coordinates)
+        for one in (before, after)
+    )
+    return (
+        f'the depth camera reads {" and ".join(others)} {1e3 * abs(step):.1f} mm too '
+        f'{"far" if step > 0.0 else "near"} beside {first}: the fit has that in its model '
+        f'({after.objective.parameters.names[-1]}); so {with_it.coverage:.0%} of the rendered '
+        f'body is found in the image, with a median gap of {1e3 * with_it.median:.2f} mm, and '
+        f'{without.coverage:.0%} with {1e3 * without.median:.2f} mm without'
+    )
+
+
+def _starts(
+    objective: RobustObjective, there: FloatArray, parameters: ParameterSet
+) -> list[FloatArray]:
+    """Return where a fit ended, with the steps that its residuals show, shape (k,) each."""
+    effect = seen_boundary()
+    (name,) = map(effect.amplitude_name, (part.name for part in effect.components))
+    ended = dict(zip(objective.parameters.names, there.tolist(), strict=True))
+    proposed = [start for start in effect.starts(SeenFit(objective, there)) if name in start]
+    lower, upper = parameters.bounds()
+    coordinates = [[{**ended, **start}[own] for own in parameters.names] for start in proposed]
+    return [np.clip(own, lower, upper) for own in coordinates]
+
+
+def _fit(objective: RobustObjective, start: FloatArray) -> Minimum | None:
+    """Return where a fit ends; None: it does not."""
+    parameters = objective.parameters
+    longest = longest_steps(parameters)
+    try:
+        minimum = minimise(objective, start, parameters.bounds(), longest, max_iterations=_MOST)
+    except NotSimulatedError:
+        return None
+    return minimum if minimum.stop in (Stop.CONVERGED, Stop.EXHAUSTED) else None
+
+
+def _with_step(model: ForwardModel) -> ForwardModel:
+    """Return the model with the step of depth, a parameter after all others."""
+    effect = seen_boundary()
+    names = effect.fit_names(tuple(part.name for part in effect.components))
+    scene = replace(model.scene, fit=(*model.scene.fit, *names))
+    added = make_parameters(scene, names, with_edge_bias=False)
+    known = model.parameters
+    return model.with_parameters(
+        scene, replace(known, parameters=(*known.parameters, *added.parameters))
+    )
