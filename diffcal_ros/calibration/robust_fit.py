@@ -21,6 +21,7 @@ from diffcal_ros.calibration.search.depth_step import (
     contest_with_step,
     may_have_step,
     step_note,
+    without_step,
 )
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch, worth_fitting
 from diffcal_ros.calibration.settings import CalibrationSettings
@@ -158,15 +159,27 @@ class RobustFit:
             stepped = contest_with_step(contest, search.are_same)
         if stepped is not None:
             # Another start is all that it may have been: a step must pay for itself.
-            contest.challenge(stepped.best.minimum.coordinates[:-1], stepped.best.scales)
-            better = stepped if contest.is_beaten_by(stepped) else contest
-            others = better.alternatives(search.are_same)
+            best = stepped.best
+            there = without_step(stepped.objective.parameters, best.minimum.coordinates)
+            contest.challenge(there, best.scales)
+            better, others = self._better(contest, stepped, search)
             if self._may_be_used(better, others):
                 return better, others
         self._look_again(contest, start, search)
-        if stepped is not None and contest.is_beaten_by(stepped):
-            contest = stepped
-        return contest, contest.alternatives(search.are_same)
+        return self._better(contest, stepped, search)
+
+    def _better(
+        self, contest: Contest, stepped: Contest | None, search: GlobalSearch
+    ) -> tuple[Contest, tuple[Alternative, ...]]:
+        """Return the fits of the model that explains the images, and what stands beside."""
+        if stepped is None or not contest.is_beaten_by(stepped):
+            return contest, contest.alternatives(search.are_same)
+        parameters = stepped.objective.parameters
+
+        def are_same(one: FloatArray, other: FloatArray) -> bool:
+            return search.are_same(without_step(parameters, one), without_step(parameters, other))
+
+        return stepped, stepped.alternatives(are_same)
 
     def _look_again(self, contest: Contest, start: FloatArray, search: GlobalSearch) -> None:
         """Fit once more with leeway in what is stated of the placement, first to find starts.

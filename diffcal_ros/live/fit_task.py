@@ -3,7 +3,7 @@
 """One fit in the background, told step by step."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 import threading
 
@@ -83,7 +83,7 @@ class FitEnd:
     """A fit that came to its end.
 
     Attributes:
-        request: what was asked for.
+        request: what was asked for, with what the fit has added to the model.
         result: what was found.
         calibration: the model, for the report; only the background thread may use it. None when
             it has to be made from the request.
@@ -118,7 +118,16 @@ def fit(request: FitRequest, post: Post, stop: threading.Event) -> None:
     result = with_details(calibration.run(report), notes=list(notes))
     picture = _picture(calibration, observations, last)
     frames = body_frames(request.scene, calibration.model, calibration.coordinates)
-    post(FitEnd(request, result, calibration, picture, frames))
+    post(FitEnd(_completed(request, calibration), result, calibration, picture, frames))
+
+
+def _completed(request: FitRequest, calibration: Calibration) -> FitRequest:
+    """Return the request with what its fit has added to the model: who goes on needs it, too."""
+    scene, settings = calibration.scene, request.settings
+    added = tuple(name for name in scene.fit if name not in request.scene.fit)
+    if settings.fit is not None:
+        settings = replace(settings, fit=(*settings.fit, *added))
+    return replace(request, scene=scene, settings=settings)
 
 
 def _start(calibration: Calibration, values: dict[str, float]) -> FloatArray:

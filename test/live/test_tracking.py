@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 from support.followed import exact, PERIOD, START
 from support.scenes import beam_scene, CAMERA, DEPTH_FROM_WORLD, MODULUS, noisy
+from support.two_materials import second_material
 
 _LIMIT = 180.0  # Kernels may have to be compiled [s].
 FRAME = 'depth_camera'
@@ -37,16 +38,16 @@ SETTINGS = SessionSettings(
 class Stream:
     """A camera before a session; every frame is waited for."""
 
-    def __init__(self) -> None:
+    def __init__(self, region_count: int = 1, fit: tuple[str, ...] = ('youngs_modulus',)) -> None:
         self.posted = threading.Event()
         self.background, self.follower = (Background(self.posted.set) for _ in range(2))
-        self.session = Session(
-            beam_scene(modulus=1.1 * MODULUS), SETTINGS, self.background, self.follower
-        )
+        scene = beam_scene(modulus=1.1 * MODULUS, region_count=region_count, fit=fit)
+        self.session = Session(scene, SETTINGS, self.background, self.follower)
         self.session.inputs.set_camera(CAMERA)
         self.session.inputs.pose = StampedPose(DEPTH_FROM_WORLD, None, FRAME)
         self.stamp_ns = START
-        self.spoil = np.float32(1.0)
+        self.spoil: np.ndarray = np.float32(1.0)
+        self.step: np.ndarray = np.float32(0.0)
         self._random = np.random.default_rng(6)
 
     def close(self) -> None:
@@ -62,7 +63,7 @@ class Stream:
 
     def put(self, factor: float = 1.0) -> None:
         """Send one frame."""
-        depth = self.spoil * noisy(exact(factor), self._random)
+        depth = self.spoil * noisy(exact(factor), self._random) + self.step
         frame = DepthFrame(depth, self.stamp_ns, FRAME)
         self.session.add_frame(frame, self.stamp_ns)
 
@@ -225,3 +226,19 @@ def test_other_settings_end_it_and_the_next_fit_starts_where_it_was(stream):
     stream.until(lambda: session.phase is Phase.DONE)
     first = session.last_end.result.history[0].values['youngs_modulus']
     assert first == pytest.approx(MODULUS, rel=0.01)
+
+
+def test_a_camera_that_looks_into_a_material_is_followed_as_it_was_fitted():
+    """What the fit has added to its model is in the tracker's as well."""
+    stream = Stream(2, ('youngs_modulus', 'rigid_offset'))
+    try:
+        stream.step = np.where(second_material(), np.float32(0.022), np.float32(0.0))
+        stream.track()
+        fitted = stream.session.last_end.result
+        assert fitted['depth_bias_by_region.bias'].value == pytest.approx(0.022, abs=0.001)
+        stream.shoot(2)
+        tracked = stream.session.tracking.last.tracked.values()
+        assert tracked.keys() == fitted.values().keys()
+        assert tracked['youngs_modulus.part_0'] == pytest.approx(MODULUS, rel=0.1)
+    finally:
+        stream.close()

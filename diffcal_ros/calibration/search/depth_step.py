@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _MOST = 30
 
@@ -44,12 +45,16 @@ def contest_with_step(
 
     Args:
         contest: of fits without it.
-        are_same: tells whether a fit would hardly tell two places apart.
+        are_same: tells whether a fit without it would hardly tell two places apart.
 
     Returns:
-        The fits with the step, its amplitude their last coordinate; None: no fit shows one.
+        The fits with the step; None: no fit shows one.
     """
     model, found = _with_step(contest.objective.model), None
+
+    def is_one_place(one: FloatArray, other: FloatArray) -> bool:
+        return are_same(without_step(model.parameters, one), without_step(model.parameters, other))
+
     for entry in contest.entries:
         # Under wide scales its prior would draw the step to nothing: noise is known by now.
         objective = contest.objective.of(model).under(entry.scales)
@@ -57,9 +62,14 @@ def contest_with_step(
             if found is None:
                 first = _fit(objective, start)
                 found = None if first is None else Contest(objective, first)
-            elif not found.is_known(start, are_same):
+            elif not found.is_known(start, is_one_place):
                 found.challenge(start, entry.scales)
     return found
+
+
+def without_step(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
+    """Return coordinates of a fit with the step as those of the one without, shape (k - 1,)."""
+    return coordinates[~_is_step(parameters)]
 
 
 def step_note(before: Contest, after: Contest) -> str:
@@ -71,7 +81,9 @@ def step_note(before: Contest, after: Contest) -> str:
     """
     first, *others = [region.name for region in after.objective.model.scene.regions]
     at = after.best.minimum.coordinates
-    step = float(at[-1])
+    parameters = after.objective.parameters
+    (place,) = np.flatnonzero(_is_step(parameters))
+    step = float(at[place])
     without, with_it = (
         one.objective.under(one.best.scales).gap(one.best.minimum.coordinates)
         for one in (before, after)
@@ -79,7 +91,7 @@ def step_note(before: Contest, after: Contest) -> str:
     return (
         f'the depth camera reads {" and ".join(others)} {1e3 * abs(step):.1f} mm too '
         f'{"far" if step > 0.0 else "near"} beside {first}: the fit has that in its model '
-        f'({after.objective.parameters.names[-1]}); so {with_it.coverage:.0%} of the rendered '
+        f'({parameters.names[place]}); so {with_it.coverage:.0%} of the rendered '
         f'body is found in the image, with a median gap of {1e3 * with_it.median:.2f} mm, and '
         f'{without.coverage:.0%} with {1e3 * without.median:.2f} mm without'
     )
@@ -110,12 +122,17 @@ def _fit(objective: RobustObjective, start: FloatArray) -> Minimum | None:
 
 
 def _with_step(model: ForwardModel) -> ForwardModel:
-    """Return the model with the step of depth, a parameter after all others."""
+    """Return the model with the step of depth, where a scene that names it would have it."""
     effect = seen_boundary()
     names = effect.fit_names(tuple(part.name for part in effect.components))
     scene = replace(model.scene, fit=(*model.scene.fit, *names))
-    added = make_parameters(scene, names, with_edge_bias=False)
-    known = model.parameters
-    return model.with_parameters(
-        scene, replace(known, parameters=(*known.parameters, *added.parameters))
-    )
+    (added,) = make_parameters(scene, names, with_edge_bias=False)
+    known = list(model.parameters)
+    known.insert(sum(not own.is_nuisance for own in known), added)
+    return model.with_parameters(scene, replace(model.parameters, parameters=tuple(known)))
+
+
+def _is_step(parameters: ParameterSet) -> BoolArray:
+    """Tell which parameter is the step, shape (k,)."""
+    identifier = seen_boundary().identifier
+    return np.array([own.effect == identifier for own in parameters])

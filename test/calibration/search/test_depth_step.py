@@ -13,6 +13,7 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS, noisy, observation, true_depth
+from support.two_materials import second_material
 
 _STEP = 0.022  # More than the 20 mm at which a robust fit gives pixels up [m].
 _NAME = 'depth_bias_by_region.bias'
@@ -24,21 +25,9 @@ def _scene(start: float = MODULUS):
     return beam_scene((8, 2, 2), modulus=start, region_count=2, fit=_FIT)
 
 
-def _second() -> np.ndarray:
-    """Tell which pixels show the second region, shape (H, W)."""
-    seen = observation(true_depth())
-    calibration = Calibration(_scene(), [seen])
-    comparer = calibration.likelihood('a test').comparers[0]
-    (view,) = calibration.model.views(calibration.parameters.start())
-    is_second = np.zeros(seen.depth.shape, dtype=bool)
-    window = is_second[view.trace.rows, view.trace.columns]
-    window[:] = comparer.is_second(view.trace) & np.isfinite(view.trace.depth)
-    return is_second
-
-
 def _observation(step: float) -> Observation:
     depth = noisy(true_depth(), np.random.default_rng(3))
-    depth[_second()] += step
+    depth[second_material()] += step
     return observation(depth)
 
 
@@ -54,6 +43,9 @@ def _fit(
 def test_a_step_beyond_a_robust_fit_is_found_and_told(step: float, start: float) -> None:
     calibration, result = _fit(step, start)
     assert result.outcome is Outcome.CONVERGED
+    # Who goes on from scene and values, as a tracker does, has the same parameters in this order.
+    again = Calibration(calibration.scene, [_observation(step)], _QUICK)
+    assert again.parameters.names == calibration.parameters.names
     assert result[_NAME].value == pytest.approx(step, abs=5e-4)
     assert result['youngs_modulus.part_0'].value == pytest.approx(MODULUS, rel=0.05)
     assert result.gap_end.coverage > 0.97
@@ -83,7 +75,7 @@ def test_nothing_is_added_where_something_else_is_missing() -> None:
     """Of half the body there is no depth: no step brings it back."""
     seen = _observation(0.0)
     depth = seen.depth.copy()
-    depth[_second() & (np.arange(len(depth))[:, None] % 4 < 2)] = np.nan
+    depth[second_material() & (np.arange(len(depth))[:, None] % 4 < 2)] = np.nan
     result = Calibration(_scene(), [replace(seen, depth=depth)], _QUICK).run()
     assert result.outcome is Outcome.MODEL_DISAGREES
     assert _NAME not in result.values()
@@ -93,7 +85,7 @@ def test_nothing_is_added_where_something_else_is_missing() -> None:
 def test_a_step_is_not_added_where_it_only_led_to_a_better_place() -> None:
     """From the first place, a table behind the body taken for it, the way leads over a step."""
     depth = noisy(true_depth(), np.random.default_rng(5))
-    table = np.nanmedian(depth[_second()]) + 0.03
+    table = np.nanmedian(depth[second_material()]) + 0.03
     seen = observation(np.where(np.isnan(depth), table, depth))
     result = Calibration(_scene(20e3), [seen], _QUICK).run()
     assert result.outcome is Outcome.CONVERGED
