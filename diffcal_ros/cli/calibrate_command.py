@@ -101,7 +101,8 @@ def _add_care_options(group: Any) -> None:
         '--no-search',
         action='store_true',
         help='fit from the start values only; without it the whole range of modulus and placement '
-        'is searched for where to start, and other answers that explain the data are reported',
+        'is searched for where to start, other answers that explain the data are reported, and a '
+        'body of several regions that is met in part is looked at for a step of depth in between',
     )
     group.add_argument(
         '--no-mesh-error',
