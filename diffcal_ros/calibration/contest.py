@@ -56,11 +56,14 @@ class Contest:
         entries: fits, the best first.
     """
 
-    def __init__(self, objective: RobustObjective, first: Minimum) -> None:
-        """Begin with one fit, whose scales the objective has."""
+    def __init__(self, objective: RobustObjective, first: Minimum | None = None) -> None:
+        """Begin with one fit, whose scales the objective has, or with none."""
         self.objective = objective
-        self._parameters = objective.parameters
-        self.entries = [Entry(first, objective.scales)]
+        self.entries = [] if first is None else [Entry(first, objective.scales)]
+
+    @property
+    def _parameters(self) -> ParameterSet:
+        return self.objective.parameters
 
     @property
     def best(self) -> Entry:
@@ -73,24 +76,15 @@ class Contest:
 
     def challenge(self, start: FloatArray, scales: Scales | None = None) -> None:
         """Fit from another start, as far as it is worth it; `scales` are what it begins with."""
-        best, trial = self.best, self.objective.under(scales or Scales())
-        yardstick = self.objective.under(best.scales)
-
-        def goes_on(iteration: Iteration) -> bool:
-            if iteration.number < _PATIENCE:
-                return True
-            misfit = yardstick.misfit(iteration.coordinates)
-            return not misfit.is_worse(lowest, _HOPELESS, _CLEARLY_BETTER)
-
+        trial = self.objective.under(scales or Scales())
         try:
-            lowest = yardstick.misfit(best.minimum.coordinates)
             minimum = minimise(
                 trial,
                 start,
                 self._parameters.bounds(),
                 longest_steps(self._parameters),
                 max_iterations=_MOST_STEPS,
-                on_iteration=goes_on,
+                on_iteration=self._patience(),
             )
         except NotSimulatedError:
             return
@@ -98,12 +92,31 @@ class Contest:
             self.entries.append(Entry(minimum, trial.scales))
             self._sort()
 
+    def _patience(self) -> Callable[[Iteration], bool]:
+        """Return what gives a fit up that has not come near the best, if there is one yet.
+
+        Raises:
+            NotSimulatedError: when the best cannot be simulated from where the model stands.
+        """
+        if not self.entries:
+            return lambda _: True
+        yardstick = self.objective.under(self.best.scales)
+        lowest = yardstick.misfit(self.best.minimum.coordinates)
+
+        def goes_on(iteration: Iteration) -> bool:
+            if iteration.number < _PATIENCE:
+                return True
+            misfit = yardstick.misfit(iteration.coordinates)
+            return not misfit.is_worse(lowest, _HOPELESS, _CLEARLY_BETTER)
+
+        return goes_on
+
     def alternatives(self, are_same: Callable[..., bool]) -> tuple[Alternative, ...]:
         """Return the other fits, each place once, as they stand under the finest scales."""
         if len(self.entries) == 1:
             return ()
         parameters = self._parameters
-        objective, kept = self.objective.under(self.finest()), [self.best.minimum.coordinates]
+        objective, kept = self.objective.under(self._finest()), [self.best.minimum.coordinates]
         best_gap, lowest = objective.gap_and_misfit(kept[0])
         found = []
         for entry in self.entries[1:]:
@@ -129,7 +142,7 @@ class Contest:
             )
         return tuple(found)
 
-    def finest(self) -> Scales:
+    def _finest(self) -> Scales:
         """Return the scales of the fit with the least noise.
 
         Noise is the data's: where one place leaves little, no other may count as much as noise.
@@ -140,7 +153,7 @@ class Contest:
 
     def is_beaten_by(self, other: 'Contest') -> bool:
         """Tell whether the best fit of another model of the same images is clearly better."""
-        scales = min(self.finest(), other.finest(), key=lambda own: own.depth.noise)
+        scales = min(self._finest(), other._finest(), key=lambda own: own.depth.noise)
         here, there = (one._misfit(one.best, scales) for one in (self, other))
         if here is None or there is None:
             return here is None and there is not None
@@ -159,7 +172,7 @@ class Contest:
         A fit that ran out of steps is preferred to one that ended only where it is clearly better:
         of two that lead to one place, the one that arrived stands for it.
         """
-        scales = self.finest()
+        scales = self._finest()
 
         def rank(own: Entry) -> float:
             misfit = self._misfit(own, scales)

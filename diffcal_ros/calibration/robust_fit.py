@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.fit_method import Doubts, FitEnd, OnIteration
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.seen_regions import require_seen_regions
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
@@ -52,7 +53,11 @@ class RobustFit:
     """
 
     def __init__(self, objective: RobustObjective, settings: CalibrationSettings) -> None:
-        self.objective, self._model, self._settings = objective, objective.model, settings
+        self.objective, self._settings = objective, settings
+
+    @property
+    def _model(self) -> ForwardModel:
+        return self.objective.model
 
     @property
     def _parameters(self) -> ParameterSet:
@@ -84,7 +89,6 @@ class RobustFit:
         notes = () if contest is first else (step_note(first, contest),)
         best = contest.best
         self.objective = contest.objective.under(best.scales)
-        self._model = self.objective.model
         if best.minimum is not minimum:
             end = best.minimum
             on_iteration(Iteration(end.iterations, end.coordinates, end.linearisation.cost))

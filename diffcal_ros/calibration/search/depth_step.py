@@ -12,21 +12,16 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.seen_fit import SeenFit
 from diffcal_ros.effects.registry import seen_boundary
-from diffcal_ros.errors import NotSimulatedError
-from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-
-_MOST = 30
 
 
 def may_have_step(scene: Scene, parameters: ParameterSet) -> bool:
@@ -50,21 +45,18 @@ def contest_with_step(
     Returns:
         The fits with the step; None: no fit shows one.
     """
-    model, found = _with_step(contest.objective.model), None
+    model = _with_step(contest.objective.model)
+    found = Contest(contest.objective.of(model))
 
     def is_one_place(one: FloatArray, other: FloatArray) -> bool:
         return are_same(without_step(model.parameters, one), without_step(model.parameters, other))
 
     for entry in contest.entries:
-        # Under wide scales its prior would draw the step to nothing: noise is known by now.
-        objective = contest.objective.of(model).under(entry.scales)
         for start in _starts(contest.objective, entry.minimum.coordinates, model.parameters):
-            if found is None:
-                first = _fit(objective, start)
-                found = None if first is None else Contest(objective, first)
-            elif not found.is_known(start, is_one_place):
+            if not found.is_known(start, is_one_place):
+                # Under wide scales a prior would draw the step to nothing; noise is known by now.
                 found.challenge(start, entry.scales)
-    return found
+    return found if found.entries else None
 
 
 def without_step(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
@@ -108,17 +100,6 @@ def _starts(
     lower, upper = parameters.bounds()
     coordinates = [[{**ended, **start}[own] for own in parameters.names] for start in proposed]
     return [np.clip(own, lower, upper) for own in coordinates]
-
-
-def _fit(objective: RobustObjective, start: FloatArray) -> Minimum | None:
-    """Return where a fit ends; None: it does not."""
-    parameters = objective.parameters
-    longest = longest_steps(parameters)
-    try:
-        minimum = minimise(objective, start, parameters.bounds(), longest, max_iterations=_MOST)
-    except NotSimulatedError:
-        return None
-    return minimum if minimum.stop in (Stop.CONVERGED, Stop.EXHAUSTED) else None
 
 
 def _with_step(model: ForwardModel) -> ForwardModel:
