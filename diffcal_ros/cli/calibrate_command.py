@@ -114,7 +114,15 @@ def _add_care_options(group: Any) -> None:
 def _add_machine_options(group: Any) -> None:
     group.add_argument(
         '--solver',
-        choices=('auto', 'pardiso', 'cholmod', 'multifrontal', 'qdldl', 'superlu'),
+        choices=(
+            'auto',
+            'pardiso',
+            'cholmod',
+            'multifrontal',
+            'multifrontal_torch',
+            'qdldl',
+            'superlu',
+        ),
         default='auto',
         help='sparse solver (default: the fastest that is installed)',
     )

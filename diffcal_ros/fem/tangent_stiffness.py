@@ -66,7 +66,7 @@ class TangentStiffness:
             )
             self._free = self.pattern.free_nodes
             self._stiffness = body.make_stiffness(self.pattern)
-            self._solver = make_solver(self.pattern, solver)
+            self._solver = make_solver(self.pattern, solver, device=body.device)
         self._factor_positions: FloatArray | None = None
         self._factor_material = -1
         self._iterations = 0  # Since the last factorisation, or since a solution was begun.

@@ -8,6 +8,7 @@ from diffcal_ros.device_array import device_names
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.laws import find_law, law_names
+from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError
 from diffcal_ros.fem.static_body import StaticBody
 from diffcal_ros.material import LameConvention, Material
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
@@ -61,6 +62,37 @@ def test_a_body_rests_and_follows_as_on_the_processor(gpu, element, law, random)
     bound = 1e-6 * np.abs(expected).max()
     found = there.gradient(by_positions).youngs_modulus
     np.testing.assert_allclose(found, expected, rtol=0, atol=bound)
+
+
+def test_the_gpu_factors_as_the_processor_again_and_again(gpu, random) -> None:
+    mesh = beam_mesh((24, 6, 5))
+    body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh))
+    ones = np.ones(mesh.tet_count)
+    pattern = body.solver.stiffness.pattern
+    here, there = (
+        make_solver(pattern, name, needs_exact=True, device=gpu)
+        for name in ('multifrontal', 'multifrontal_torch')
+    )
+    sides = random.normal(size=(pattern.size, 3))
+    for modulus in (20e3, 90e3):
+        material = Material(modulus * ones, 0.45 * ones, 1080.0 * ones, LameConvention.CONSISTENT)
+        body.elastic.set_lame_parameters(material.lame_parameters())
+        values = body.solver.stiffness.values(body.own_discretisation.rest_nodes)
+        here.factor(values)
+        there.factor(values)
+        for right in (sides, sides[:, 0], sides[:, 1]):
+            expected = here.solve(right)
+            bound = 1e-9 * np.abs(expected).max()
+            np.testing.assert_allclose(there.solve(right), expected, rtol=0, atol=bound)
+    with pytest.raises(NotPositiveDefiniteError):
+        there.factor(-values)
+
+
+def test_a_large_body_on_a_gpu_is_factored_there(gpu) -> None:
+    mesh = beam_mesh((24, 6, 5))
+    body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh), device=gpu)
+    assert body.solver.stiffness.pattern.size > 10_000
+    assert body.solver.stiffness.solver_name == 'multifrontal_torch'
 
 
 def test_depth_and_its_gradient_are_as_on_the_processor(gpu, random) -> None:
