@@ -79,7 +79,8 @@ test: lint build ## Lint, build and run every test but the slow ones; fails when
 test-gpu: $(VENV)/.test ## Run the tests that need a GPU; says so, and fails, where there is none.
 	@mkdir -p build; rm -f build/gpu.xml; export OMP_NUM_THREADS=$${OMP_NUM_THREADS:-1}; \
 	$(BIN)/python -m pytest -m gpu --junitxml build/gpu.xml || failed=1; \
-	$(BIN)/python -c '$(TESTS_RAN)' build/gpu.xml || { echo 'NOTHING WAS RUN: this machine has no GPU' >&2; failed=1; }; \
+	if [ ! -f build/gpu.xml ]; then echo 'NOTHING WAS RUN: pytest did not start, see above' >&2; failed=1; \
+	elif ! $(BIN)/python -c '$(TESTS_RAN)' build/gpu.xml; then echo 'NOTHING WAS RUN: this machine has no GPU' >&2; failed=1; fi; \
 	exit $${failed:-0}
 
 .PHONY: test-slow

@@ -19,9 +19,12 @@ def require_device(name: str) -> None:
     Raises:
         InputError: listing the devices there are.
     """
-    known = [str(device.alias) for device in wp.get_devices()]
+    known = device_names()
     if name not in known:
-        raise InputError(f'device is {name!r}: this machine has {", ".join(known)}')
+        raise InputError(
+            f'device is {name!r}: this machine has {", ".join(known)}; name one of these, and '
+            'where a GPU is missing see that nvidia-smi lists it'
+        )
 
 
 def upload(target: Any, values: NDArray[Any]) -> None:

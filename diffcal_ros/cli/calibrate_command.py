@@ -163,6 +163,7 @@ def run(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
     """Check what was asked for before anything slow begins."""
     from diffcal_ros.calibration.settings import CalibrationSettings
+    from diffcal_ros.device_array import require_device
     from diffcal_ros.errors import InputError
 
     is_alone = not is_field_asked(args) and args.law != _ALL_LAWS
@@ -186,18 +187,9 @@ def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings'
         profile=tuple(args.profile),
         search=not args.no_search,
     )
-    _check_device(args.device)
+    require_device(args.device)
     _check_targets(args.out)
     return settings
-
-
-def _check_device(name: str) -> None:
-    from diffcal_ros.device_array import device_names
-    from diffcal_ros.errors import InputError
-
-    known = device_names()
-    if name not in known:
-        raise InputError(f'device is {name!r}: this machine has {", ".join(known)}')
 
 
 def _check_targets(out: Path) -> None:
