@@ -17,6 +17,7 @@ from typing import Any
 from diffcal_ros.fem.element import Element
 from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.tet_mesh import TetMesh
 from equilibrium import GRAVITY, MODULUS, uniform_material
 from measuring import cantilevers, write
 import numpy as np
@@ -31,13 +32,23 @@ BODIES = {
 }
 
 
+def body_mesh(name: str) -> TetMesh:
+    """Return the mesh of one of `BODIES`."""
+    mesh_name, refinements = BODIES[name]
+    return refined(cantilevers()[mesh_name], refinements)
+
+
+def refined(mesh: TetMesh, times: int) -> TetMesh:
+    """Return a mesh with each tetrahedron cut into eight so many times."""
+    for _ in range(times):
+        mesh = mesh.refined()[0]
+    return mesh
+
+
 def measure(name: str, solver: str) -> dict[str, Any]:
     """Settle one body from rest, and again with 5 % more modulus."""
-    mesh_name, refinements = BODIES[name]
     _warm_up(solver)
-    mesh = cantilevers()[mesh_name]
-    for _ in range(refinements):
-        mesh = mesh.refined()[0]
+    mesh = body_mesh(name)
     held = np.flatnonzero(mesh.rest_positions[:, 0] >= 0.07 - 1e-9).astype(np.int32)
     begun = time.process_time()
     body = StaticBody(mesh, Element.QUADRATIC, held, solver=solver)
