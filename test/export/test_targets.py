@@ -195,7 +195,9 @@ def test_newton_s_arrays_hold_both_conventions(body, tmp_path):
 def test_newton_builds_the_body(body, tmp_path):
     pytest.importorskip('newton', reason='newton is not installed')
     (path,) = find_target('newton').write(body, tmp_path)
-    model = player('newton').build(path).finalize()
+    content = player('newton').load(path)
+    # Lame's parameters are what `SolverVBD` takes.
+    model = player('newton').build(content, 'vbd').finalize()
     assert (model.particle_count, model.tet_count) == (body.mesh.vertex_count, body.mesh.tet_count)
     masses = model.particle_mass.numpy()
     held = np.zeros(len(masses), dtype=bool)
@@ -205,7 +207,7 @@ def test_newton_builds_the_body(body, tmp_path):
     np.testing.assert_allclose(model.tet_materials.numpy()[:, 0], body.lame_mu, rtol=SAME)
     np.testing.assert_allclose(model.gravity.numpy().reshape(-1), body.gravity, rtol=SAME)
     # In so short a time it falls, but for what is held.
-    moved = player('newton').play(path, 0.02, 5)
+    moved = player('newton').play_vbd(path, 0.02, 5)
     assert not moved[body.held].any()
     fallen = moved @ body.gravity / np.linalg.norm(body.gravity)
     assert 1e-3 < fallen.max() < 4e-3

@@ -50,7 +50,9 @@ _KNOWN = (
     Simulator(
         'newton',
         'stable_neo_hookean',
-        'the same elements, and a neo-Hookean law that agrees with it for small strains',
+        'the same elements and, in `SolverSemiImplicit`, the same law',
+        package='newton',
+        module='newton_run',
     ),
     Simulator(
         'sofa',

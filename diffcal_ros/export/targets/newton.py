@@ -10,6 +10,7 @@ The file has both.
 
 import io
 from pathlib import Path
+from typing import Any
 
 from diffcal_ros.atomic_file import write_bytes_atomically
 from diffcal_ros.export.exported_body import ExportedBody
@@ -21,23 +22,27 @@ SIMULATOR = 'newton'
 
 def write(body: ExportedBody, folder: Path) -> list[Path]:
     """Write `body.npz`."""
-    smith = Material(body.youngs_modulus, body.poissons_ratio, body.density).lame_parameters()
     content = io.BytesIO()
-    np.savez_compressed(
-        content,
-        vertices=body.mesh.rest_positions,
-        tets=body.mesh.tets,
-        held=body.held,
-        gravity=body.gravity,
-        density=body.density,
-        vertex_masses=body.vertex_masses,
-        lame_mu=body.lame_mu,
-        lame_lambda=body.lame_lambda,
-        neo_hookean_mu=smith.neo_hookean_mu,
-        neo_hookean_lambda=smith.neo_hookean_lambda,
-        strain_rate_damping=body.damping,
-        stiffness_damping=body.stiffness_damping,
-    )
+    np.savez_compressed(content, **arrays(body))
     path = folder / 'body.npz'
     write_bytes_atomically(path, content.getvalue())
     return [path]
+
+
+def arrays(body: ExportedBody) -> dict[str, Any]:
+    """Return what the file holds, by name, in SI units."""
+    smith = Material(body.youngs_modulus, body.poissons_ratio, body.density).lame_parameters()
+    return {
+        'vertices': body.mesh.rest_positions,
+        'tets': body.mesh.tets,
+        'held': body.held,
+        'gravity': body.gravity,
+        'density': body.density,
+        'vertex_masses': body.vertex_masses,
+        'lame_mu': body.lame_mu,
+        'lame_lambda': body.lame_lambda,
+        'neo_hookean_mu': smith.neo_hookean_mu,
+        'neo_hookean_lambda': smith.neo_hookean_lambda,
+        'strain_rate_damping': body.damping,
+        'stiffness_damping': body.stiffness_damping,
+    }

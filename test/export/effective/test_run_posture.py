@@ -115,6 +115,27 @@ def test_mujoco_comes_to_the_same_rest_from_two_places(scene):
         np.testing.assert_allclose(come_to_rest(body, start), ours, atol=1e-5)
 
 
+def test_newton_comes_to_the_same_rest_from_two_places(scene):
+    """Its law is the neo-Hookean one: two independent simulators of the same elements."""
+    pytest.importorskip('newton', reason='newton is not installed')
+    from diffcal_ros.export.effective.newton_run import come_to_rest
+
+    body = exported_body(scene, scene.observations[0])
+    ours = settle_linear(body, 'stable_neo_hookean')
+    for start in (body.mesh.rest_positions, settle_linear(body, LAW)):
+        np.testing.assert_allclose(come_to_rest(body, start), ours, atol=1e-5)
+
+
+def test_newton_that_never_rests_is_told(scene, monkeypatch):
+    pytest.importorskip('newton', reason='newton is not installed')
+    from diffcal_ros.export.effective import newton_run
+
+    monkeypatch.setattr(newton_run, '_MOST_STEPS', 50)
+    body = exported_body(scene, scene.observations[0])
+    with pytest.raises(EquilibriumError, match='Newton did not come to rest within 50 steps'):
+        newton_run.come_to_rest(body, body.mesh.rest_positions)
+
+
 def test_mujoco_that_never_rests_is_told(scene, monkeypatch):
     pytest.importorskip('mujoco', reason='mujoco is not installed')
     from diffcal_ros.export.effective import mujoco_run

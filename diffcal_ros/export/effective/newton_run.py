@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Run Newton until a body is at rest.
+
+By `SolverSemiImplicit`: `SolverVBD` stops each step far from its solution with usual numbers of
+iterations. Its steps are short, so that the way to rest is dynamic relaxation with kinetic damping
+(Cundall 1976): the body moves undamped, and stands still for a moment whenever its kinetic energy
+has passed a peak, which is where it passes its rest.
+"""
+
+import math
+
+from diffcal_ros.export.exported_body import ExportedBody
+from diffcal_ros.export.players import play_newton
+from diffcal_ros.export.targets.newton import arrays
+from diffcal_ros.fem.equilibrium import EquilibriumError
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# A body is at rest when no vertex moved further than this [m] ...
+_STILL = 5e-7
+_PATIENCE = 2  # ... during so many times the longest way from one peak to the next.
+_SMOOTHING = 0.5  # Rayleigh's factor on the way to rest, in steps.
+_LOOK = 10  # Steps between two looks at the kinetic energy.
+_MOST_STEPS = 400_000
+
+
+def come_to_rest(body: ExportedBody, start: FloatArray) -> FloatArray:
+    """Return where Newton's vertices come to rest; see `simulators.Run`.
+
+    Args:
+        body: to be simulated.
+        start: vertices where the simulation begins [m], shape (V, 3).
+
+    Raises:
+        EquilibriumError: when it falls apart, or moves on for very long.
+    """
+    content = arrays(body)
+    # Waves through single tetrahedra die out in a few steps; slow modes do not notice.
+    stiffness = float((body.lame_lambda + 2.0 * body.lame_mu).min())
+    damping = _SMOOTHING * play_newton.stable_step(content) * stiffness
+    stepper = play_newton.Stepper(content, start, damping)
+    masses = np.where(np.isin(np.arange(len(start)), body.held), 0.0, body.vertex_masses)
+    energy, longest, peak, since, anchor = 0.0, 0, 0, 0, start
+    for step in range(_LOOK, _MOST_STEPS, _LOOK):
+        stepper.advance(_LOOK)
+        now = float(masses @ (stepper.velocities**2).sum(axis=1))
+        if not math.isfinite(now):
+            raise EquilibriumError('Newton: the body fell apart on its way to rest')
+        if now < energy:
+            stepper.stop()
+            longest, peak, now = max(longest, step - peak), step, 0.0
+            positions = stepper.positions
+            if np.abs(positions - anchor).max() > _STILL:
+                since, anchor = step, positions
+            elif step - since >= _PATIENCE * longest:
+                return positions
+        energy = now
+    raise EquilibriumError(f'Newton did not come to rest within {_MOST_STEPS} steps')
