@@ -4,8 +4,8 @@
 
 By `SolverSemiImplicit`: `SolverVBD` stops each step far from its solution with usual numbers of
 iterations. Its steps are short, so that the way to rest is dynamic relaxation with kinetic damping
-(Cundall 1976): the body moves undamped, and stands still for a moment whenever its kinetic energy
-has passed a peak, which is where it passes its rest.
+(Cundall 1976): the body is stopped whenever its kinetic energy has passed a peak, which is where
+it passes its rest. Only waves through single tetrahedra are damped besides.
 """
 
 import math
@@ -22,7 +22,8 @@ FloatArray = NDArray[np.float64]
 # A body is at rest when no vertex moved further than this [m] ...
 _STILL = 5e-7
 _PATIENCE = 2  # ... during so many times the longest way from one peak to the next.
-_SMOOTHING = 0.5  # Rayleigh's factor on the way to rest, in steps.
+# In steps: fast waves die out in a few of them, slow modes do not notice.
+_SMOOTHING = 0.5
 _LOOK = 10  # Steps between two looks at the kinetic energy.
 _MOST_STEPS = 400_000
 
@@ -37,16 +38,11 @@ def come_to_rest(body: ExportedBody, start: FloatArray) -> FloatArray:
     Raises:
         EquilibriumError: when it falls apart, or moves on for very long.
     """
-    content = arrays(body)
-    # Waves through single tetrahedra die out in a few steps; slow modes do not notice.
-    stiffness = float((body.lame_lambda + 2.0 * body.lame_mu).min())
-    damping = _SMOOTHING * play_newton.stable_step(content) * stiffness
-    stepper = play_newton.Stepper(content, start, damping)
-    masses = np.where(np.isin(np.arange(len(start)), body.held), 0.0, body.vertex_masses)
+    stepper = play_newton.Stepper(arrays(body), start, _SMOOTHING)
     energy, longest, peak, since, anchor = 0.0, 0, 0, 0, start
     for step in range(_LOOK, _MOST_STEPS, _LOOK):
         stepper.advance(_LOOK)
-        now = float(masses @ (stepper.velocities**2).sum(axis=1))
+        now = float(body.vertex_masses @ (stepper.velocities**2).sum(axis=1))
         if not math.isfinite(now):
             raise EquilibriumError('Newton: the body fell apart on its way to rest')
         if now < energy:

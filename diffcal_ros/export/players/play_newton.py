@@ -46,6 +46,8 @@ def build(
         k_mu=body[f'{kind}_mu'],
         k_lambda=body[f'{kind}_lambda'],
         k_damp=damping,
+        # By default particles collide within decimetres: `SolverSemiImplicit` bursts the body.
+        particle_radius=0.0,
     )
     # One density is taken; regions may have several, so the masses are set as they are.
     masses = body['vertex_masses'].copy()
@@ -76,23 +78,23 @@ class Stepper:
     """
 
     def __init__(
-        self, body: Mapping[str, np.ndarray], start: np.ndarray, damping: float = 0.0
+        self, body: Mapping[str, np.ndarray], start: np.ndarray, smoothing: float = 0.0
     ) -> None:
         """Build the body where a simulation begins.
 
         Args:
             body: arrays of the file.
             start: vertices [m], shape (V, 3).
-            damping: by the rate of the deformation gradient [Pa s].
+            smoothing: damping of waves by the rate of the deformation gradient, as Rayleigh's
+                factor in steps.
         """
-        model = build(body, damping=damping).finalize()
-        # Particles collide within a radius of decimetres by default: a body would burst.
-        model.particle_grid = None
+        self.step = stable_step(body)
+        stiffness = float((body['lame_lambda'] + 2.0 * body['lame_mu']).min())
+        model = build(body, damping=smoothing * self.step * stiffness).finalize()
         self._solver = newton.solvers.SolverSemiImplicit(model, enable_tri_contact=False)
         self._now, self._next = model.state(), model.state()
         self._control = model.control()
         self._now.particle_q.assign(start.astype(np.float32))
-        self.step = stable_step(body)
 
     @property
     def positions(self) -> np.ndarray:
@@ -121,9 +123,7 @@ def play(path: Path, seconds: float) -> np.ndarray:
     body = load(path)
     rest = body['vertices']
     stepper = Stepper(body, rest)
-    print(
-        f'{len(rest)} vertices, {body["vertex_masses"].sum():.4g} kg, steps {stepper.step:.2g} s'
-    )
+    _introduce(body)
     reports = max(1, round(10.0 * seconds))
     for number in range(1, reports + 1):
         stepper.advance(math.ceil(seconds / reports / stepper.step))
@@ -133,7 +133,9 @@ def play(path: Path, seconds: float) -> np.ndarray:
 
 def play_vbd(path: Path, seconds: float, iterations: int) -> np.ndarray:
     """Do the same by `SolverVBD`."""
-    model = build(load(path), _VBD).finalize()
+    body = load(path)
+    _introduce(body)
+    model = build(body, _VBD).finalize()
     solver = newton.solvers.SolverVBD(model, iterations=iterations)
     state, after = model.state(), model.state()
     control, rest = model.control(), state.particle_q.numpy().copy()
@@ -143,6 +145,10 @@ def play_vbd(path: Path, seconds: float, iterations: int) -> np.ndarray:
         if number % 30 == 0:
             _tell(number * _VBD_STEP, state.particle_q.numpy() - rest)
     return np.asarray(state.particle_q.numpy() - rest, dtype=float)
+
+
+def _introduce(body: Mapping[str, np.ndarray]) -> None:
+    print(f'{len(body["vertices"])} vertices, {body["vertex_masses"].sum():.4g} kg')
 
 
 def _tell(time: float, moved: np.ndarray) -> None:
