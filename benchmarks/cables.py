@@ -16,9 +16,9 @@ import sys
 import time
 from typing import Any
 
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import Conditions
 from diffcal_ros.recording.dataset_import import import_case
 from diffcal_ros.reproduction.row import load_row, merged
 from diffcal_ros.reproduction.run_row import run_row

@@ -11,7 +11,7 @@ from itertools import permutations
 
 from coarsening_fit import compare
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import LameConvention
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Quantity, Region, Scene

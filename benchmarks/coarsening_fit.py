@@ -14,7 +14,7 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.synthetic.posed_body import pose_body, PosedBody

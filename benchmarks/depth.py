@@ -5,8 +5,8 @@
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.ray_reference import trace_rays
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from measuring import cantilevers, timed, write

@@ -6,9 +6,9 @@ import argparse
 import time
 from typing import Any
 
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import LameConvention, Material
 from measuring import cantilevers, timed, write
 import numpy as np

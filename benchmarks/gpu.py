@@ -20,16 +20,16 @@ from depth import CAMERA
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.device_array import device_names
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.sparse_solver import make_solver
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.linear_solvers import make_solver
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.mesh_files import read_mesh
 from diffcal_ros.tet_mesh import TetMesh
+from diffcal_ros.warp_runtime.device_array import device_names
 from equilibrium import GRAVITY, MODULUS, uniform_material
 from large_bodies import BODIES, body_mesh, refined
 from measuring import write

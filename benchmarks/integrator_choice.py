@@ -13,7 +13,7 @@ import time
 from typing import Any
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.held_nodes import HeldNodes
@@ -21,7 +21,7 @@ from diffcal_ros.fem.motion.implicit_march import _step, _StepFailedError, _tole
 from diffcal_ros.fem.motion.inputs import MotionInputs, Release
 from diffcal_ros.fem.motion.start import Start
 from diffcal_ros.fem.motion.step_system import StepSystem
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 from measuring import cantilevers, write
 import numpy as np

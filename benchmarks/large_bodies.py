@@ -14,9 +14,9 @@ import resource
 import time
 from typing import Any
 
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.tet_mesh import TetMesh
 from equilibrium import GRAVITY, MODULUS, uniform_material
 from measuring import cantilevers, write

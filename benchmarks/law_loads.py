@@ -16,7 +16,7 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.law_choice import with_law
 from diffcal_ros.scene.model import HeldPart, Scene, Turn

@@ -17,7 +17,7 @@ import sys
 import tempfile
 from typing import Any
 
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.changing_body import BodyState, record_changes
 from diffcal_ros.synthetic.filming import Timing

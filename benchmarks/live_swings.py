@@ -17,7 +17,7 @@ import tempfile
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.lidar import LidarModel

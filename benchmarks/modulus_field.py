@@ -24,7 +24,7 @@ from diffcal_ros.calibration.field.linear_system import FieldSystem
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.residuals.gap import measure_gap
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.recording.dataset_import import import_case
 from diffcal_ros.report.along_body import along_body

@@ -12,10 +12,10 @@ import time
 from typing import Any
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.motion.inputs import MotionChange, Release
 from diffcal_ros.fem.motion.moving_body import Motion, MovingBody
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import LameConvention, Material
 from measuring import cantilevers, timed, write
 import numpy as np

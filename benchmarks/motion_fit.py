@@ -17,7 +17,7 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene

@@ -12,10 +12,10 @@ from itertools import product
 import time
 from typing import Any
 
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import rotation_matrix
 from measuring import cantilevers, write

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from diffcal_ros.diagnosis.verdict.verdict import save_verdict as save_verdict
     from diffcal_ros.diagnosis.verdict.verdict import Verdict as Verdict
     from diffcal_ros.errors import InputError as InputError
-    from diffcal_ros.fem.conditions import Conditions as Conditions
-    from diffcal_ros.fem.element import Element as Element
-    from diffcal_ros.fem.force_changes import Change as Change
+    from diffcal_ros.fem.elements.element import Element as Element
     from diffcal_ros.fem.motion.inputs import Release as Release
     from diffcal_ros.fem.motion.moving_body import MovingBody as MovingBody
-    from diffcal_ros.fem.static_body import StaticBody as StaticBody
+    from diffcal_ros.fem.statics.force_changes import Change as Change
+    from diffcal_ros.fem.statics.static_body import StaticBody as StaticBody
+    from diffcal_ros.fem.terms.conditions import Conditions as Conditions
     from diffcal_ros.material import LameConvention as LameConvention
     from diffcal_ros.material import Material as Material
     from diffcal_ros.offline.calibrate_recordings import open_inputs as open_inputs
@@ -75,15 +75,15 @@ _HOMES = {
     'save_verdict': 'diagnosis.verdict.verdict',
     'Verdict': 'diagnosis.verdict.verdict',
     # Bodies.
-    'Change': 'fem.force_changes',
-    'Conditions': 'fem.conditions',
+    'Change': 'fem.statics.force_changes',
+    'Conditions': 'fem.terms.conditions',
     'Damping': 'damping',
-    'Element': 'fem.element',
+    'Element': 'fem.elements.element',
     'LameConvention': 'material',
     'Material': 'material',
     'MovingBody': 'fem.motion.moving_body',
     'Release': 'fem.motion.inputs',
-    'StaticBody': 'fem.static_body',
+    'StaticBody': 'fem.statics.static_body',
     'TetMesh': 'tet_mesh',
     # Depth images.
     'DepthTracer': 'depth.tracer',

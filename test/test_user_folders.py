@@ -9,8 +9,8 @@ import sys
 
 from diffcal_ros import kernel_cache, user_folders
 from diffcal_ros.errors import InputError
-from diffcal_ros.kernel_cache import settle_kernel_cache
 from diffcal_ros.user_folders import cache_home, settle_home
+from diffcal_ros.warp_runtime.kernel_cache import settle_kernel_cache
 import pytest
 
 NAMES = ('HOME', 'XDG_CACHE_HOME', 'XDG_CONFIG_HOME', 'MPLCONFIGDIR', 'WARP_CACHE_PATH')
@@ -100,7 +100,8 @@ def test_a_machine_without_any_room_is_told(monkeypatch):
 
 def test_warp_starts_in_silence_and_other_words_are_kept():
     code = (
-        'import os, diffcal_ros.device_array, diffcal_ros.warp_start as start\n'
+        'import os, diffcal_ros.warp_runtime.device_array\n'
+        'from diffcal_ros.warp_runtime import start\n'
         'with start._without_expected_lines():\n'
         '    os.write(2, b"Warp: Could not find or load the NVIDIA CUDA driver\\n")\n'
         '    os.write(2, b"Warp CUDA error: real\\n")\n'
@@ -113,7 +114,7 @@ def test_too_little_address_space_is_told_before_a_library_waits_for_it(tmp_path
     code = (
         'import resource; resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))\n'
         'from diffcal_ros.errors import InputError\n'
-        'from diffcal_ros.warp_start import start_warp\n'
+        'from diffcal_ros.warp_runtime.start import start_warp\n'
         'try:\n    start_warp()\nexcept InputError as error:\n    print(error)'
     )
     done = subprocess.run(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.recorder import record, RecorderSettings

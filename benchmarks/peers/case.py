@@ -10,10 +10,10 @@ from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.element import discretise, Element
-from diffcal_ros.fem.force_changes import Change, gravity_loads
+from diffcal_ros.fem.elements.element import discretise, Element
 from diffcal_ros.fem.motion.inputs import Release
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change, gravity_loads
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.tet_mesh import TetMesh

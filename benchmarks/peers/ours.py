@@ -7,10 +7,10 @@ from typing import Any
 
 from diffcal_ros.damping import Damping
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import st_venant_kirchhoff
 from diffcal_ros.fem.motion.moving_body import MovingBody
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 

@@ -5,7 +5,7 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import LameConvention
 from diffcal_ros.scene.model import (
     DepthSensor,

@@ -163,8 +163,8 @@ def run(args: argparse.Namespace) -> int:
 def _settings(args: argparse.Namespace, scene: 'Scene') -> 'CalibrationSettings':
     """Check what was asked for before anything slow begins."""
     from diffcal_ros.calibration.settings import CalibrationSettings
-    from diffcal_ros.device_array import require_device
     from diffcal_ros.errors import InputError
+    from diffcal_ros.warp_runtime.device_array import require_device
 
     is_alone = not is_field_asked(args) and args.law != _ALL_LAWS
     if args.profile and not is_alone:

@@ -114,7 +114,7 @@ def _settings(args: argparse.Namespace, scene: Any) -> Any:
 
 def _suggest_solver(seconds: float) -> None:
     """Say what would make it faster, where that is worth an installation."""
-    from diffcal_ros.fem.sparse_solver import fast_solver
+    from diffcal_ros.fem.linear_solvers import fast_solver
 
     if seconds > _LONG and fast_solver() is None:
         say(

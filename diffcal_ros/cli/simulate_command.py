@@ -140,7 +140,7 @@ def _add_camera_options(group: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Record and say what was written; return the exit code."""
-    from diffcal_ros.fem.element import Element
+    from diffcal_ros.fem.elements.element import Element
     from diffcal_ros.synthetic.filming import Timing
     from diffcal_ros.synthetic.lidar import lidar_of
     from diffcal_ros.synthetic.recorder import record, RecorderSettings

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any, TYPE_CHECKING
 
 from diffcal_ros.depth import area_derivative_kernels, area_kernels
-from diffcal_ros.device_array import (
+from diffcal_ros.warp_runtime.device_array import (
     download,
     float_array,
     int_array,

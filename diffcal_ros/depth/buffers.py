@@ -6,8 +6,8 @@ from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth import derivative_kernels, raster_kernels
-from diffcal_ros.device_array import int_array, zero_ints, zero_points
-from diffcal_ros.launcher import Launcher
+from diffcal_ros.warp_runtime.device_array import int_array, zero_ints, zero_points
+from diffcal_ros.warp_runtime.launcher import Launcher
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp

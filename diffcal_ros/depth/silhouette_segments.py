@@ -3,7 +3,7 @@
 # mypy: ignore-errors
 """What a walk along the outline finds, on a device."""
 
-from diffcal_ros.device_array import zero_floats, zero_ints, zero_points
+from diffcal_ros.warp_runtime.device_array import zero_floats, zero_ints, zero_points
 import warp as wp
 
 

@@ -15,7 +15,7 @@ from diffcal_ros.depth import (
 from diffcal_ros.depth.area_image import AreaImage
 from diffcal_ros.depth.buffers import TracerBuffers
 from diffcal_ros.depth.silhouette_segments import make_segments, Segments
-from diffcal_ros.device_array import (
+from diffcal_ros.warp_runtime.device_array import (
     download,
     float_array,
     int_array,

@@ -13,8 +13,8 @@ from diffcal_ros.depth import raster_kernels
 from diffcal_ros.depth.buffers import TracerBuffers
 from diffcal_ros.depth.surface_edges import surface_edges
 from diffcal_ros.depth.trace import Trace
-from diffcal_ros.device_array import point_array
 from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.warp_runtime.device_array import point_array
 import numpy as np
 from numpy.typing import NDArray
 

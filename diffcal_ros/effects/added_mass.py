@@ -4,8 +4,8 @@
 
 from diffcal_ros.effects.effect import Component, Effect, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.terms.conditions import Conditions
 
 # A mass is spread over this share of the body's length; more in the screening, where one of
 # several places must stand for what is between them.

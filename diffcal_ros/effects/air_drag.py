@@ -4,7 +4,7 @@
 
 from diffcal_ros.effects.effect import Component, Effect, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.terms.conditions import Conditions
 
 
 class AirDrag(Effect):

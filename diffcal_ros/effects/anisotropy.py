@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.element import Discretisation
-from diffcal_ros.fem.potential_terms import Potential, ShearRatioTerm
-from diffcal_ros.fem.sparse_pattern import SparsePattern
+from diffcal_ros.fem.elements.element import Discretisation
+from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
+from diffcal_ros.fem.terms.conditions import Conditions
+from diffcal_ros.fem.terms.potential_terms import Potential, ShearRatioTerm
 import numpy as np
 
 
@@ -79,7 +79,7 @@ class FibreTerm(ShearRatioTerm):
         direction: FloatArray,
     ) -> None:
         # Its kernels, and Warp with them, are not needed to read a scene.
-        from diffcal_ros.fem import fibre_stiffening
+        from diffcal_ros.fem.terms import fibre_stiffening
 
         self._from_fibre = _frame_along(direction)
         super().__init__(self._turned(discretisation), pattern, device, fibre_stiffening)

@@ -4,7 +4,7 @@
 
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.terms.conditions import Conditions
 import numpy as np
 
 _TURN = ('rad/(N m)', 0.0, 100.0, 5.0, 'rad/(N m)', 1.0)

@@ -8,11 +8,11 @@ from typing import Any
 from diffcal_ros.effects.effect import Component, DEGREE, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import pair_of, tilt_components
 from diffcal_ros.effects.site import FitsSeen, Site
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.element import Discretisation
-from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.potential_terms import AddedTerm, Potential, surface_areas
-from diffcal_ros.fem.sparse_pattern import SparsePattern
+from diffcal_ros.fem.elements.element import Discretisation
+from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.terms.conditions import Conditions
+from diffcal_ros.fem.terms.potential_terms import AddedTerm, Potential, surface_areas
 from diffcal_ros.rigid_motion import tilt_axes, upwards
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np

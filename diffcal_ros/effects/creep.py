@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.effects.effect import Component, Effect, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.creep import Creep, CreepChange
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.statics.creep import Creep, CreepChange
+from diffcal_ros.fem.statics.force_changes import Change
 
 
 class MaterialCreep(Effect):

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from diffcal_ros.effects.site import FitsSeen, SeenPixels, Site, Tets
-from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
-from diffcal_ros.fem.creep import Creep
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.statics.creep import Creep
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import pair_of, ROLLED, tilt_components
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np

@@ -5,7 +5,7 @@
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import pair_of
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.conditions import Conditions
+from diffcal_ros.fem.terms.conditions import Conditions
 
 
 class RestCurvature(Effect):

@@ -4,8 +4,8 @@
 
 from diffcal_ros.effects.effect import Component, Effect, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.potential_terms import ShearRatio
+from diffcal_ros.fem.terms.conditions import Conditions
+from diffcal_ros.fem.terms.potential_terms import ShearRatio
 
 
 class StrainStiffening(Effect):
@@ -23,6 +23,6 @@ class StrainStiffening(Effect):
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the energy."""
         # Its kernels, and Warp with them, are not needed to read a scene.
-        from diffcal_ros.fem import strain_stiffening
+        from diffcal_ros.fem.terms import strain_stiffening
 
         return Conditions(potentials=(ShearRatio(own['ratio'], strain_stiffening),))

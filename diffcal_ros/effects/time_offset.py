@@ -4,8 +4,8 @@
 
 from diffcal_ros.effects.effect import Component, Effect, Numbers
 from diffcal_ros.effects.site import Site
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.inputs import MotionChange
+from diffcal_ros.fem.statics.force_changes import Change
 
 
 class TimeOffset(Effect):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import lame_lambda, lame_mu, Material
 from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene

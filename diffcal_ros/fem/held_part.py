@@ -4,7 +4,7 @@
 
 from collections.abc import Callable
 
-from diffcal_ros.fem.element import Discretisation
+from diffcal_ros.fem.elements.element import Discretisation
 import numpy as np
 from numpy.typing import NDArray
 

@@ -10,8 +10,8 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.errors import InputError, RecordingError
-from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 from diffcal_ros.live.swing_window import Swing
 from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Quantity, Scene

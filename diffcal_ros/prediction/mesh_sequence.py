@@ -5,7 +5,7 @@
 from pathlib import Path
 
 from diffcal_ros.atomic_file import replacing, write_text_atomically
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.prediction.predicted_body import PredictedBody
 import numpy as np
 from numpy.typing import NDArray

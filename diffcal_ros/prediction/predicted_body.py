@@ -9,9 +9,9 @@ from diffcal_ros.calibration.observations.observation import Instant, Observatio
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.element import Discretisation
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.elements.element import Discretisation
 from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 from diffcal_ros.prediction.film_times import FilmTimes
 from diffcal_ros.scene.model import ObservationSetup, Scene
 import numpy as np

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.errors import NotSimulatedError
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.proposal.hold import Hold
 from diffcal_ros.tet_mesh import TetMesh

@@ -9,7 +9,7 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.proposal.bent_shape import BentShape
 from diffcal_ros.proposal.clamp_plane import ClampPlane, find_clamp_plane
 from diffcal_ros.proposal.hold import Hold

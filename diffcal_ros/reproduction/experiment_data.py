@@ -13,7 +13,7 @@ from typing import Any
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.errors import RecordingError, SceneError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs, open_inputs
 from diffcal_ros.recording.dataset_import import import_case
 from diffcal_ros.reproduction.row import merged, Variant

@@ -5,12 +5,12 @@
 from diffcal_ros.calibration.observations.observation import MAX_FUSED_FRAMES
 from diffcal_ros.calibration.settings import CalibrationSettings, LOSSES, OPTIMIZERS
 from diffcal_ros.calibration.tracking.tracked import TrackerSettings
-from diffcal_ros.device_array import require_device
 from diffcal_ros.live.inputs import POSE_SOURCES, SCENE
 from diffcal_ros.live.session_settings import DEPTH_QUANTIZATIONS, REFITS, SessionSettings
 from diffcal_ros.live.tracking import TrackingSettings
 from diffcal_ros.ros.diagnostics import PERIOD
 from diffcal_ros.ros.parameters import Setting, Values
+from diffcal_ros.warp_runtime.device_array import require_device
 
 SETTINGS = (
     Setting('autostart', True, 'configure and activate by itself at the start', is_read_only=True),

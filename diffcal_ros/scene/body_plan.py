@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 from diffcal_ros.fem.body_axes import BodyAxes
-from diffcal_ros.fem.cable_route import CableRoute
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law
+from diffcal_ros.fem.terms.cable_route import CableRoute
 from diffcal_ros.scene.cables import cable_routes
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, object_axes, world_positions

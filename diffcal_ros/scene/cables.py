@@ -5,8 +5,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.fem.cable_route import CableRoute, route_through, RouteError
-from diffcal_ros.fem.conditions import CableState
+from diffcal_ros.fem.terms.cable_route import CableRoute, route_through, RouteError
+from diffcal_ros.fem.terms.conditions import CableState
 from diffcal_ros.scene.model import Cable, ObservationSetup, Quantity, Scene
 from diffcal_ros.scene.problems import listed, shown, suggestion
 from diffcal_ros.scene.quantities import NAME, quantity_shape, QuantityRule, read_quantity

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import USUAL_LAW
 from diffcal_ros.material import LameConvention
 from diffcal_ros.scene.cables import read_cables

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import USUAL_LAW
 from diffcal_ros.marker import Marker
 from diffcal_ros.material import LameConvention

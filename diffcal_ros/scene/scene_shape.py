@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What may stand in a scene file, put together from the sections that the readers declare."""
 
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import law_names
 from diffcal_ros.material import LameConvention
 from diffcal_ros.scene.cables import CABLES_SHAPE

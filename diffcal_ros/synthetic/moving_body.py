@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.moving_posture import MovingPosture
 from diffcal_ros.calibration.forward.posture import PostureInputs
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.conditions import NO_CONDITIONS
-from diffcal_ros.fem.equilibrium import EquilibriumError
 from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
+from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.start_material import start_constant, start_material
 from diffcal_ros.synthetic.posed_body import PosedBody

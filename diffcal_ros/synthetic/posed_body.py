@@ -9,8 +9,8 @@ from diffcal_ros.calibration.forward.posture import make_body
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.effects.registry import Amplitudes
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.conditions import NO_CONDITIONS
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
+from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import ObservationSetup, Scene

@@ -13,7 +13,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, RecordingError, SceneError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.recording.bag_writer import BagWriter
 from diffcal_ros.recording.color_frame import ColorFrame
 from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME

@@ -11,7 +11,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError, NotSimulatedError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.rigid_transform import apply, inverse
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.web.arrangement import Arrangement

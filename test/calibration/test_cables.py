@@ -11,7 +11,7 @@ from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 import numpy as np
 import pytest
 from support.fingers import cable, filmed, finger_scene, via_points

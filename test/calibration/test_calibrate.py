@@ -136,7 +136,7 @@ def test_a_bound_is_reported(random) -> None:
 
 
 def test_a_linear_model_is_warned_of_its_mesh(random) -> None:
-    from diffcal_ros.fem.element import Element
+    from diffcal_ros.fem.elements.element import Element
 
     result = calibrate(
         beam_scene(element=Element.LINEAR), [observation(noisy(true_depth(), random))]

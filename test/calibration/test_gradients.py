@@ -8,7 +8,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter

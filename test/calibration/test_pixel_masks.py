@@ -10,8 +10,8 @@ from diffcal_ros.calibration.observations.pixel_masks import (
     pixels_left_out,
 )
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Masks
 import numpy as np
 import pytest

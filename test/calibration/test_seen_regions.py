@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.scene.model import Scene
 import numpy as np
 import pytest

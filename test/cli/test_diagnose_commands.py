@@ -123,6 +123,6 @@ def test_a_spoilt_model_file_is_refused(hidden):
 def test_who_waits_long_is_told_of_a_faster_solver(
     monkeypatch, capsys, seconds, installed, is_told
 ):
-    monkeypatch.setattr('diffcal_ros.fem.sparse_solver.fast_solver', lambda: installed)
+    monkeypatch.setattr('diffcal_ros.fem.linear_solvers.fast_solver', lambda: installed)
     _suggest_solver(seconds)
     assert ("pip install 'diffcal_ros[fast]'" in capsys.readouterr().err) == is_told

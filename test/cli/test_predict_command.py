@@ -4,7 +4,7 @@
 
 import cv2
 from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_DONE
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.recording.bag_reader import open_recording
 import numpy as np
 from PIL import Image

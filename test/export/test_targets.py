@@ -12,9 +12,9 @@ import shutil
 from diffcal_ros.cli.export_command import TARGETS
 from diffcal_ros.export import players
 from diffcal_ros.export.targets import find_target, target_names
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 import meshio
 import numpy as np

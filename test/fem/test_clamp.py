@@ -3,9 +3,9 @@
 """A clamp that gives way: what it follows, and Newton's step towards its load."""
 
 from diffcal_ros.fem.clamp import Clamp, ClampResponse
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import Conditions
 import numpy as np
 import pytest
 from support.beams import beam_mesh, held_end

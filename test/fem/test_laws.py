@@ -4,12 +4,12 @@
 
 from functools import partial
 
-from diffcal_ros.fem.elastic_body import ElasticBody
-from diffcal_ros.fem.element import discretise, Element
+from diffcal_ros.fem.elements.elastic_body import ElasticBody
+from diffcal_ros.fem.elements.element import discretise, Element
+from diffcal_ros.fem.elements.sparse_pattern import make_pattern
 from diffcal_ros.fem.laws import find_law, law_names
 from diffcal_ros.fem.laws.mooney_rivlin import RATIO
-from diffcal_ros.fem.sparse_pattern import make_pattern
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import lame_lambda, lame_mu, LameParameters, Material
 import numpy as np
 import pytest

@@ -4,14 +4,14 @@
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.device_array import device_names
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law, law_names
-from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.linear_solvers import make_solver, NotPositiveDefiniteError
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import LameConvention, Material
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
+from diffcal_ros.warp_runtime.device_array import device_names
 import numpy as np
 import pytest
 from support.beams import beam_mesh, held_end

@@ -4,7 +4,7 @@
 
 from collections.abc import Callable
 
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 from diffcal_ros.least_squares.fixed_form import FixedForm
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation

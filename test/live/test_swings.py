@@ -9,7 +9,7 @@ import threading
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.live.background import Background
 from diffcal_ros.live.health import Level
 from diffcal_ros.live.session import Phase, Session

@@ -8,7 +8,7 @@ import json
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import RecordingError, SceneError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
 from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
 from diffcal_ros.report.page import write_report

@@ -3,7 +3,7 @@
 """Two nodes and DDS: a body that is let go again and again is fitted swing by swing."""
 
 from diagnostic_msgs.msg import DiagnosticArray
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.ros.calibration import CalibrationNode
 from diffcal_ros.ros.depth_source import DepthSourceNode
 from diffcal_ros.synthetic.filming import Timing

@@ -7,7 +7,7 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.cable_route import route_through, RouteError
+from diffcal_ros.fem.terms.cable_route import route_through, RouteError
 from diffcal_ros.rigid_transform import looking_at
 from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.load import load_scene

@@ -7,7 +7,7 @@ from pathlib import Path
 import shutil
 
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import LameConvention
 from diffcal_ros.rigid_transform import rotation_matrix
 from diffcal_ros.scene.load import load_scene

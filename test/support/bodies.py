@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulated bodies for tests."""
 
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import LameConvention, Material
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np

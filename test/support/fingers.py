@@ -5,7 +5,7 @@
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import LameConvention
 from diffcal_ros.rigid_transform import apply, looking_at
 from diffcal_ros.scene.model import Cable, HeldPart, ObservationSetup, Quantity, Region, Scene

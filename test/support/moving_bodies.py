@@ -5,10 +5,10 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.motion.inputs import HeldMotion, MotionChange, Release
 from diffcal_ros.fem.motion.moving_body import Motion, MovingBody
+from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.material import Material
 import numpy as np
 

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.errors import SceneError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.scene.refinement import refined_scene
 from diffcal_ros.scene.start_material import start_material
 from diffcal_ros.synthetic.posed_body import pose_body

@@ -14,7 +14,7 @@ from diffcal_ros.calibration.forward.forward_model import View
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.robust_loss import robust_channel
 from diffcal_ros.calibration.residuals.robust_residual import Comparison
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.least_squares.residual_channel import equations, ResidualChannel
 import numpy as np
 from numpy.typing import NDArray

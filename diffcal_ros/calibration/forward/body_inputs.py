@@ -7,10 +7,10 @@ from dataclasses import replace
 from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
 from diffcal_ros.effects.registry import EFFECTS
-from diffcal_ros.fem.conditions import CableState, Conditions
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.motion.inputs import MotionChange
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.terms.conditions import CableState, Conditions
 from diffcal_ros.material import Material
 from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import Scene

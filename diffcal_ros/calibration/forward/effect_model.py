@@ -10,9 +10,9 @@ from diffcal_ros.effects.effect import Effect, Numbers
 from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
 from diffcal_ros.fem.body_axes import BodyAxes
-from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
-from diffcal_ros.fem.creep import Creep, NO_CREEP
 from diffcal_ros.fem.own_frame import own_origin
+from diffcal_ros.fem.statics.creep import Creep, NO_CREEP
+from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.scene.posing import object_axes, world_positions
 from diffcal_ros.tet_mesh import TetMesh

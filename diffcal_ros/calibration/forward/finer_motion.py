@@ -9,7 +9,7 @@ through a body when its support lets go, which looks like late stamps.
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.posture import PostureInputs
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.tet_mesh import TetMesh
 

@@ -17,8 +17,8 @@ from diffcal_ros.calibration.parameters.camera_offsets import CameraOffsets
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.model import Scene

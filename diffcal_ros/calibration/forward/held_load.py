@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
-from diffcal_ros.fem.creep import CreepChange
-from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.held_part import HeldPath
-from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import MotionChange
-from diffcal_ros.fem.static_body import StaticBody
-from diffcal_ros.fem.static_state import StaticState
+from diffcal_ros.fem.statics.creep import CreepChange
+from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
+from diffcal_ros.fem.statics.mesh_error import MeshError
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.statics.static_state import StaticState
 from diffcal_ros.material import Material
 from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.finer_motion import is_affordable, refined_inputs
 from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.mesh_error import MeshError
 from diffcal_ros.fem.motion.inputs import HeldMotion, Release
 from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody, TIME_STEP
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
+from diffcal_ros.fem.statics.mesh_error import MeshError
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.body_plan import plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.refinement import refined_scene

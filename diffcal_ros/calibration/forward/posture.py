@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.creep import Creep, NO_CREEP
-from diffcal_ros.fem.force_changes import Change, StaticGradient
-from diffcal_ros.fem.mesh_error import MeshError
-from diffcal_ros.fem.static_body import StaticBody
-from diffcal_ros.fem.static_state import StaticState
+from diffcal_ros.fem.statics.creep import Creep, NO_CREEP
+from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
+from diffcal_ros.fem.statics.mesh_error import MeshError
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.statics.static_state import StaticState
+from diffcal_ros.fem.terms.conditions import Conditions
 from diffcal_ros.material import Material
 from diffcal_ros.scene.body_plan import BodyPlan, Holding, plan_body
 from diffcal_ros.scene.model import ObservationSetup, Scene

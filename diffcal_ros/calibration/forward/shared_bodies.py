@@ -9,7 +9,7 @@ from diffcal_ros.calibration.forward.body_factory import make_bodies, state_indi
 from diffcal_ros.calibration.forward.posture import Posture
 from diffcal_ros.calibration.observations.observation import Observation, pose_owners
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
 
 StandIn = Callable[[int, Posture[Any]], Posture[Any]]

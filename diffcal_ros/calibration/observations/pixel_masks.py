@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Masks
 import numpy as np
 from numpy.typing import NDArray

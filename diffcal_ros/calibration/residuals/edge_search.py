@@ -11,7 +11,13 @@ from typing import Any
 
 from diffcal_ros.calibration.residuals.edge_search_kernels import search_edges
 from diffcal_ros.depth.trace import Outline
-from diffcal_ros.device_array import download, float_array, point_array, upload, zero_floats
+from diffcal_ros.warp_runtime.device_array import (
+    download,
+    float_array,
+    point_array,
+    upload,
+    zero_floats,
+)
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp

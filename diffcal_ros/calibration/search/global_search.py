@@ -22,7 +22,7 @@ from diffcal_ros.calibration.search.coarse_views import (
 from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
 from diffcal_ros.calibration.search.shapes import make_shapes, modulus_indices, sag
 from diffcal_ros.errors import NotSimulatedError
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 import numpy as np
 from numpy.typing import NDArray
 

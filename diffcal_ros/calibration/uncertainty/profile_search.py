@@ -15,7 +15,7 @@ from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.uncertainty.profile import Profile
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, Z_95
 from diffcal_ros.errors import InputError, NotSimulatedError
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 from diffcal_ros.least_squares.fixed_form import FixedForm
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation

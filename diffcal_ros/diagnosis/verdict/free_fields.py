@@ -12,9 +12,9 @@ from itertools import product
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.fem.body_axes import BodyAxes
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.force_changes import Change
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import Conditions
 import numpy as np
 from numpy.typing import NDArray
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from diffcal_ros.export.exported_body import ExportedBody
 from diffcal_ros.export.targets.mjcf import mjcf
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 import numpy as np
 from numpy.typing import NDArray
 

@@ -13,7 +13,7 @@ import math
 from diffcal_ros.export.exported_body import ExportedBody
 from diffcal_ros.export.players import play_newton
 from diffcal_ros.export.targets.newton import arrays
-from diffcal_ros.fem.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 import numpy as np
 from numpy.typing import NDArray
 

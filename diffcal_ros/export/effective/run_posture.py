@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.posture import PostureInputs, RestingPosture, RestingStates
 from diffcal_ros.export.effective.simulators import Run
 from diffcal_ros.export.exported_body import constants_at_rest, ExportedBody
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.material import Material
 import numpy as np
 from numpy.typing import NDArray

@@ -8,7 +8,7 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.effects.camera_offset import CameraOffset
 from diffcal_ros.export.exported_body import constants_at_rest
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.material import LameConvention, Material
 from diffcal_ros.scene.model import Quantity, Region, Scene

@@ -15,7 +15,7 @@ from typing import Any
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.export.exported_body import ExportedBody
 from diffcal_ros.export.material_groups import material_groups, MaterialGroup
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import lame_lambda, lame_mu
 import numpy as np
 from numpy.typing import NDArray

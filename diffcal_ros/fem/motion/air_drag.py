@@ -9,8 +9,8 @@ Every part of the free surface with the share s of its area feels the force
 so that a body that moves as one feels that of drag coefficient C_d and area A.
 """
 
-from diffcal_ros.fem.element import Discretisation
-from diffcal_ros.fem.potential_terms import surface_areas
+from diffcal_ros.fem.elements.element import Discretisation
+from diffcal_ros.fem.terms.potential_terms import surface_areas
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,12 +7,12 @@
 on the free nodes, with a diagonal M (`lumped_mass`).
 """
 
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.air_drag import AirDrag
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
 from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses
 from diffcal_ros.fem.motion.moving_elements import MovingElements
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
 import numpy as np
 from numpy.typing import NDArray
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sums over the steps of an adjoint march that become the gradient by the inputs."""
 
-from diffcal_ros.fem.force_changes import StaticGradient
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.inputs import MotionGradient
+from diffcal_ros.fem.statics.force_changes import StaticGradient
 from diffcal_ros.material import LameParameters
 import numpy as np
 from numpy.typing import NDArray

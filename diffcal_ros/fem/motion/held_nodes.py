@@ -7,9 +7,9 @@ The motion is given in the world frame; all else is in the body's own.
 
 from dataclasses import dataclass
 
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.inputs import HeldMotion, MotionChange
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
 import numpy as np
 from numpy.typing import NDArray
 

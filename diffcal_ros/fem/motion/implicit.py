@@ -4,7 +4,6 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.generalised_alpha import StepState
@@ -20,6 +19,7 @@ from diffcal_ros.fem.motion.step_sizes import (
 )
 from diffcal_ros.fem.motion.step_system import StepSystem
 from diffcal_ros.fem.motion.trajectory import Trajectory
+from diffcal_ros.fem.statics.force_changes import Change
 import numpy as np
 from numpy.typing import NDArray
 

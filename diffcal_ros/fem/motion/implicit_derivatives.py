@@ -9,7 +9,6 @@ with J^T backward.
 
 from collections.abc import Sequence
 
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
@@ -18,6 +17,7 @@ from diffcal_ros.fem.motion.held_nodes import HeldState
 from diffcal_ros.fem.motion.integrator import ByHeld, HeldChanges
 from diffcal_ros.fem.motion.step_system import factor_at, StepSystem
 from diffcal_ros.fem.motion.trajectory import Trajectory
+from diffcal_ros.fem.statics.force_changes import Change
 import numpy as np
 from numpy.typing import NDArray
 

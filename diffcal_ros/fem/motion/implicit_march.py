@@ -4,6 +4,7 @@
 
 from dataclasses import dataclass
 
+from diffcal_ros.fem.linear_solvers import NotPositiveDefiniteError
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.held_nodes import HeldState
@@ -13,7 +14,6 @@ from diffcal_ros.fem.motion.step_error import step_error
 from diffcal_ros.fem.motion.step_sizes import MAX_HALVINGS, StepSizes
 from diffcal_ros.fem.motion.step_system import StepSystem
 from diffcal_ros.fem.motion.trajectory import Trajectory
-from diffcal_ros.fem.sparse_solver import NotPositiveDefiniteError
 import numpy as np
 from numpy.typing import NDArray
 

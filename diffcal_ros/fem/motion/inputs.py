@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from diffcal_ros.damping import Damping
 from diffcal_ros.errors import NotSimulatedError
-from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
-from diffcal_ros.fem.force_changes import Change, StaticGradient
+from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
+from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.material import Material
 import numpy as np
 from numpy.typing import NDArray

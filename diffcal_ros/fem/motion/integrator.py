@@ -5,10 +5,10 @@
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.held_nodes import HeldState
+from diffcal_ros.fem.statics.force_changes import Change
 import numpy as np
 from numpy.typing import NDArray
 

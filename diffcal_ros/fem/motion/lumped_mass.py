@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A diagonal mass matrix that keeps every element's mass positive at all its nodes."""
 
-from diffcal_ros.fem.element import Discretisation, Element
+from diffcal_ros.fem.elements.element import Discretisation, Element
 import numpy as np
 from numpy.typing import NDArray
 

@@ -11,8 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.conditions import Conditions, NO_CONDITIONS
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.held_nodes import HeldNodes, HeldState
 from diffcal_ros.fem.motion.implicit import ImplicitIntegrator
@@ -27,7 +25,9 @@ from diffcal_ros.fem.motion.inputs import (
 from diffcal_ros.fem.motion.integrator import Integrator
 from diffcal_ros.fem.motion.semi_implicit import SemiImplicitIntegrator
 from diffcal_ros.fem.motion.start import Start
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
 from diffcal_ros.material import Material
 import numpy as np
 from numpy.typing import NDArray

@@ -4,13 +4,19 @@
 
 from typing import Any
 
-from diffcal_ros.device_array import float_array, HostMirror, int_array, zero_floats, zero_points
-from diffcal_ros.fem.elastic_body import ElasticBody
+from diffcal_ros.fem.elements.elastic_body import ElasticBody
+from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
 from diffcal_ros.fem.motion.step_kernels import make_step_kernels
 from diffcal_ros.fem.motion.viscous_kernels import viscous_forces, viscous_rest, viscous_tangent
-from diffcal_ros.fem.sparse_pattern import SparsePattern
-from diffcal_ros.launcher import Launcher
 from diffcal_ros.material import LameParameters
+from diffcal_ros.warp_runtime.device_array import (
+    float_array,
+    HostMirror,
+    int_array,
+    zero_floats,
+    zero_points,
+)
+from diffcal_ros.warp_runtime.launcher import Launcher
 import numpy as np
 from numpy.typing import NDArray
 import warp as wp

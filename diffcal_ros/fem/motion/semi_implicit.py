@@ -10,7 +10,6 @@ cross-check of its derivatives. States are not stored but run again (`checkpoint
 
 from collections.abc import Sequence
 
-from diffcal_ros.fem.force_changes import Change
 from diffcal_ros.fem.motion.checkpoints import CheckpointPlan, Checkpoints, State
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.frame_reader import FrameReader
@@ -18,6 +17,7 @@ from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.motion.integrator import ByHeld, HeldAt, HeldChanges
 from diffcal_ros.fem.motion.stable_step import stable_step
+from diffcal_ros.fem.statics.force_changes import Change
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,10 +5,10 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.fem.force_changes import Change, StaticGradient
 from diffcal_ros.fem.held_part import HeldPath
 from diffcal_ros.fem.motion.inputs import MotionInputs, Release
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
+from diffcal_ros.fem.statics.static_body import StaticBody
 import numpy as np
 from numpy.typing import NDArray
 

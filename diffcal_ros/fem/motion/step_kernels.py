@@ -12,7 +12,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from diffcal_ros.fem.element_kernels import gradient_at, scatter_block, scatter_stress
+from diffcal_ros.fem.elements.element_kernels import gradient_at, scatter_block, scatter_stress
 from diffcal_ros.fem.motion.viscous_kernels import symmetric
 import warp as wp
 

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The linear system of an implicit step: one factorisation, held as long as it serves."""
 
+from diffcal_ros.fem.linear_solvers import make_solver, NotPositiveDefiniteError
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionError
-from diffcal_ros.fem.sparse_solver import make_solver, NotPositiveDefiniteError
 import numpy as np
 from numpy.typing import NDArray
 

@@ -13,7 +13,7 @@ assembled in `step_kernels`; the rest, which is smaller by strain per step, is n
 is left to `viscous_rest`.
 """
 
-from diffcal_ros.fem.element_kernels import gradient_at, scatter_stress
+from diffcal_ros.fem.elements.element_kernels import gradient_at, scatter_stress
 import warp as wp
 
 wp.set_module_options({'enable_backward': False})

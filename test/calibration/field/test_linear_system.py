@@ -16,7 +16,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.robust_loss import robust_channel
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.statics.force_changes import Change
 import numpy as np
 import pytest
 from support.scenes import beam_scene, CAMERA, observation, true_depth

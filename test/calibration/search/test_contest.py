@@ -18,7 +18,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
-from diffcal_ros.fem.tangent_stiffness import EquilibriumError
+from diffcal_ros.fem.statics.tangent_stiffness import EquilibriumError
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop
 from diffcal_ros.least_squares.normal_equations import Linearisation
 from diffcal_ros.scene.model import Quantity

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law
-from diffcal_ros.fem.static_body import StaticBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
 from diffcal_ros.scene.model import Scene
 import numpy as np

@@ -14,7 +14,7 @@ from diffcal_ros.export.effective.simulators import find_run, find_simulator, SI
 from diffcal_ros.export.effective.target_scene import placed_observations
 from diffcal_ros.export.effective_numbers import EffectiveNumbers, with_effective
 from diffcal_ros.export.exported_body import exported_body
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.rigid_transform import apply
 import numpy as np
 import pytest

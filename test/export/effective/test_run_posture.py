@@ -7,11 +7,11 @@ from dataclasses import replace
 from diffcal_ros.calibration.forward.posture import PostureInputs, RestingPosture
 from diffcal_ros.export.effective.run_posture import RunPosture
 from diffcal_ros.export.exported_body import exported_body
-from diffcal_ros.fem.conditions import NO_CONDITIONS
-from diffcal_ros.fem.element import Element
-from diffcal_ros.fem.equilibrium import EquilibriumError
-from diffcal_ros.fem.force_changes import Change
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.force_changes import Change
+from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 from diffcal_ros.material import Material
 import numpy as np
 import pytest

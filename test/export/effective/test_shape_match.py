@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.export.effective.shape_match import choose, match_shapes, ShapeMatch
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 import numpy as np
 import pytest
 from support.scenes import beam_scene, observation, true_depth

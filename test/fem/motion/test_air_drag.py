@@ -4,10 +4,10 @@
 
 from dataclasses import replace
 
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.motion.air_drag import AIR_DENSITY, AirDrag
 from diffcal_ros.fem.motion.inputs import MotionChange
+from diffcal_ros.fem.terms.conditions import Conditions
 import numpy as np
 import pytest
 from support.moving_bodies import Case, directions, released_beam

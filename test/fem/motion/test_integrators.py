@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.held_nodes import HeldNodes
 from diffcal_ros.fem.motion.implicit import ImplicitIntegrator

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Masses, states at stamps, and going back through a march with few states in memory."""
 
-from diffcal_ros.fem.element import discretise, Element
+from diffcal_ros.fem.elements.element import discretise, Element
 from diffcal_ros.fem.motion.checkpoints import CheckpointPlan, Checkpoints
 from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses

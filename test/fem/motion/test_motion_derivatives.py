@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tangents and adjoint of a motion against differences, and against each other."""
 
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 import numpy as np
 import pytest
 from support.moving_bodies import directions, released_beam

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 from diffcal_ros.damping import Damping
 from diffcal_ros.effects.contact_plane import Plane
-from diffcal_ros.fem import strain_stiffening
-from diffcal_ros.fem.conditions import Conditions
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, Release
 from diffcal_ros.fem.motion.moving_body import MovingBody
-from diffcal_ros.fem.potential_terms import ShearRatio
+from diffcal_ros.fem.terms import strain_stiffening
+from diffcal_ros.fem.terms.conditions import Conditions
+from diffcal_ros.fem.terms.potential_terms import ShearRatio
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
 import pytest

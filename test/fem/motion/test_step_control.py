@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, MovingBody

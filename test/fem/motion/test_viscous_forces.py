@@ -3,9 +3,9 @@
 """Strain-rate damping: its power, what it leaves alone, and every derivative of it."""
 
 from diffcal_ros.damping import Damping
-from diffcal_ros.fem.element import Element
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.elements.sparse_pattern import make_pattern
 from diffcal_ros.fem.motion.moving_elements import MovingElements
-from diffcal_ros.fem.sparse_pattern import make_pattern
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
