@@ -19,15 +19,15 @@ from typing import Any
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.fem.terms.conditions import Conditions
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.reproduction.row import load_row, merged
 from diffcal_ros.reproduction.run_row import run_row
 from diffcal_ros.reproduction.summary import summarise
-from diffcal_ros.scene.cables import cable_routes, start_cables
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.reading.yaml_document import read_yaml
+from diffcal_ros.scene.sections.cables import cable_routes, start_cables
 from diffcal_ros.scene.start_material import start_material
-from diffcal_ros.scene.yaml_document import read_yaml
 from measuring import write
 import numpy as np
 import yaml

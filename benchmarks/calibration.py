@@ -11,7 +11,7 @@ from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.offline.calibrate_recordings import open_inputs
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.scene.load import load_scene
 from measuring import write
 import numpy as np

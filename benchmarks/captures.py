@@ -21,7 +21,7 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.offline.diagnose_recordings import run_diagnosis
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.scene.load import load_scene
 import numpy as np
 import yaml

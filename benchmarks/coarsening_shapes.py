@@ -17,11 +17,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from coarsening_fit import compare
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.mesh_files import read_mesh
 from diffcal_ros.scene.model import HeldPart, Scene
 from diffcal_ros.scene.refinement import refined_scene
+from diffcal_ros.scene.sections.mesh_files import read_mesh
 from diffcal_ros.synthetic.posed_body import PosedBody
 from diffcal_ros.synthetic.viewpoint import COLOR_CAMERA, default_view, DEPTH_CAMERA
 from diffcal_ros.tet_mesh import mesh_problems, TetMesh

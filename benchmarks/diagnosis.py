@@ -91,8 +91,8 @@ def judge(case: Path, out: Path, *, has_fixture: bool = False) -> str:
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
     from diffcal_ros.offline.calibrate_recordings import open_inputs
     from diffcal_ros.offline.diagnose_recordings import run_diagnosis
-    from diffcal_ros.scene.fixture import box_fixture
     from diffcal_ros.scene.load import load_scene
+    from diffcal_ros.scene.sections.fixture import box_fixture
 
     extra = yaml.safe_load((case / 'extra.yaml').read_text())
     ruled_out = extra.get('library_without')

@@ -26,7 +26,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import InputError
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs, open_inputs
 from diffcal_ros.pose.planar_pose import pose_candidates
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.rigid_transform import apply, inverse
 from diffcal_ros.scene.load import load_scene
 import joblib

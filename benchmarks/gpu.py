@@ -27,7 +27,7 @@ from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.mesh_files import read_mesh
+from diffcal_ros.scene.sections.mesh_files import read_mesh
 from diffcal_ros.tet_mesh import TetMesh
 from diffcal_ros.warp_runtime.device_array import device_names
 from equilibrium import GRAVITY, MODULUS, uniform_material

@@ -69,7 +69,7 @@ def write(name: str, figures: dict[str, Any]) -> Path:
 
 def cantilevers() -> dict[str, Any]:
     """Return the public data set's cantilevers."""
-    from diffcal_ros.scene.mesh_files import read_mesh
+    from diffcal_ros.scene.sections.mesh_files import read_mesh
 
     shapes = {
         'coarse': 'cantilever_coarse',

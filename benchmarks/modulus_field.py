@@ -26,9 +26,9 @@ from diffcal_ros.calibration.residuals.gap import measure_gap
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.offline.calibrate_recordings import open_inputs
-from diffcal_ros.recording.dataset_import import import_case
-from diffcal_ros.report.along_body import along_body
-from diffcal_ros.report.observed_view import observed_views
+from diffcal_ros.recording.dataset.import_case import import_case
+from diffcal_ros.report.figures.along_body import along_body
+from diffcal_ros.report.figures.observed_view import observed_views
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.synthetic.filming import Timing

@@ -29,7 +29,7 @@ from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.proposal.hold import Hold
 from diffcal_ros.proposal.propose import Proposal, propose, Question
 from diffcal_ros.proposal.save_draft import save_draft
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
 import numpy as np

@@ -18,7 +18,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.topics import DEPTH_FRAME
+from diffcal_ros.recording.topics.names import DEPTH_FRAME
 from measuring import write
 import numpy as np
 from rcl_interfaces.msg import Parameter

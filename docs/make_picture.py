@@ -7,7 +7,7 @@ import tempfile
 
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
-from diffcal_ros.report.picture import save_picture
+from diffcal_ros.report.figures.picture import save_picture
 from diffcal_ros.scene.load import load_scene
 
 _ROOT = Path(__file__).resolve().parents[1]

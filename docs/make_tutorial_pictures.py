@@ -18,7 +18,7 @@ import tempfile
 from typing import Any
 
 from diffcal_ros.atomic_file import write_bytes_atomically
-from diffcal_ros.report.figure_png import new_figure, png_bytes
+from diffcal_ros.report.figures.figure_png import new_figure, png_bytes
 import meshio
 import numpy as np
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.ros_messages import deserialize, serialize
+from diffcal_ros.recording.topics.ros_messages import deserialize, serialize
 import numpy as np
 
 from benchmarks.faults.layouts import Layout, Recorded, write_layout

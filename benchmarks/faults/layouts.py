@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 import zlib
 
-from diffcal_ros.recording.ros_messages import deserialize, serialize
+from diffcal_ros.recording.topics.ros_messages import deserialize, serialize
 import lz4.frame
 from mcap.data_stream import RecordBuilder
 from mcap.reader import make_reader

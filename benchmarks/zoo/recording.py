@@ -8,8 +8,8 @@ from typing import Any
 
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.color_frame import ColorFrame
-from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.recording.topics.color_frame import ColorFrame
+from diffcal_ros.recording.topics.names import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.color_picture import expose

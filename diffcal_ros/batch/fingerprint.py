@@ -10,7 +10,7 @@ from typing import Any
 from diffcal_ros import __version__
 from diffcal_ros.batch.manifest import Body
 from diffcal_ros.scene.model_file import model_path
-from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.scene.reading.yaml_document import read_yaml
 
 _LETTERS = 24
 

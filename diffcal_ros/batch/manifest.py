@@ -12,10 +12,10 @@ from typing import Any
 
 from diffcal_ros.batch.manifest_table import read_manifest_table
 from diffcal_ros.errors import InputError
-from diffcal_ros.scene.problems import Problems
-from diffcal_ros.scene.section import Section
-from diffcal_ros.scene.shapes import Choice, Constant, Keys, ListOf, OneOf, Shape, Text
-from diffcal_ros.scene.yaml_document import read_yaml, YamlDocument
+from diffcal_ros.scene.reading.problems import Problems
+from diffcal_ros.scene.reading.section import Section
+from diffcal_ros.scene.reading.shapes import Choice, Constant, Keys, ListOf, OneOf, Shape, Text
+from diffcal_ros.scene.reading.yaml_document import read_yaml, YamlDocument
 from diffcal_ros.user_path import user_path
 
 FORMAT = 1

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from diffcal_ros.errors import SceneError
-from diffcal_ros.scene.yaml_document import read_text, YamlDocument
+from diffcal_ros.scene.reading.yaml_document import read_text, YamlDocument
 
 _COLUMNS = ('body', 'scene', 'recordings', 'material', 'options')
 _BETWEEN_RECORDINGS = ';'

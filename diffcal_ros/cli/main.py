@@ -9,7 +9,7 @@ import os
 import sys
 
 from diffcal_ros import __version__
-from diffcal_ros.cli.commands import COMMANDS
+from diffcal_ros.cli.command_list import COMMANDS
 from diffcal_ros.cli.interruption import Abandoned, run_interruptibly
 from diffcal_ros.cli.last_resort import report_fault
 from diffcal_ros.cli.lasting_stream import lasting_streams, LastingStream

@@ -11,9 +11,9 @@ from diffcal_ros.calibration.calibrate import with_details
 from diffcal_ros.calibration.provenance import describe_fit
 from diffcal_ros.calibration.result import save_result
 from diffcal_ros.errors import InputError
-from diffcal_ros.live.background import Post
-from diffcal_ros.live.fit_task import FitEnd
 from diffcal_ros.live.inputs import Snapshot
+from diffcal_ros.live.tasks.background import Post
+from diffcal_ros.live.tasks.fit_task import FitEnd
 from diffcal_ros.scene.save import save_fitted_scene
 
 RESULT, FITTED_SCENE, REPORT = 'result.json', 'fitted_scene.yaml', 'report.html'
@@ -86,7 +86,7 @@ def save_report(end: FitEnd, folder: Path, post: Post, stop: threading.Event) ->
     """Write the report, which takes seconds, and post `ReportWritten`."""
     path = folder / REPORT
     try:
-        from diffcal_ros.report.page import write_report
+        from diffcal_ros.report.pages.fit_page import write_report
 
         write_report(path, end.calibration or end.request.calibration(), end.result)
     except Exception as error:  # A report that fails must not cost the fit.

@@ -12,19 +12,19 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
-from diffcal_ros.live.background import Background, TaskFailed
-from diffcal_ros.live.fit_task import fit, FitEnd, FitRequest, FitStep
-from diffcal_ros.live.frame_window import FrameWindow
+from diffcal_ros.live.frames.frame_window import FrameWindow
+from diffcal_ros.live.frames.release import with_release
+from diffcal_ros.live.frames.swings import Swings
 from diffcal_ros.live.inputs import LiveInputs, Snapshot
 from diffcal_ros.live.node_words import camera_change_words, error_words
 from diffcal_ros.live.picture import Picture
-from diffcal_ros.live.release import with_release
 from diffcal_ros.live.session_check import check_settings, motion_in_view
 from diffcal_ros.live.session_settings import SessionSettings, with_quantization
-from diffcal_ros.live.swings import Swings
-from diffcal_ros.live.track_task import TrackStep
+from diffcal_ros.live.tasks.background import Background, TaskFailed
+from diffcal_ros.live.tasks.fit_task import fit, FitEnd, FitRequest, FitStep
+from diffcal_ros.live.tasks.track_task import TrackStep
+from diffcal_ros.live.tasks.warm_up import Ready, warm_up
 from diffcal_ros.live.tracking import Tracking
-from diffcal_ros.live.warm_up import Ready, warm_up
 from diffcal_ros.scene.model import Scene
 
 _SECOND = 1_000_000_000  # [ns]

@@ -3,8 +3,8 @@
 """Refuse settings that contradict a scene, before anything is begun with them."""
 
 from diffcal_ros.errors import InputError
+from diffcal_ros.live.frames.release import require_release_time
 from diffcal_ros.live.inputs import LiveInputs
-from diffcal_ros.live.release import require_release_time
 from diffcal_ros.live.session_settings import SessionSettings
 from diffcal_ros.scene.fit_names import fit_problems
 from diffcal_ros.scene.model import MotionSetup, Scene

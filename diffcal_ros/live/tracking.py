@@ -12,11 +12,11 @@ from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.calibration.tracking.tracked import TrackerSettings
 from diffcal_ros.depth_frame import DepthFrame
-from diffcal_ros.live.background import Background
-from diffcal_ros.live.fit_task import FitEnd
-from diffcal_ros.live.latest_frame import LatestFrame, Order
+from diffcal_ros.live.frames.latest_frame import LatestFrame, Order
 from diffcal_ros.live.picture import Picture
-from diffcal_ros.live.track_task import track, TrackRequest, TrackStep
+from diffcal_ros.live.tasks.background import Background
+from diffcal_ros.live.tasks.fit_task import FitEnd
+from diffcal_ros.live.tasks.track_task import track, TrackRequest, TrackStep
 import numpy as np
 
 _LATENCIES = 16384  # Nine minutes at 30 Hz.

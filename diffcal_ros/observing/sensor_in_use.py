@@ -9,8 +9,8 @@ import math
 from diffcal_ros.calibration.observations.observation import FusedDepth, MEASURED_FRAMES
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
-from diffcal_ros.scene.depth_sensors import SENSOR_MODELS
 from diffcal_ros.scene.model import DepthSensor
+from diffcal_ros.scene.sections.depth_sensors import SENSOR_MODELS
 import numpy as np
 from numpy.typing import NDArray
 

@@ -27,9 +27,9 @@ from diffcal_ros.pose.detectors import make_detector
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.rig_pose import pose_from_images
 from diffcal_ros.pose.target import target_of
-from diffcal_ros.recording.pose_topics import read_poses
-from diffcal_ros.recording.recorded_frames import read_frames
 from diffcal_ros.recording.recording import Recording
+from diffcal_ros.recording.topics.pose_topics import read_poses
+from diffcal_ros.recording.topics.recorded_frames import read_frames
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray

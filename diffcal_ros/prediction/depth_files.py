@@ -8,7 +8,7 @@ from diffcal_ros.atomic_file import replacing, write_json_atomically
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.prediction.predicted_view import PredictedView
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.topics import DEPTH_FRAME
+from diffcal_ros.recording.topics.names import DEPTH_FRAME
 import numpy as np
 
 _FIRST_STAMP_NS = 1_700_000_000_000_000_000

@@ -10,7 +10,7 @@ from diffcal_ros.prediction.depth_files import write_depth_bag, write_depth_file
 from diffcal_ros.prediction.mesh_sequence import MESH_FORMATS, write_meshes
 from diffcal_ros.prediction.predicted_view import PredictedView
 from diffcal_ros.recording.mp4_file import check_mp4
-from diffcal_ros.report.film import FILM_FORMATS, write_film, write_still
+from diffcal_ros.report.figures.film import FILM_FORMATS, write_film, write_still
 
 _DEPTH, _MESH, _BAG, _FILM, _STILL = 'depth', 'mesh', 'bag', 'film', 'depth.png'
 

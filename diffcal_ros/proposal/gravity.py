@@ -8,9 +8,9 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.marker import Marker
 from diffcal_ros.proposal.bent_shape import GRAVITY
-from diffcal_ros.recording.imu import read_imus, RestingImu
-from diffcal_ros.recording.recorded_frames import read_still_frames
 from diffcal_ros.recording.recording import Recording
+from diffcal_ros.recording.topics.imu import read_imus, RestingImu
+from diffcal_ros.recording.topics.recorded_frames import read_still_frames
 import numpy as np
 from numpy.typing import NDArray
 

@@ -3,7 +3,7 @@
 """The unit of a mesh file, which the file does not tell: by the size that a camera sees."""
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.scene.mesh_files import UNITS_PER_METRE
+from diffcal_ros.scene.sections.mesh_files import UNITS_PER_METRE
 import numpy as np
 from numpy.typing import NDArray
 

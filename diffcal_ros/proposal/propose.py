@@ -21,8 +21,8 @@ from diffcal_ros.proposal.mesh_unit import fitting_units, sizes
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.recording import Recording
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.mesh_files import read_mesh
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.sections.mesh_files import read_mesh
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 

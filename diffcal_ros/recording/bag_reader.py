@@ -9,14 +9,14 @@ from typing import Any
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.plain_text import listed, plain
-from diffcal_ros.recording.bag_files import bag_files
-from diffcal_ros.recording.camera_infos import camera_of, require_size, require_undistorted
-from diffcal_ros.recording.image_topics import choose_color, choose_depth, ImageTopic
-from diffcal_ros.recording.mcap_messages import McapMessages, RawMessage
-from diffcal_ros.recording.recorded_frames import LeftOut, own_topics, read_still_frames
+from diffcal_ros.recording.bag.bag_files import bag_files
+from diffcal_ros.recording.bag.mcap_messages import McapMessages, RawMessage
 from diffcal_ros.recording.recording import Recording
-from diffcal_ros.recording.ros_messages import deserialize, matrix_of
-from diffcal_ros.recording.topics import camera_info_of, CAMERA_INFO_TYPE
+from diffcal_ros.recording.topics.camera_infos import camera_of, require_size, require_undistorted
+from diffcal_ros.recording.topics.image_topics import choose_color, choose_depth, ImageTopic
+from diffcal_ros.recording.topics.names import camera_info_of, CAMERA_INFO_TYPE
+from diffcal_ros.recording.topics.recorded_frames import LeftOut, own_topics, read_still_frames
+from diffcal_ros.recording.topics.ros_messages import deserialize, matrix_of
 import numpy as np
 from numpy.typing import NDArray
 

@@ -16,23 +16,14 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.leftovers import fresh_path, remove_leftovers
-from diffcal_ros.recording.bag_metadata import (
+from diffcal_ros.recording.bag.bag_metadata import (
     as_yaml,
     bag_metadata,
     BagTopic,
     qos_profiles,
 )
-from diffcal_ros.recording.color_frame import ColorFrame
-from diffcal_ros.recording.ros_messages import (
-    camera_info_message,
-    definition,
-    image_message,
-    message,
-    serialize,
-    transform_message,
-    type_hash,
-)
-from diffcal_ros.recording.topics import (
+from diffcal_ros.recording.topics.color_frame import ColorFrame
+from diffcal_ros.recording.topics.names import (
     COLOR_CAMERA_INFO,
     COLOR_IMAGE,
     DEPTH_CAMERA_INFO,
@@ -40,6 +31,15 @@ from diffcal_ros.recording.topics import (
     DEPTH_IMAGE,
     TF_STATIC,
     TF_TYPE,
+)
+from diffcal_ros.recording.topics.ros_messages import (
+    camera_info_message,
+    definition,
+    image_message,
+    message,
+    serialize,
+    transform_message,
+    type_hash,
 )
 from mcap.writer import CompressionType, Writer
 import numpy as np

@@ -12,13 +12,13 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import decode_depth, DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.plain_text import plain
-from diffcal_ros.recording.camera_watch import CameraWatch
-from diffcal_ros.recording.color_frame import ColorFrame, decode_color, decode_compressed
-from diffcal_ros.recording.compressed_depth import unpack_depth
-from diffcal_ros.recording.mcap_index import Entry
-from diffcal_ros.recording.mcap_messages import McapMessages, RawMessage
-from diffcal_ros.recording.ros_messages import deserialize, stamp_ns_of
-from diffcal_ros.recording.topics import COMPRESSED_IMAGE_TYPE
+from diffcal_ros.recording.bag.mcap_messages import McapMessages, RawMessage
+from diffcal_ros.recording.mcap_file.index import Entry
+from diffcal_ros.recording.topics.camera_watch import CameraWatch
+from diffcal_ros.recording.topics.color_frame import ColorFrame, decode_color, decode_compressed
+from diffcal_ros.recording.topics.compressed_depth import unpack_depth
+from diffcal_ros.recording.topics.names import COMPRESSED_IMAGE_TYPE
+from diffcal_ros.recording.topics.ros_messages import deserialize, stamp_ns_of
 import numpy as np
 from numpy.typing import NDArray
 

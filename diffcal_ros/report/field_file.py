@@ -7,7 +7,7 @@ from pathlib import Path
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import FieldFit
 from diffcal_ros.rigid_transform import apply, inverse
-from diffcal_ros.scene.modulus_field import write_modulus_field
+from diffcal_ros.scene.sections.modulus_field import write_modulus_field
 import numpy as np
 from numpy.typing import NDArray
 

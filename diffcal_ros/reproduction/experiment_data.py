@@ -15,10 +15,10 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.errors import RecordingError, SceneError
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs, open_inputs
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.reproduction.row import merged, Variant
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.scene.reading.yaml_document import read_yaml
 from diffcal_ros.synthetic.filming import Timing
 from diffcal_ros.synthetic.recorder import record, RecorderSettings
 import yaml

@@ -11,7 +11,7 @@ from typing import Any
 
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import SceneError
-from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.scene.reading.yaml_document import read_yaml
 from diffcal_ros.user_path import user_path
 
 ROWS = Path(__file__).parent / 'rows'

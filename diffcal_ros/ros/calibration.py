@@ -8,9 +8,6 @@ from typing import Any
 from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.diagnosis.verdict.acceptance import accept, revert
 from diffcal_ros.errors import InputError
-from diffcal_ros.live.background import Background
-from diffcal_ros.live.diagnosis_task import DiagnosisEnd, DiagnosisStep, run_diagnosis
-from diffcal_ros.live.fit_task import FitEnd, FitStep
 from diffcal_ros.live.fit_words import result_words
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.node_words import for_nodes
@@ -24,6 +21,9 @@ from diffcal_ros.live.save import (
 from diffcal_ros.live.session import Session
 from diffcal_ros.live.session_check import check_settings
 from diffcal_ros.live.session_health import session_health
+from diffcal_ros.live.tasks.background import Background
+from diffcal_ros.live.tasks.diagnosis_task import DiagnosisEnd, DiagnosisStep, run_diagnosis
+from diffcal_ros.live.tasks.fit_task import FitEnd, FitStep
 from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.calibration_inputs import CalibrationInputs
 from diffcal_ros.ros.calibration_outputs import CalibrationOutputs, FrameNames

@@ -10,10 +10,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from diffcal_ros.calibration.result import FittedParameter
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
-from diffcal_ros.live.body_frames import BodyFrames
-from diffcal_ros.live.fit_task import FitEnd, FitStep
+from diffcal_ros.live.frames.body_frames import BodyFrames
 from diffcal_ros.live.picture import Picture
-from diffcal_ros.live.track_task import TrackStep
+from diffcal_ros.live.tasks.fit_task import FitEnd, FitStep
+from diffcal_ros.live.tasks.track_task import TrackStep
 from diffcal_ros.live.tracking import Tracking
 from diffcal_ros.ros.conversion import (
     camera_info_message,

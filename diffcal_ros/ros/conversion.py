@@ -10,9 +10,9 @@ from builtin_interfaces.msg import Time
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import decode_depth, DepthFrame
 from diffcal_ros.errors import RecordingError
-from diffcal_ros.live.frame_gate import ImageFacts
-from diffcal_ros.recording.camera_infos import camera_of
-from diffcal_ros.recording.color_frame import ColorFrame, decode_color
+from diffcal_ros.live.frames.frame_gate import ImageFacts
+from diffcal_ros.recording.topics.camera_infos import camera_of
+from diffcal_ros.recording.topics.color_frame import ColorFrame, decode_color
 from diffcal_ros.rigid_transform import (
     check_rigid,
     quaternion_xyzw,

@@ -7,12 +7,12 @@ from typing import Any
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.node_words import for_nodes
-from diffcal_ros.live.player import Player, ReplaySettings
-from diffcal_ros.live.replay_messages import ReplayMessage, Role
-from diffcal_ros.recording.bag_files import bag_files
-from diffcal_ros.recording.recorded_frames import still_transforms
+from diffcal_ros.live.replay.player import Player, ReplaySettings
+from diffcal_ros.live.replay.replay_messages import ReplayMessage, Role
+from diffcal_ros.recording.bag.bag_files import bag_files
 from diffcal_ros.recording.recording import Recording
-from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.recording.topics.names import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.recording.topics.recorded_frames import still_transforms
 from diffcal_ros.rigid_transform import check_rigid, rotation_from_quaternion, transform
 from diffcal_ros.ros.conversion import stamp_message, transform_message
 from diffcal_ros.ros.diagnostics import DiagnosticsReporter, PERIOD

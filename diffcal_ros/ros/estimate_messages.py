@@ -9,7 +9,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.live.health import Health, Level
-from diffcal_ros.live.track_task import TrackStep
+from diffcal_ros.live.tasks.track_task import TrackStep
 from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.conversion import header_message
 from diffcal_ros.ros.diagnostics import status_message

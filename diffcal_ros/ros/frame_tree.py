@@ -5,8 +5,8 @@
 from typing import Any, Protocol
 
 from diffcal_ros.errors import RecordingError
-from diffcal_ros.recording.frame_tree import FrameTree as Transforms
-from diffcal_ros.recording.frame_tree import TOLERANCE_NS
+from diffcal_ros.recording.topics.frame_tree import FrameTree as Transforms
+from diffcal_ros.recording.topics.frame_tree import TOLERANCE_NS
 from diffcal_ros.ros.conversion import stamp_ns as stamp_ns_of
 from diffcal_ros.ros.conversion import transform_matrix
 from geometry_msgs.msg import TransformStamped

@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from diffcal_ros.errors import RecordingError
-from diffcal_ros.live.frame_gate import FrameGate
+from diffcal_ros.live.frames.frame_gate import FrameGate
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.inputs import transform_cure
-from diffcal_ros.live.replay_messages import Role
+from diffcal_ros.live.replay.replay_messages import Role
 from diffcal_ros.live.stream_meter import Recent, StreamMeter
 from diffcal_ros.observing.pose_sources import is_same_frame
-from diffcal_ros.recording.compressed_depth import decode_compressed_depth, encoding_of
-from diffcal_ros.recording.topics import COMPRESSED_DEPTH
+from diffcal_ros.recording.topics.compressed_depth import decode_compressed_depth, encoding_of
+from diffcal_ros.recording.topics.names import COMPRESSED_DEPTH
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription
 from diffcal_ros.ros.conversion import image_facts, image_message, stamp_ns
 from diffcal_ros.ros.frame_tree import FrameTree

@@ -24,8 +24,8 @@ from diffcal_ros.pose.marker_depth import DepthEvidence
 from diffcal_ros.pose.pose_drawing import draw_pose
 from diffcal_ros.pose.rig_pose import RigPose
 from diffcal_ros.pose.target import Target, target_of
-from diffcal_ros.recording.camera_infos import camera_of
-from diffcal_ros.recording.color_frame import ColorFrame
+from diffcal_ros.recording.topics.camera_infos import camera_of
+from diffcal_ros.recording.topics.color_frame import ColorFrame
 from diffcal_ros.ros.adaptive_subscription import AdaptiveSubscription, noting
 from diffcal_ros.ros.conversion import (
     color_frame,

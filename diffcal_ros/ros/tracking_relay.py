@@ -7,7 +7,7 @@ from typing import Any
 
 from diffcal_ros.live.picture import Picture
 from diffcal_ros.live.session import Session
-from diffcal_ros.live.track_task import TrackStep
+from diffcal_ros.live.tasks.track_task import TrackStep
 from diffcal_ros.live.tracking import in_words
 from diffcal_ros.ros.calibration_outputs import CalibrationOutputs
 from rclpy.clock import Clock

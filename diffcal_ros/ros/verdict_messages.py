@@ -5,7 +5,7 @@
 from diagnostic_msgs.msg import DiagnosticArray
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect, Verdict
 from diffcal_ros.live.health import Health, Level
-from diffcal_ros.report.verdict_text import effect_words, verdict_lines
+from diffcal_ros.report.tables.verdict_text import effect_words, verdict_lines
 from diffcal_ros.ros.diagnostics import status_message
 from std_msgs.msg import Header
 

@@ -10,9 +10,9 @@ from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law
 from diffcal_ros.fem.terms.cable_route import CableRoute
-from diffcal_ros.scene.cables import cable_routes
 from diffcal_ros.scene.model import ObservationSetup, Scene
 from diffcal_ros.scene.posing import held_targets, object_axes, world_positions
+from diffcal_ros.scene.sections.cables import cable_routes
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray

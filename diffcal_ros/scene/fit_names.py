@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from diffcal_ros.effects.registry import EFFECTS, effects_by_fit_name
 from diffcal_ros.scene.model import ObservationSetup, Region
-from diffcal_ros.scene.problems import listed, suggestion
-from diffcal_ros.scene.quantities import QUANTITY_RULES
+from diffcal_ros.scene.reading.problems import listed, suggestion
+from diffcal_ros.scene.reading.quantities import QUANTITY_RULES
 import numpy as np
 
 MATERIAL_NAMES = tuple(QUANTITY_RULES)

@@ -10,12 +10,7 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import USUAL_LAW
 from diffcal_ros.material import LameConvention
-from diffcal_ros.scene.cables import read_cables
 from diffcal_ros.scene.fit_names import damping_problems, DEFAULT_FIT, fit_problems
-from diffcal_ros.scene.fixture import read_fixture
-from diffcal_ros.scene.held_parts import read_held
-from diffcal_ros.scene.marker_section import read_marker
-from diffcal_ros.scene.mesh_files import MeshFile, read_mesh
 from diffcal_ros.scene.model import Cable, ObservationSetup, Region, Scene
 from diffcal_ros.scene.model_file import (
     effects_in_force,
@@ -23,20 +18,25 @@ from diffcal_ros.scene.model_file import (
     model_path,
     read_versions,
 )
-from diffcal_ros.scene.modulus_field import read_modulus_field
-from diffcal_ros.scene.observations import read_observations
-from diffcal_ros.scene.problems import Problems
-from diffcal_ros.scene.regions import read_regions
-from diffcal_ros.scene.rig_sections import (
+from diffcal_ros.scene.reading.problems import Problems
+from diffcal_ros.scene.reading.section import Section
+from diffcal_ros.scene.reading.yaml_document import read_yaml
+from diffcal_ros.scene.scene_shape import FORMAT, SCENE_SHAPE
+from diffcal_ros.scene.sections.cables import read_cables
+from diffcal_ros.scene.sections.fixture import read_fixture
+from diffcal_ros.scene.sections.held_parts import read_held
+from diffcal_ros.scene.sections.marker_section import read_marker
+from diffcal_ros.scene.sections.mesh_files import MeshFile, read_mesh
+from diffcal_ros.scene.sections.modulus_field import read_modulus_field
+from diffcal_ros.scene.sections.observations import read_observations
+from diffcal_ros.scene.sections.regions import read_regions
+from diffcal_ros.scene.sections.rig_sections import (
     read_camera,
     read_effects,
     read_masks,
     read_rigid_offset,
 )
-from diffcal_ros.scene.scene_shape import FORMAT, SCENE_SHAPE
-from diffcal_ros.scene.section import Section
-from diffcal_ros.scene.sensor_section import read_sensor
-from diffcal_ros.scene.yaml_document import read_yaml
+from diffcal_ros.scene.sections.sensor_section import read_sensor
 from diffcal_ros.tet_mesh import mesh_problems, TetMesh
 import numpy as np
 

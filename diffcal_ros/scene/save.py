@@ -10,8 +10,8 @@ from typing import Any
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.scene.fitted_values import with_values
 from diffcal_ros.scene.model import Scene
-from diffcal_ros.scene.modulus_field import FIELD_FILE, KEY, write_modulus_field
-from diffcal_ros.scene.surface_mesh import SURFACE_SUFFIXES
+from diffcal_ros.scene.sections.modulus_field import FIELD_FILE, KEY, write_modulus_field
+from diffcal_ros.scene.sections.surface_mesh import SURFACE_SUFFIXES
 import yaml
 
 _HEADER = """\

@@ -5,23 +5,23 @@
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import law_names
 from diffcal_ros.material import LameConvention
-from diffcal_ros.scene.cables import CABLES_SHAPE
-from diffcal_ros.scene.fixture import FIXTURE_SHAPE
-from diffcal_ros.scene.held_parts import HELD_SHAPE
-from diffcal_ros.scene.marker_section import MARKER_SHAPE
-from diffcal_ros.scene.mesh_files import UNITS_PER_METRE
-from diffcal_ros.scene.modulus_field import KEY as MODULUS_FIELD
-from diffcal_ros.scene.modulus_field import MODULUS_FIELD_SHAPE
-from diffcal_ros.scene.observations import OBSERVATIONS_SHAPE, POSTURE_SHAPES
-from diffcal_ros.scene.regions import REGIONS_SHAPE
-from diffcal_ros.scene.rig_sections import (
+from diffcal_ros.scene.reading.shapes import Choice, Constant, Keys, ListOf, Number, POSITIVE, Text
+from diffcal_ros.scene.sections.cables import CABLES_SHAPE
+from diffcal_ros.scene.sections.fixture import FIXTURE_SHAPE
+from diffcal_ros.scene.sections.held_parts import HELD_SHAPE
+from diffcal_ros.scene.sections.marker_section import MARKER_SHAPE
+from diffcal_ros.scene.sections.mesh_files import UNITS_PER_METRE
+from diffcal_ros.scene.sections.modulus_field import KEY as MODULUS_FIELD
+from diffcal_ros.scene.sections.modulus_field import MODULUS_FIELD_SHAPE
+from diffcal_ros.scene.sections.observations import OBSERVATIONS_SHAPE, POSTURE_SHAPES
+from diffcal_ros.scene.sections.regions import REGIONS_SHAPE
+from diffcal_ros.scene.sections.rig_sections import (
     CAMERA_SHAPE,
     EFFECTS_SHAPE,
     MASKS_SHAPE,
     RIGID_OFFSET_SHAPE,
 )
-from diffcal_ros.scene.sensor_section import SENSOR_SHAPE
-from diffcal_ros.scene.shapes import Choice, Constant, Keys, ListOf, Number, POSITIVE, Text
+from diffcal_ros.scene.sections.sensor_section import SENSOR_SHAPE
 
 FORMAT = 1
 

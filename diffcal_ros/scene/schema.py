@@ -10,8 +10,7 @@ from functools import singledispatch
 import json
 from typing import Any
 
-from diffcal_ros.scene.scene_shape import SCENE_SHAPE
-from diffcal_ros.scene.shapes import (
+from diffcal_ros.scene.reading.shapes import (
     ANY_NAME,
     Choice,
     Constant,
@@ -25,6 +24,7 @@ from diffcal_ros.scene.shapes import (
     Text,
     Whole,
 )
+from diffcal_ros.scene.scene_shape import SCENE_SHAPE
 import numpy as np
 
 DRAFT = 'http://json-schema.org/draft-07/schema#'

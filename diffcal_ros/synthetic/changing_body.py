@@ -10,7 +10,7 @@ from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.topics import DEPTH_FRAME
+from diffcal_ros.recording.topics.names import DEPTH_FRAME
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.synthetic.posed_body import pose_body
 from diffcal_ros.synthetic.recorded_scene import scene_text, write_files

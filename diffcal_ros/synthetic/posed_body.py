@@ -12,8 +12,8 @@ from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 from diffcal_ros.scene.body_plan import plan_body
-from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import ObservationSetup, Scene
+from diffcal_ros.scene.sections.cables import start_cables
 from diffcal_ros.scene.start_material import start_material
 import numpy as np
 from numpy.typing import NDArray

@@ -12,7 +12,7 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import FloatArray
 from diffcal_ros.scene.fit_names import RELEASE_TIME, REST_LENGTH
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.modulus_field import FIELD_FILE, KEY, write_modulus_field
+from diffcal_ros.scene.sections.modulus_field import FIELD_FILE, KEY, write_modulus_field
 from diffcal_ros.synthetic.lidar import LidarModel
 import yaml
 

@@ -15,11 +15,11 @@ from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, RecordingError, SceneError
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.color_frame import ColorFrame
-from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.recording.topics.color_frame import ColorFrame
+from diffcal_ros.recording.topics.names import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.scene.model import ObservationSetup, Scene
-from diffcal_ros.scene.modulus_field import FIELD_FILE
 from diffcal_ros.scene.refinement import refined_scene
+from diffcal_ros.scene.sections.modulus_field import FIELD_FILE
 from diffcal_ros.synthetic.color_picture import expose
 from diffcal_ros.synthetic.filming import line_by_line, Timing
 from diffcal_ros.synthetic.lidar import LidarModel

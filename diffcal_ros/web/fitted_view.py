@@ -11,7 +11,7 @@ from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs
 from diffcal_ros.recording.color_on_depth import color_on_depth
 from diffcal_ros.recording.recording import Recording
-from diffcal_ros.report.observed_view import ObservedView, views_at
+from diffcal_ros.report.figures.observed_view import ObservedView, views_at
 from diffcal_ros.rigid_transform import apply, inverse
 from diffcal_ros.scene.model import ObservationSetup
 from diffcal_ros.web.fit_folder import FitFolder

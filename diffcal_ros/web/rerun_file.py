@@ -9,7 +9,7 @@ from typing import Any
 from diffcal_ros.atomic_file import replacing
 from diffcal_ros.errors import InputError
 from diffcal_ros.report.palette import FITTED
-from diffcal_ros.report.scene_legend import HELD_COLOR
+from diffcal_ros.report.scene_picture.scene_legend import HELD_COLOR
 from diffcal_ros.web.fitted_view import SeenBody
 from diffcal_ros.web.stage import rgb
 import numpy as np

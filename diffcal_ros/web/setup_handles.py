@@ -5,7 +5,7 @@
 from typing import Any
 
 from diffcal_ros.report.palette import START
-from diffcal_ros.report.scene_legend import HELD_COLOR
+from diffcal_ros.report.scene_picture.scene_legend import HELD_COLOR
 from diffcal_ros.rigid_transform import (
     apply,
     rotation_from_quaternion,

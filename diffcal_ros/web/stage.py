@@ -5,7 +5,7 @@
 from typing import Any
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.report.scene_legend import HELD_COLOR
+from diffcal_ros.report.scene_picture.scene_legend import HELD_COLOR
 from diffcal_ros.rigid_transform import quaternion_xyzw, rotation_matrix
 from diffcal_ros.web.held_box import HeldBox
 import numpy as np

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from diffcal_ros.report.palette import FITTED
-from diffcal_ros.report.scene_legend import HELD_COLOR
+from diffcal_ros.report.scene_picture.scene_legend import HELD_COLOR
 from diffcal_ros.web.fitted_view import SeenBody
 from diffcal_ros.web.stage import (
     draw_camera,

@@ -35,7 +35,7 @@ from diffcal_ros import (
 )
 from diffcal_ros.calibration.observations.observation import fuse_frames
 from diffcal_ros.depth_frame import DepthFrame
-from diffcal_ros.report.verdict_text import verdict_lines
+from diffcal_ros.report.tables.verdict_text import verdict_lines
 import numpy as np
 
 TRUTH, BIAS, FRAMES = 150e3, 0.003, 8  # [Pa], [m]

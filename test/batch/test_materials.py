@@ -7,8 +7,8 @@ import json
 
 from diffcal_ros.batch.materials import compare_materials, find_materials, fit_materials
 from diffcal_ros.batch.summary import JSON_FILE, PAGE_FILE, summarise, TABLE_FILE, write_summary
-from diffcal_ros.report.batch_page import write_batch_page
-from diffcal_ros.report.batch_text import batch_lines
+from diffcal_ros.report.pages.batch_page import write_batch_page
+from diffcal_ros.report.tables.batch_text import batch_lines
 import numpy as np
 import pytest
 from scipy.stats import ttest_ind

@@ -12,7 +12,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.laws import law_names
-from diffcal_ros.report.law_table import law_lines
+from diffcal_ros.report.tables.law_table import law_lines
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.law_choice import with_law
 from diffcal_ros.scene.model import HeldPart, Scene, Turn

@@ -9,7 +9,7 @@ from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.residuals.time_correlation import part_means, repeated_frames
 from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.fem.motion.moving_body import INTEGRATOR_NAMES
-from diffcal_ros.scene.motion import INTEGRATORS
+from diffcal_ros.scene.sections.motion import INTEGRATORS
 import numpy as np
 import pytest
 from support.moving_beams import instants, moving_model, moving_scene, RELEASE_TIME, true_depths

@@ -12,7 +12,7 @@ from diffcal_ros.cli.main import main
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.recording.topics.names import COLOR_FRAME, DEPTH_FRAME
 import numpy as np
 import pytest
 import yaml

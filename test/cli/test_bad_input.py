@@ -9,8 +9,8 @@ from typing import Any
 
 from diffcal_ros.cli.main import EXIT_BAD_INPUT
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.ros_messages import camera_info_message, image_message
-from diffcal_ros.recording.topics import DEPTH_CAMERA_INFO, DEPTH_IMAGE
+from diffcal_ros.recording.topics.names import DEPTH_CAMERA_INFO, DEPTH_IMAGE
+from diffcal_ros.recording.topics.ros_messages import camera_info_message, image_message
 import numpy as np
 import pytest
 from support.recorded_beam import DEPTH_CAMERA

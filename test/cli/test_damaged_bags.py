@@ -8,8 +8,8 @@ import shutil
 
 from diffcal_ros.cli.main import EXIT_BAD_INPUT
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.ros_messages import camera_info_message
-from diffcal_ros.recording.topics import COLOR_CAMERA_INFO
+from diffcal_ros.recording.topics.names import COLOR_CAMERA_INFO
+from diffcal_ros.recording.topics.ros_messages import camera_info_message
 from mcap.reader import make_reader
 import numpy as np
 import pytest

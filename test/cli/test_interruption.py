@@ -16,14 +16,15 @@ _BEGUN = 1.0
 _COMMAND = """
 import ctypes, signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from diffcal_ros.cli import check_command, main
+from diffcal_ros.cli import main
+from diffcal_ros.cli.commands import check
 
 def work(args):
     print('busy', flush=True)
     {work}
     return 0
 
-check_command.run = work
+check.run = work
 sys.exit(main.main(['check', 'scene.yaml']))
 """
 _BUSY = {

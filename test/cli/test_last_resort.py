@@ -6,7 +6,8 @@ import errno
 import os
 import re
 
-from diffcal_ros.cli import check_command, last_resort
+from diffcal_ros.cli import last_resort
+from diffcal_ros.cli.commands import check, simulate
 from diffcal_ros.cli.main import EXIT_BAD_INPUT, EXIT_FAULT
 import pytest
 
@@ -25,7 +26,7 @@ def in_folder(tmp_path, monkeypatch):
 
 
 def test_a_fault_is_told_with_its_log(run_cli, in_folder, monkeypatch):
-    monkeypatch.setattr(check_command, 'run', _raise(RuntimeError('first line\nsecond')))
+    monkeypatch.setattr(check, 'run', _raise(RuntimeError('first line\nsecond')))
     ran = run_cli('check', 'a scene.yaml')
     assert ran.code == EXIT_FAULT
     (log,) = in_folder.glob('diffcal-fault-*.log')
@@ -47,7 +48,7 @@ def test_a_fault_is_told_with_its_log(run_cli, in_folder, monkeypatch):
     ],
 )
 def test_too_little_memory_is_no_fault(run_cli, in_folder, monkeypatch, error, words):
-    monkeypatch.setattr(check_command, 'run', _raise(error))
+    monkeypatch.setattr(check, 'run', _raise(error))
     ran = run_cli('check', 'scene.yaml')
     assert ran.code == EXIT_FAULT
     assert f'there was not enough memory ({words}' in ran.err
@@ -57,16 +58,15 @@ def test_too_little_memory_is_no_fault(run_cli, in_folder, monkeypatch, error, w
 
 
 def test_a_log_goes_where_results_go(run_cli, in_folder, monkeypatch):
-    from diffcal_ros.cli import simulate_command
 
     (in_folder / 'out').mkdir()
-    monkeypatch.setattr(simulate_command, 'run', _raise(IndexError('x')))
+    monkeypatch.setattr(simulate, 'run', _raise(IndexError('x')))
     ran = run_cli('simulate', 'scene.yaml', '--out', in_folder / 'out')
     assert re.search(r'file .*out/diffcal-fault-.*\.log', ran.err)
 
 
 def test_without_any_place_the_log_is_said(run_cli, monkeypatch):
-    monkeypatch.setattr(check_command, 'run', _raise(IndexError('x')))
+    monkeypatch.setattr(check, 'run', _raise(IndexError('x')))
     monkeypatch.setattr(last_resort, '_folders', lambda args: [])
     ran = run_cli('check', 'scene.yaml')
     assert 'Traceback' in ran.err
@@ -76,7 +76,7 @@ def test_without_any_place_the_log_is_said(run_cli, monkeypatch):
 @pytest.mark.parametrize('number', [errno.EACCES, errno.ENOSPC])
 def test_what_the_machine_refuses_is_no_fault(run_cli, in_folder, monkeypatch, number):
     error = OSError(number, os.strerror(number), 'a.tet')
-    monkeypatch.setattr(check_command, 'run', _raise(error))
+    monkeypatch.setattr(check, 'run', _raise(error))
     ran = run_cli('check', 'scene.yaml')
     assert ran.code == EXIT_BAD_INPUT
     assert ran.err.startswith(f'diffcal check: a.tet: {os.strerror(number)}: see that files')

@@ -5,7 +5,7 @@
 import json
 
 from diffcal_ros.calibration.uncertainty.profile import Profile
-from diffcal_ros.report.result_table import profile_lines
+from diffcal_ros.report.tables.result_table import profile_lines
 import numpy as np
 import pytest
 

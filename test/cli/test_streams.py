@@ -9,7 +9,7 @@ import os
 import subprocess
 import sys
 
-from diffcal_ros.cli import check_command
+from diffcal_ros.cli.commands import check
 from diffcal_ros.cli.lasting_stream import lasting_streams
 from diffcal_ros.cli.main import EXIT_NOT_FITTED, EXIT_NOT_SAID, main
 import pytest
@@ -53,7 +53,7 @@ def test_progress_that_cannot_be_said_does_not_end_the_fit(recorded_beam, tmp_pa
 
 
 def test_a_full_output_is_told(monkeypatch, capsys):
-    monkeypatch.setattr(check_command, 'run', lambda args: print('x\n' * 9) or 0)
+    monkeypatch.setattr(check, 'run', lambda args: print('x\n' * 9) or 0)
     monkeypatch.setattr(sys, 'stdout', Broken(errno.ENOSPC))
     assert main(['check', 'scene.yaml']) == EXIT_NOT_SAID
     assert capsys.readouterr().err == (

@@ -7,7 +7,7 @@ import json
 from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
 from diffcal_ros.diagnosis.verdict.verdict import Evidence, save_verdict, Verdict
-from diffcal_ros.report.verdict_text import verdict_lines
+from diffcal_ros.report.tables.verdict_text import verdict_lines
 import numpy as np
 import pytest
 from support.scenes import beam_scene, MODULUS

@@ -10,7 +10,7 @@ from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.verdict import Verdict
 from diffcal_ros.rigid_transform import apply, transform
-from diffcal_ros.scene.fixture import box_fixture
+from diffcal_ros.scene.sections.fixture import box_fixture
 import numpy as np
 import pytest
 from support.scenes import (

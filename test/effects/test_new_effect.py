@@ -16,7 +16,7 @@ from diffcal_ros.diagnosis.verdict.verdict import save_verdict, Verdict
 from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.fem.terms.conditions import Conditions
-from diffcal_ros.report.verdict_text import verdict_lines
+from diffcal_ros.report.tables.verdict_text import verdict_lines
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model_file import fit_names_in_force, read_versions
 import numpy as np

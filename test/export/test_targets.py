@@ -9,7 +9,7 @@ from pathlib import Path
 import runpy
 import shutil
 
-from diffcal_ros.cli.export_command import TARGETS
+from diffcal_ros.cli.commands.export import TARGETS
 from diffcal_ros.export import players
 from diffcal_ros.export.targets import find_target, target_names
 from diffcal_ros.fem.elements.element import Element

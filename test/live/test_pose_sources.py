@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, PoseError, RecordingError
 from diffcal_ros.live.inputs import LiveInputs
-from diffcal_ros.recording.frame_tree import FrameTree
+from diffcal_ros.recording.topics.frame_tree import FrameTree
 from diffcal_ros.rigid_transform import inverse, transform
 from diffcal_ros.scene.model import MotionSetup, PoseSetup, Quantity, QUASI_STATIC
 from diffcal_ros.stamped_pose import StampedPose

@@ -10,12 +10,12 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError
-from diffcal_ros.live.background import Background
 from diffcal_ros.live.health import Level
 from diffcal_ros.live.inputs import CameraTransform
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.session_health import session_health
 from diffcal_ros.live.session_settings import SessionSettings, with_quantization
+from diffcal_ros.live.tasks.background import Background
 from diffcal_ros.stamped_pose import StampedPose
 import numpy as np
 import pytest

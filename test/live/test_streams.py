@@ -5,11 +5,16 @@
 from dataclasses import replace
 import struct
 
-from diffcal_ros.live.cdr_stamp import move_stamp, read_stamp
-from diffcal_ros.live.frame_gate import FrameGate, ImageFacts
+from diffcal_ros.live.frames.frame_gate import FrameGate, ImageFacts
 from diffcal_ros.live.health import Level
+from diffcal_ros.live.replay.cdr_stamp import move_stamp, read_stamp
 from diffcal_ros.live.stream_meter import StreamMeter
-from diffcal_ros.recording.ros_messages import deserialize, image_message, serialize, stamp_ns_of
+from diffcal_ros.recording.topics.ros_messages import (
+    deserialize,
+    image_message,
+    serialize,
+    stamp_ns_of,
+)
 import numpy as np
 import pytest
 

@@ -8,12 +8,12 @@ import threading
 
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth_frame import DepthFrame
-from diffcal_ros.live.background import Background
 from diffcal_ros.live.health import Level
 from diffcal_ros.live.save import save_numbers
 from diffcal_ros.live.session import Phase, Session
 from diffcal_ros.live.session_health import session_health
 from diffcal_ros.live.session_settings import SessionSettings
+from diffcal_ros.live.tasks.background import Background
 from diffcal_ros.live.tracking import TrackingSettings
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.stamped_pose import StampedPose

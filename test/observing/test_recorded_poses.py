@@ -5,7 +5,7 @@
 from diffcal_ros.errors import PoseError, RecordingError
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.recording.topics.names import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import angle_between, inverse, rotation_matrix, transform
 from diffcal_ros.scene.load import load_scene
 import numpy as np

@@ -6,8 +6,8 @@ from diffcal_ros.calibration.observations.observation import fuse_frames, measur
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.observing.sensor_in_use import sensor_in_use
-from diffcal_ros.scene.depth_sensors import SENSOR_MODELS
 from diffcal_ros.scene.model import DepthSensor
+from diffcal_ros.scene.sections.depth_sensors import SENSOR_MODELS
 import numpy as np
 import pytest
 

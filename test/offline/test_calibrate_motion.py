@@ -10,9 +10,9 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import RecordingError, SceneError
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
-from diffcal_ros.report.gap_over_time import gap_over_time_figure, motion_gaps
-from diffcal_ros.report.page import write_report
-from diffcal_ros.report.result_table import result_text
+from diffcal_ros.report.figures.gap_over_time import gap_over_time_figure, motion_gaps
+from diffcal_ros.report.pages.fit_page import write_report
+from diffcal_ros.report.tables.result_table import result_text
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.filming import Timing
 import numpy as np

@@ -9,8 +9,8 @@ from diffcal_ros.errors import RecordingError
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs, open_inputs
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.ros_messages import image_message
-from diffcal_ros.recording.topics import DEPTH_FRAME, DEPTH_IMAGE
+from diffcal_ros.recording.topics.names import DEPTH_FRAME, DEPTH_IMAGE
+from diffcal_ros.recording.topics.ros_messages import image_message
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.synthetic.filming import Timing
 import pytest

@@ -9,7 +9,7 @@ from diffcal_ros.cli.main import main
 from diffcal_ros.errors import SceneError
 from diffcal_ros.planning.candidates import make_candidates
 from diffcal_ros.planning.suggest import _as_recorded, suggest
-from diffcal_ros.report.suggestion_text import suggestion_text
+from diffcal_ros.report.tables.suggestion_text import suggestion_text
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Quantity

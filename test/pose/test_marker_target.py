@@ -4,7 +4,7 @@
 from diffcal_ros.errors import PoseError
 from diffcal_ros.pose.dictionary import dictionary_names, marker_cells
 from diffcal_ros.pose.marker_target import marker_grid, MarkerTarget, single_marker
-from diffcal_ros.scene.marker_dictionaries import MARKER_COUNTS
+from diffcal_ros.scene.sections.marker_dictionaries import MARKER_COUNTS
 import numpy as np
 import pytest
 

@@ -7,7 +7,7 @@ from diffcal_ros.pose.detection import MarkerDetector
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.marker_target import single_marker
 from diffcal_ros.pose.rig_pose import estimate_rig_pose
-from diffcal_ros.recording.dataset import open_case
+from diffcal_ros.recording.dataset.experiments import open_case
 from diffcal_ros.rigid_transform import angle_between, apply
 import numpy as np
 import pytest

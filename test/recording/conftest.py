@@ -8,8 +8,8 @@ from pathlib import Path
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.color_frame import ColorFrame
-from diffcal_ros.recording.topics import COLOR_FRAME, DEPTH_FRAME
+from diffcal_ros.recording.topics.color_frame import ColorFrame
+from diffcal_ros.recording.topics.names import COLOR_FRAME, DEPTH_FRAME
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 from mcap.reader import make_reader
 from mcap.writer import Writer

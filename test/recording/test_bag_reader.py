@@ -7,9 +7,9 @@ import shutil
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.recorded_frames import read_frames
-from diffcal_ros.recording.ros_messages import image_message, message, transform_message
-from diffcal_ros.recording.topics import TF_TYPE, TRANSFORM_TYPE
+from diffcal_ros.recording.topics.names import TF_TYPE, TRANSFORM_TYPE
+from diffcal_ros.recording.topics.recorded_frames import read_frames
+from diffcal_ros.recording.topics.ros_messages import image_message, message, transform_message
 from diffcal_ros.rigid_transform import inverse
 from mcap.reader import make_reader
 from mcap.writer import IndexType, Writer

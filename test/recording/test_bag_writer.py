@@ -9,7 +9,7 @@ from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.ros_messages import header, message
+from diffcal_ros.recording.topics.ros_messages import header, message
 from mcap.reader import NonSeekingReader
 from mcap.stream_reader import StreamReader
 import numpy as np

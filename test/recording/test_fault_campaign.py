@@ -30,7 +30,7 @@ def test_damage_is_refused_or_told(tmp_path, layout):
 
 def test_the_oracle_notices_a_loss(tmp_path, monkeypatch):
     """The judge is worth something: a reader that drops the last image is found out."""
-    from diffcal_ros.recording.mcap_messages import McapMessages
+    from diffcal_ros.recording.bag.mcap_messages import McapMessages
 
     whole = McapMessages.entries
     monkeypatch.setattr(McapMessages, 'entries', lambda self, topic: whole(self, topic)[:-1])

@@ -5,10 +5,10 @@
 from itertools import count
 
 from diffcal_ros.errors import RecordingError
-from diffcal_ros.live.replay_messages import replay_messages, Role
+from diffcal_ros.live.replay.replay_messages import replay_messages, Role
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.ros_messages import deserialize
-from diffcal_ros.recording.topics import DEPTH_FRAME, IMAGE_TYPE
+from diffcal_ros.recording.topics.names import DEPTH_FRAME, IMAGE_TYPE
+from diffcal_ros.recording.topics.ros_messages import deserialize
 import numpy as np
 import pytest
 from support.packed_depth import METRES_PNG, metres_png, packed_message, PNG, png, RVL, rvl

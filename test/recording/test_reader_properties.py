@@ -4,7 +4,7 @@
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.compressed_depth import decode_compressed_depth
+from diffcal_ros.recording.topics.compressed_depth import decode_compressed_depth
 import numpy as np
 import pytest
 from support.packed_depth import PNG, png, RVL, rvl

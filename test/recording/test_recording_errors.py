@@ -8,7 +8,7 @@ import shutil
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.ros_messages import camera_info_message, image_message
+from diffcal_ros.recording.topics.ros_messages import camera_info_message, image_message
 import numpy as np
 import pytest
 

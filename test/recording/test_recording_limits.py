@@ -9,8 +9,8 @@ import zlib
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.recording.bag_reader import open_recording
-from diffcal_ros.recording.color_frame import decode_compressed
-from diffcal_ros.recording.ros_messages import camera_info_message, image_message, message
+from diffcal_ros.recording.topics.color_frame import decode_compressed
+from diffcal_ros.recording.topics.ros_messages import camera_info_message, image_message, message
 import lz4.frame
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk, DataEnd, Footer, Header

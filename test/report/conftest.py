@@ -6,7 +6,7 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
-from diffcal_ros.report.observed_view import observed_views, ObservedView
+from diffcal_ros.report.figures.observed_view import observed_views, ObservedView
 from diffcal_ros.scene.load import load_scene
 import pytest
 

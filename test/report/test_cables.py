@@ -5,11 +5,11 @@
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.report import palette
-from diffcal_ros.report.depth_figure import depth_figure, depth_range
+from diffcal_ros.report.figures.depth_figure import depth_figure, depth_range
+from diffcal_ros.report.figures.observed_view import observed_views
 from diffcal_ros.report.naming import short_values, title
-from diffcal_ros.report.observed_view import observed_views
-from diffcal_ros.report.scene_drawing import draw_scene
-from diffcal_ros.report.scene_table import format_rows, scene_rows
+from diffcal_ros.report.scene_picture.scene_drawing import draw_scene
+from diffcal_ros.report.tables.scene_table import format_rows, scene_rows
 import numpy as np
 from support.fingers import cable, filmed, finger_scene, via_points
 

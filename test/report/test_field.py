@@ -5,11 +5,11 @@
 from pathlib import Path
 
 from diffcal_ros.errors import InputError
-from diffcal_ros.report.field_figure import field_figure
 from diffcal_ros.report.field_file import write_field
-from diffcal_ros.report.field_section import field_section, field_text
-from diffcal_ros.report.observed_view import observed_views
-from diffcal_ros.scene.mesh_files import read_mesh
+from diffcal_ros.report.figures.field_figure import field_figure
+from diffcal_ros.report.figures.observed_view import observed_views
+from diffcal_ros.report.pages.field_section import field_section, field_text
+from diffcal_ros.scene.sections.mesh_files import read_mesh
 import meshio
 import numpy as np
 import pytest

@@ -7,7 +7,7 @@ import math
 
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.report.naming import short_values, shown, title
-from diffcal_ros.report.result_table import result_text
+from diffcal_ros.report.tables.result_table import result_text
 import pytest
 
 NAN = math.nan

@@ -7,7 +7,7 @@ import itertools
 import time
 
 import cv2
-from diffcal_ros.live.replay_messages import Role
+from diffcal_ros.live.replay.replay_messages import Role
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.ros.conversion import depth_frame, stamp_ns, transform_matrix
 from diffcal_ros.ros.depth_source import DepthSourceNode

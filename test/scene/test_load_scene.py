@@ -11,7 +11,7 @@ from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import LameConvention
 from diffcal_ros.rigid_transform import rotation_matrix
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.marker_dictionaries import MARKER_COUNTS
+from diffcal_ros.scene.sections.marker_dictionaries import MARKER_COUNTS
 import numpy as np
 import pytest
 from support.scene_files import BOARD

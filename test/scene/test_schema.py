@@ -10,13 +10,13 @@ from diffcal_ros.cli.main import main
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.modulus_field import FIELD_FILE, write_modulus_field
-from diffcal_ros.scene.quantities import QUANTITY_RULES
+from diffcal_ros.scene.reading.quantities import QUANTITY_RULES
+from diffcal_ros.scene.reading.section import Section
+from diffcal_ros.scene.reading.shapes import Keys, ListOf, OneOf
 from diffcal_ros.scene.save import save_fitted_scene
 from diffcal_ros.scene.scene_shape import SCENE_SHAPE
 from diffcal_ros.scene.schema import scene_schema, scene_schema_text
-from diffcal_ros.scene.section import Section
-from diffcal_ros.scene.shapes import Keys, ListOf, OneOf
+from diffcal_ros.scene.sections.modulus_field import FIELD_FILE, write_modulus_field
 import numpy as np
 import pytest
 from support.scene_files import BOARD

@@ -9,7 +9,7 @@ import tempfile
 
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.offline.calibrate_recordings import open_inputs
-from diffcal_ros.recording.dataset_import import import_case
+from diffcal_ros.recording.dataset.import_case import import_case
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
 import numpy as np

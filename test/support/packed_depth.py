@@ -6,7 +6,7 @@ import struct
 from typing import Any
 
 import cv2
-from diffcal_ros.recording.ros_messages import header, message
+from diffcal_ros.recording.topics.ros_messages import header, message
 import numpy as np
 
 PNG, RVL = '16UC1; compressedDepth png', '16UC1; compressedDepth rvl'

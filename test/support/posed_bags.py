@@ -10,14 +10,14 @@ from typing import Any
 
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.bag_writer import BagWriter
-from diffcal_ros.recording.ros_messages import header, message, transform_message
-from diffcal_ros.recording.topics import (
+from diffcal_ros.recording.topics.names import (
     COLOR_FRAME,
     DEPTH_FRAME,
     POSE_COVARIANCE_TYPE,
     POSE_TYPE,
     TF_TYPE,
 )
+from diffcal_ros.recording.topics.ros_messages import header, message, transform_message
 from diffcal_ros.rigid_transform import quaternion_xyzw
 from diffcal_ros.scene.model import PoseSetup, Scene
 from diffcal_ros.synthetic.recorder import SyntheticRecording

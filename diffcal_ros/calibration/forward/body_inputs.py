@@ -12,8 +12,8 @@ from diffcal_ros.fem.motion.inputs import MotionChange
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.terms.conditions import CableState, Conditions
 from diffcal_ros.material import Material
-from diffcal_ros.scene.cables import start_cables
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.sections.cables import start_cables
 from diffcal_ros.scene.start_material import start_constant
 import numpy as np
 from numpy.typing import NDArray

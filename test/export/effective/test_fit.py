@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.cli.effective_option import SIMULATORS as LISTED
+from diffcal_ros.cli.options.effective_option import SIMULATORS as LISTED
 from diffcal_ros.errors import InputError
 from diffcal_ros.export.effective import fit as fit_module
 from diffcal_ros.export.effective.fit import fit_effective

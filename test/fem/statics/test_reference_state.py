@@ -8,8 +8,8 @@ from diffcal_ros.fem.elements.elastic_body import ElasticBody
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import LameConvention, LameParameters, Material
-from diffcal_ros.scene.mesh_files import read_mesh
 from diffcal_ros.scene.posing import held_targets, world_positions
+from diffcal_ros.scene.sections.mesh_files import read_mesh
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 import pytest
