@@ -112,7 +112,7 @@ def _judged_of_this_mesh(scene: Any, observations: list[Any]) -> dict[str, Any]:
 
 def _without_mesh(evaluator: Any, nominal: Any) -> tuple[Any, Any]:
     """Refit without what is known of the mesh."""
-    from diffcal_ros.diagnosis.model_comparison.refit import refit
+    from diffcal_ros.diagnosis.patch_fits.refit import refit
     from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 
     still = tuple(np.zeros_like(move) for move in evaluator.discretisation_error.moves)

@@ -14,7 +14,7 @@ from typing import Any
 
 from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.fem.elements.element import Element

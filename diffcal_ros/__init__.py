@@ -18,18 +18,18 @@ if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import calibrate as calibrate
     from diffcal_ros.calibration.calibrate import Calibration as Calibration
     from diffcal_ros.calibration.observations.observation import Observation as Observation
-    from diffcal_ros.calibration.outcome import Outcome as Outcome
-    from diffcal_ros.calibration.result import CalibrationResult as CalibrationResult
-    from diffcal_ros.calibration.result import save_result as save_result
+    from diffcal_ros.calibration.results.outcome import Outcome as Outcome
+    from diffcal_ros.calibration.results.result import CalibrationResult as CalibrationResult
+    from diffcal_ros.calibration.results.result import save_result as save_result
     from diffcal_ros.calibration.settings import CalibrationSettings as CalibrationSettings
     from diffcal_ros.camera import PinholeCamera as PinholeCamera
     from diffcal_ros.damping import Damping as Damping
     from diffcal_ros.depth.tracer import DepthTracer as DepthTracer
+    from diffcal_ros.diagnosis.answers import Verdict as Verdict
     from diffcal_ros.diagnosis.diagnose import diagnose as diagnose
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings as DiagnosisSettings
     from diffcal_ros.diagnosis.verdict.verdict import Diagnosis as Diagnosis
     from diffcal_ros.diagnosis.verdict.verdict import save_verdict as save_verdict
-    from diffcal_ros.diagnosis.verdict.verdict import Verdict as Verdict
     from diffcal_ros.errors import InputError as InputError
     from diffcal_ros.fem.elements.element import Element as Element
     from diffcal_ros.fem.motion.inputs import Release as Release
@@ -64,16 +64,16 @@ _HOMES = {
     # Fits.
     'calibrate': 'calibration.calibrate',
     'Calibration': 'calibration.calibrate',
-    'CalibrationResult': 'calibration.result',
+    'CalibrationResult': 'calibration.results.result',
     'CalibrationSettings': 'calibration.settings',
-    'Outcome': 'calibration.outcome',
-    'save_result': 'calibration.result',
+    'Outcome': 'calibration.results.outcome',
+    'save_result': 'calibration.results.result',
     # What a model lacks.
     'diagnose': 'diagnosis.diagnose',
     'Diagnosis': 'diagnosis.verdict.verdict',
     'DiagnosisSettings': 'diagnosis.diagnose',
     'save_verdict': 'diagnosis.verdict.verdict',
-    'Verdict': 'diagnosis.verdict.verdict',
+    'Verdict': 'diagnosis.answers',
     # Bodies.
     'Change': 'fem.statics.force_changes',
     'Conditions': 'fem.terms.conditions',

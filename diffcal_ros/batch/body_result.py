@@ -10,7 +10,7 @@ from typing import Any
 
 from diffcal_ros.batch.job import Account, Job
 from diffcal_ros.batch.manifest import Body
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.scene.reading.quantities import QUANTITY_RULES
 
 _FILES = {'calibrate': 'result.json', 'diagnose': 'verdict.json'}

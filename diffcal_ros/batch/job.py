@@ -16,7 +16,7 @@ import time
 from typing import Any
 
 from diffcal_ros.atomic_file import write_text_atomically
-from diffcal_ros.calibration.outcome import (
+from diffcal_ros.calibration.results.outcome import (
     EXIT_AMBIGUOUS,
     EXIT_MODEL_DISAGREES,
     EXIT_NOT_FITTED,

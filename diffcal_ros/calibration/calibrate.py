@@ -10,16 +10,20 @@ from diffcal_ros.calibration.fit_method import FitEnd, FitMethod
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.shared_bodies import SharedBodies, StandIn
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters, ParameterSet
-from diffcal_ros.calibration.parameters.slack_cables import taut_start
 from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
-from diffcal_ros.calibration.result_at import result_at
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import (
+    CalibrationResult,
+    FittedParameter,
+    IterationRecord,
+)
+from diffcal_ros.calibration.results.result_at import result_at
 from diffcal_ros.calibration.robust_fit import RobustFit
 from diffcal_ros.calibration.search.mirrored_pose import choose_mirrored
+from diffcal_ros.calibration.search.slack_cables import taut_start
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.calibration.whole_image.image_fit import ImageFit

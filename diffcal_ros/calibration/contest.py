@@ -11,7 +11,7 @@ from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
-from diffcal_ros.calibration.result import Alternative
+from diffcal_ros.calibration.results.result import Alternative
 from diffcal_ros.calibration.uncertainty.uncertainty import covariance_of, Z_95
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import (

@@ -9,7 +9,7 @@ from typing import Protocol
 from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
-from diffcal_ros.calibration.result import Alternative
+from diffcal_ros.calibration.results.result import Alternative
 from diffcal_ros.least_squares.levenberg_marquardt import Iteration, Minimum
 import numpy as np
 from numpy.typing import NDArray

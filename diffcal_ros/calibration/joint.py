@@ -15,8 +15,8 @@ from diffcal_ros.calibration.parameters.joint_parameters import (
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
-from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
-from diffcal_ros.calibration.result_at import result_at
+from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.results.result_at import result_at
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import Iteration, minimise, Minimum

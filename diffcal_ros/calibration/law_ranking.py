@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.observations.held_out import held_out_gap
+from diffcal_ros.calibration.held_out import held_out_gap
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.laws import law_names

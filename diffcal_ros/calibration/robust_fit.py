@@ -7,17 +7,16 @@ from collections.abc import Sequence
 from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.fit_method import Doubts, FitEnd, OnIteration
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.observations.seen_regions import require_seen_regions
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.calibration.parameters.slack_cables import barely_pulling
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
+from diffcal_ros.calibration.residuals.seen_regions import require_seen_regions
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
-from diffcal_ros.calibration.result import Alternative
-from diffcal_ros.calibration.result_at import result_at
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import Alternative
+from diffcal_ros.calibration.results.result_at import result_at
 from diffcal_ros.calibration.search.depth_step import (
     contest_with_step,
     may_have_step,
@@ -25,6 +24,7 @@ from diffcal_ros.calibration.search.depth_step import (
     without_step,
 )
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch, worth_fitting
+from diffcal_ros.calibration.search.slack_cables import barely_pulling
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.errors import NotSimulatedError

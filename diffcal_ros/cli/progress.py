@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any
 
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import IterationRecord
+from diffcal_ros.calibration.results.result import IterationRecord
 from diffcal_ros.report.naming import short_values
 
 _BAR = '{desc:<12} |{bar:10}| {n_fmt}/{total_fmt} [{elapsed}]{postfix}'

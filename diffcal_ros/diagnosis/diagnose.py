@@ -11,13 +11,13 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.detection.depth_discontinuity import find_depth_discontinuity
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement, measure_disagreement
+from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
 from diffcal_ros.diagnosis.detection.material_boundary import with_material_boundary, with_setting
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.hypothesis import refitted_there
-from diffcal_ros.diagnosis.model_comparison.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
-from diffcal_ros.diagnosis.patches.local_outlier import find_local_outlier, LocalOutlier
+from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a fit ended, in a sentence for the log and for /diagnostics."""
 
-from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.live.health import Level
 from diffcal_ros.report.naming import shown, title
 

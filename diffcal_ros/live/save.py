@@ -8,8 +8,8 @@ from pathlib import Path
 import threading
 
 from diffcal_ros.calibration.calibrate import with_details
-from diffcal_ros.calibration.provenance import describe_fit
-from diffcal_ros.calibration.result import save_result
+from diffcal_ros.calibration.results.provenance import describe_fit
+from diffcal_ros.calibration.results.result import save_result
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.inputs import Snapshot
 from diffcal_ros.live.tasks.background import Post

@@ -7,7 +7,7 @@ from enum import Enum
 import threading
 from typing import Any
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame

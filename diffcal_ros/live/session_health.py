@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a live calibration goes, in one sentence and a few figures."""
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.live.fit_words import fit_level, outcome_words
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.node_words import told_of

@@ -8,7 +8,7 @@ import threading
 import time
 
 from diffcal_ros.calibration.calibrate import with_details
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.calibration.tracking.tracked import TrackerSettings
 from diffcal_ros.depth_frame import DepthFrame

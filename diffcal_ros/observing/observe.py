@@ -5,8 +5,8 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Protocol
 
+from diffcal_ros.calibration.forward.motion_frames import observe_motion
 from diffcal_ros.calibration.observations.frame_times import chosen_frames, frame_times
-from diffcal_ros.calibration.observations.motion_frames import observe_motion
 from diffcal_ros.calibration.observations.observation import (
     fuse_frames,
     FusedDepth,

@@ -9,8 +9,8 @@ from pathlib import Path
 from diffcal_ros.calibration.calibrate import Calibration, with_details
 from diffcal_ros.calibration.field.fit import check_field, FieldFit, fit_field
 from diffcal_ros.calibration.field.layout import FieldKind
-from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.result import CalibrationResult, IterationRecord, save_result
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord, save_result
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.offline.calibrate_recordings import (
     describe_inputs,

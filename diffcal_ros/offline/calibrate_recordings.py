@@ -9,11 +9,11 @@ from pathlib import Path
 
 from diffcal_ros.calibration.calibrate import Calibration, with_details
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.provenance import describe_fit
-from diffcal_ros.calibration.result import CalibrationResult, IterationRecord, save_result
+from diffcal_ros.calibration.profile_search import check_profiles, profile
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.provenance import describe_fit
+from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord, save_result
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.uncertainty.profile_search import check_profiles, profile
 from diffcal_ros.errors import PoseError, RecordingError, SceneError
 from diffcal_ros.offline.observe import observe
 from diffcal_ros.offline.turn_sense import sense_note

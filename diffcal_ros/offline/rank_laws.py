@@ -9,7 +9,7 @@ from pathlib import Path
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.calibrate import with_details
 from diffcal_ros.calibration.law_ranking import LawFit, rank_laws
-from diffcal_ros.calibration.result import save_result
+from diffcal_ros.calibration.results.result import save_result
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.offline.calibrate_recordings import describe_inputs, OfflineInputs
 

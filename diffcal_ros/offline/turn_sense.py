@@ -12,7 +12,7 @@ import math
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene

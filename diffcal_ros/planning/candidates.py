@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.uncertainty.expected_information import Candidate
+from diffcal_ros.calibration.expected_information import Candidate
 from diffcal_ros.marker import Marker
 from diffcal_ros.rigid_transform import inverse, rotation_matrix, transform
 import numpy as np

@@ -5,9 +5,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.calibration.expected_information import Candidate, Known
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
 from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
-from diffcal_ros.calibration.uncertainty.expected_information import Candidate, Known
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import NotSimulatedError, SceneError
 from diffcal_ros.planning.candidates import make_candidates, Refused

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.proposal.bent_shape import bent_shapes
 from diffcal_ros.proposal.hold import possible_holds
 from diffcal_ros.proposal.level import level_placement

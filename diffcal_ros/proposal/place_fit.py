@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.elements.element import Element

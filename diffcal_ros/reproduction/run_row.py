@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs
 from diffcal_ros.reproduction.experiment_data import open_members
 from diffcal_ros.reproduction.row import Row, Variant

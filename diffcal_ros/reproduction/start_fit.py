@@ -15,7 +15,7 @@ from diffcal_ros.calibration.calibrate import Calibration, with_details
 from diffcal_ros.calibration.field.fit import fit_field
 from diffcal_ros.calibration.joint import JointCalibration
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.calibration.result import CalibrationResult, save_result
+from diffcal_ros.calibration.results.result import CalibrationResult, save_result
 from diffcal_ros.errors import InputError, SceneError
 from diffcal_ros.offline.calibrate_recordings import describe_inputs, OfflineInputs
 from diffcal_ros.reproduction.row import Variant

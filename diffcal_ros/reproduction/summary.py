@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.reproduction.row import Row, Variant
 from diffcal_ros.reproduction.run_row import start_files
 from diffcal_ros.reproduction.start_fit import is_done

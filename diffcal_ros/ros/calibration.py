@@ -5,7 +5,7 @@
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.diagnosis.verdict.acceptance import accept, revert
 from diffcal_ros.errors import InputError
 from diffcal_ros.live.fit_words import result_words

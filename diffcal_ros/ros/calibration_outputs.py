@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from diffcal_ros.calibration.result import FittedParameter
+from diffcal_ros.calibration.results.result import FittedParameter
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.live.frames.body_frames import BodyFrames

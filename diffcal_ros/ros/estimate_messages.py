@@ -6,7 +6,11 @@ from collections.abc import Iterator, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.results.result import (
+    CalibrationResult,
+    FittedParameter,
+    IterationRecord,
+)
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.live.tasks.track_task import TrackStep

@@ -3,7 +3,8 @@
 """A verdict as a message that every viewer reads."""
 
 from diagnostic_msgs.msg import DiagnosticArray
-from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect, Verdict
+from diffcal_ros.diagnosis.answers import Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect
 from diffcal_ros.live.health import Health, Level
 from diffcal_ros.report.tables.verdict_text import effect_words, verdict_lines
 from diffcal_ros.ros.diagnostics import status_message

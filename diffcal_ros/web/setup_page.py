@@ -8,7 +8,7 @@ import threading
 import traceback
 from typing import Any
 
-from diffcal_ros.calibration.result import IterationRecord
+from diffcal_ros.calibration.results.result import IterationRecord
 from diffcal_ros.errors import InputError
 from diffcal_ros.report.palette import FITTED
 from diffcal_ros.rigid_transform import apply

@@ -3,7 +3,7 @@
 """What the set-up page says, in Markdown."""
 
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord
 from diffcal_ros.report.naming import short_values, shown, title
 from diffcal_ros.web.fit_words import gap_words
 import numpy as np

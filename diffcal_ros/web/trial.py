@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.fem.elements.element import Element

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from diffcal_ros.calibration.calibrate import calibrate, Calibration
 from diffcal_ros.calibration.field.fit import fit_field
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.material import LameConvention

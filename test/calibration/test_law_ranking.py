@@ -4,8 +4,8 @@
 
 from dataclasses import replace
 
+from diffcal_ros.calibration.held_out import chequered
 from diffcal_ros.calibration.law_ranking import LawFit, rank_laws
-from diffcal_ros.calibration.observations.held_out import chequered
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera

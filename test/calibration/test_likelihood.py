@@ -5,13 +5,13 @@
 from collections.abc import Callable
 
 from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.expected_information import known_after
 from diffcal_ros.calibration.field.layout import FieldKind
 from diffcal_ros.calibration.field.search import FieldSearch
 from diffcal_ros.calibration.joint import JointCalibration
+from diffcal_ros.calibration.profile_search import profile
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.tracking.tracker import Tracker
-from diffcal_ros.calibration.uncertainty.expected_information import known_after
-from diffcal_ros.calibration.uncertainty.profile_search import profile
 from diffcal_ros.errors import InputError
 import numpy as np
 import pytest

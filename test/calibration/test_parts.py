@@ -6,10 +6,10 @@ import json
 
 from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.observations.observation import fuse_frames
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.residuals.correlation import correlation_lengths
 from diffcal_ros.calibration.residuals.gap import measure_gap
-from diffcal_ros.calibration.result import save_result
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import save_result
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, RecordingError

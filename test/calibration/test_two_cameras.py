@@ -5,10 +5,10 @@
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.expected_information import Candidate, known_after
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.result import FittedParameter
+from diffcal_ros.calibration.results.result import FittedParameter
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.calibration.uncertainty.expected_information import Candidate, known_after
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.rigid_transform import looking_at, rotation_matrix, transform
 import numpy as np

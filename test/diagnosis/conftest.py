@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.model_comparison.refit import refit
+from diffcal_ros.diagnosis.patch_fits.refit import refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen

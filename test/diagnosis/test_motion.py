@@ -4,13 +4,13 @@
 
 from dataclasses import replace
 
+from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
-from diffcal_ros.diagnosis.model_comparison.strain import unstrained
+from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
-from diffcal_ros.diagnosis.verdict.verdict import Evidence, Verdict
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest

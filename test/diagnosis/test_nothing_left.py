@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 
+from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
@@ -11,7 +12,6 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.screening.shortlist import shortlist, starts_of, with_tangents
 from diffcal_ros.diagnosis.verdict.naming import conclude
-from diffcal_ros.diagnosis.verdict.verdict import Verdict
 from diffcal_ros.report.tables.verdict_text import verdict_lines
 import pytest
 

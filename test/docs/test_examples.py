@@ -8,8 +8,8 @@ import runpy
 import sys
 from typing import Any
 
-from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.diagnosis.verdict.verdict import Verdict
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.diagnosis.answers import Verdict
 import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[2] / 'docs' / 'examples'

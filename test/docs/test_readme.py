@@ -6,7 +6,7 @@ import ast
 from pathlib import Path
 import re
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.cli.main import make_parser
 from diffcal_ros.scene.schema import scene_schema
 import pytest

@@ -10,9 +10,10 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisTrace
 from diffcal_ros.diagnosis.verdict.acceptance import accept
-from diffcal_ros.diagnosis.verdict.verdict import save_verdict, Verdict
+from diffcal_ros.diagnosis.verdict.verdict import save_verdict
 from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.fem.terms.conditions import Conditions

@@ -5,7 +5,7 @@
 from dataclasses import replace
 import threading
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame

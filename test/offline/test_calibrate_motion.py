@@ -5,7 +5,7 @@
 from dataclasses import replace
 import json
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import RecordingError, SceneError
 from diffcal_ros.fem.elements.element import Element

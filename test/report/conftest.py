@@ -3,7 +3,7 @@
 """One small calibration that the report's tests look at."""
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.offline.calibrate_recordings import open_inputs, run_calibration
 from diffcal_ros.report.figures.observed_view import observed_views, ObservedView

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cache
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.tracking.tracked import Tracked, TrackerSettings
 from diffcal_ros.calibration.tracking.tracker import Tracker

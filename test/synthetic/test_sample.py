@@ -9,7 +9,7 @@ import sys
 from types import ModuleType
 
 from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.scene.load import load_scene

@@ -15,10 +15,10 @@ from diffcal_ros.calibration.field.weight_choice import (
     WeightChoice,
     WeightTrial,
 )
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
-from diffcal_ros.calibration.result_at import result_at
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord
+from diffcal_ros.calibration.results.result_at import result_at
 from diffcal_ros.calibration.uncertainty.uncertainty import (
     estimate_uncertainty,
     MESH_SHIFT_FACTOR,

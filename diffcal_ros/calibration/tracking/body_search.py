@@ -5,10 +5,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.outcome_rules import leaves_body_out
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
+from diffcal_ros.calibration.results.outcome_rules import leaves_body_out
 from diffcal_ros.calibration.search.basins import Basin
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch
 from diffcal_ros.depth_frame import DepthFrame

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import FittedParameter
+from diffcal_ros.calibration.results.result import FittedParameter
 from diffcal_ros.calibration.tracking.body_change import BodyChange
 from diffcal_ros.errors import InputError
 import numpy as np

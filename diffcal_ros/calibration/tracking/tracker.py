@@ -8,7 +8,8 @@ from dataclasses import replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind
-from diffcal_ros.calibration.result import FittedParameter
+from diffcal_ros.calibration.results.fitted_parameters import fitted_parameters
+from diffcal_ros.calibration.results.result import FittedParameter
 from diffcal_ros.calibration.tracking.body_change import BodyChange, ChangeWatch
 from diffcal_ros.calibration.tracking.body_search import BodySearch, FOUND
 from diffcal_ros.calibration.tracking.current_view import CurrentView
@@ -16,7 +17,6 @@ from diffcal_ros.calibration.tracking.forgetting_filter import ForgettingFilter
 from diffcal_ros.calibration.tracking.innovation import Innovation
 from diffcal_ros.calibration.tracking.linearised_view import FrameEquations, LinearisedView
 from diffcal_ros.calibration.tracking.tracked import least_changes, Tracked, TrackerSettings
-from diffcal_ros.calibration.uncertainty.fitted_parameters import fitted_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import InputError, NotSimulatedError

@@ -28,7 +28,7 @@ from diffcal_ros.cli.read_scene import read_scene
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import Calibration
     from diffcal_ros.calibration.field.fit import FieldFit
-    from diffcal_ros.calibration.result import CalibrationResult, IterationRecord
+    from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord
     from diffcal_ros.calibration.settings import CalibrationSettings
     from diffcal_ros.cli.progress import Progress
     from diffcal_ros.scene.model import Scene
@@ -133,7 +133,7 @@ def _add_machine_options(group: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fit, write the results and print them; return the exit code."""
-    from diffcal_ros.calibration.result import save_result
+    from diffcal_ros.calibration.results.result import save_result
     from diffcal_ros.cli.progress import Progress
     from diffcal_ros.errors import InputError
     from diffcal_ros.scene.law_choice import with_law
@@ -243,7 +243,7 @@ def _rank(
     progress: 'Progress',
 ) -> int:
     """Fit under every law, write the results and print the ranking."""
-    from diffcal_ros.calibration.outcome import EXIT_NOT_FITTED
+    from diffcal_ros.calibration.results.outcome import EXIT_NOT_FITTED
     from diffcal_ros.offline.rank_laws import RANKING_FILE, run_law_ranking
     from diffcal_ros.report.tables.law_table import law_lines
 

@@ -68,7 +68,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose, write the results and print them; return the exit code."""
-    from diffcal_ros.diagnosis.verdict.verdict import Verdict
+    from diffcal_ros.diagnosis.answers import Verdict
     from diffcal_ros.offline.diagnose_recordings import run_diagnosis
     from diffcal_ros.report.pages.diagnosis_page import write_diagnosis_page
     from diffcal_ros.report.tables.verdict_text import verdict_lines

@@ -15,7 +15,7 @@ from diffcal_ros.cli.options.path_argument import path_argument
 
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import Calibration
-    from diffcal_ros.calibration.result import CalibrationResult
+    from diffcal_ros.calibration.results.result import CalibrationResult
     from diffcal_ros.reproduction.row import Row
 
 _ALL = 'all'

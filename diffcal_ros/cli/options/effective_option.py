@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from diffcal_ros.calibration.calibrate import Calibration
     from diffcal_ros.calibration.field.fit import FieldFit
-    from diffcal_ros.calibration.result import CalibrationResult
+    from diffcal_ros.calibration.results.result import CalibrationResult
     from diffcal_ros.cli.progress import Progress
 
 # Named here, for `--help` must be quick; a test compares them with the simulators that are there.

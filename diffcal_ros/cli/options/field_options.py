@@ -9,7 +9,7 @@ from typing import Any, TYPE_CHECKING
 if TYPE_CHECKING:
     from diffcal_ros.calibration.calibrate import Calibration
     from diffcal_ros.calibration.field.fit import FieldFit
-    from diffcal_ros.calibration.result import IterationRecord
+    from diffcal_ros.calibration.results.result import IterationRecord
     from diffcal_ros.calibration.settings import CalibrationSettings
     from diffcal_ros.cli.progress import Progress
     from diffcal_ros.offline.calibrate_recordings import OfflineInputs

@@ -14,12 +14,12 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
     knows_boundary,
     outstanding_boundary,
 )
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import averaged_by_cell, cell_numbers
+from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
-from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.screening.screening import Projection
 from diffcal_ros.effects.registry import seen_boundary
 import numpy as np

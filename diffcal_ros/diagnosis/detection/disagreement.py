@@ -4,12 +4,12 @@
 
 from dataclasses import dataclass
 
+from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.null_distribution import chance_of_clean
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.model_comparison.strain import unstrained
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, PatchGap
 from diffcal_ros.diagnosis.screening.screening import Screen
-from diffcal_ros.diagnosis.verdict.verdict import Verdict
 import numpy as np
 
 ALPHA = 0.003

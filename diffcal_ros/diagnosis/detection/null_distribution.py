@@ -11,7 +11,7 @@ distributions would only bound it.
 from collections.abc import Sequence
 
 from diffcal_ros.chi_square import chance_beyond
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.screening.screening import gains, Score, Screen
 import numpy as np
 from numpy.typing import NDArray

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate

@@ -18,9 +18,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
-from diffcal_ros.diagnosis.patches.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 import numpy as np
 from numpy.typing import NDArray

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
-from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.starts import more_starts

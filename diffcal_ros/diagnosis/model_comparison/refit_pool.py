@@ -9,8 +9,8 @@ import time
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_effects
 from diffcal_ros.diagnosis.model_comparison.processes import fit_here, Processes
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest, Task
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
-from diffcal_ros.diagnosis.model_comparison.patch_fit import HOPE
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.model_comparison.strain import unstrained
+from diffcal_ros.diagnosis.patch_fits.patch_fit import HOPE
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen

@@ -18,7 +18,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
     Reach,
     ViewComparer,
 )
-from diffcal_ros.diagnosis.detection.discretisation_error import (
+from diffcal_ros.diagnosis.patches.discretisation_error import (
     DiscretisationError,
     find_discretisation_error,
 )

@@ -14,9 +14,9 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
-from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Scene

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 
 from diffcal_ros.calibration.residuals.seen_fit import SeenFit
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 

@@ -9,9 +9,10 @@ fields, learnt from the other poses, predict a pose best is that of the cause.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
+from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import (
     chosen_patches,
     closed_fraction,
@@ -19,7 +20,6 @@ from diffcal_ros.diagnosis.patches.whitened import (
     tangent_slack,
     whiten,
 )
-from diffcal_ros.diagnosis.screening.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.verdict.free_fields import free_fields
 import numpy as np
 from numpy.typing import NDArray

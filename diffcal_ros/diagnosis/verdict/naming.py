@@ -5,17 +5,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.limits import upper_limits
+from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
-from diffcal_ros.diagnosis.model_comparison.strain import unstrained
-from diffcal_ros.diagnosis.patches.local_outlier import LocalOutlier
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.residual_location import where_largest
+from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.residual_location import where_largest
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
@@ -27,7 +28,7 @@ from diffcal_ros.diagnosis.verdict.unknown import (
     LEAST_CLOSURE,
     Unknown,
 )
-from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, Evidence, NamedEffect, Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
     closure_of,
     details_of,

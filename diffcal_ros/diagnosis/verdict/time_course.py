@@ -5,8 +5,8 @@
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
-from diffcal_ros.diagnosis.patches.residual_location import PART_NAMES, part_numbers
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.residual_location import PART_NAMES, part_numbers
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lombscargle

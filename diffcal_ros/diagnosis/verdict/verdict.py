@@ -3,28 +3,12 @@
 """What a diagnosis says: agree, disagree, below the margin or cannot tell, and why."""
 
 from dataclasses import asdict, dataclass, field
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
 from diffcal_ros.atomic_file import json_values, write_json_atomically
+from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.verdict.time_course import TimeCourse
-
-
-class Verdict(str, Enum):
-    """Whether simulation and measurement agree."""
-
-    AGREE = 'agree'
-    DISAGREE = 'disagree'
-    BELOW_MARGIN = 'below_margin'
-    CANNOT_TELL = 'cannot_tell'
-
-
-class Evidence(str, Enum):
-    """What a verdict rests on: a sensor floor that was measured, or one that was assumed."""
-
-    CONFIRMED = 'confirmed'
-    SUSPECTED = 'suspected'
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from typing import Any
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
-from diffcal_ros.diagnosis.model_comparison.strain import unstrained
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect

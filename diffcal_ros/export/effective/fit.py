@@ -10,10 +10,10 @@ from typing import Any
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward.posture import Posture, RestingPosture
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult, FittedParameter
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError, NotSimulatedError

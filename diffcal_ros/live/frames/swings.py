@@ -3,9 +3,9 @@
 """A body that is let go again and again before a live camera: one fit a swing."""
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.tracking.body_change import BodyChange, ChangeWatch
 from diffcal_ros.calibration.tracking.tracked import least_changes
 from diffcal_ros.depth_frame import DepthFrame

@@ -9,7 +9,11 @@ import threading
 
 from diffcal_ros.calibration.calibrate import Calibration, with_details
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter, IterationRecord
+from diffcal_ros.calibration.results.result import (
+    CalibrationResult,
+    FittedParameter,
+    IterationRecord,
+)
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.live.frames.body_frames import body_frames, BodyFrames
 from diffcal_ros.live.frames.release import require_rest

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
+from diffcal_ros.calibration.results.result import CalibrationResult, FittedParameter
 from diffcal_ros.report import palette
 from diffcal_ros.report.figures.figure_png import new_figure
 from diffcal_ros.report.naming import is_material, shown, title

@@ -10,7 +10,7 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.report import palette
 from diffcal_ros.report.figures.figure_png import new_figure
 import numpy as np

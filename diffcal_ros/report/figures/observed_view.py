@@ -11,7 +11,7 @@ from diffcal_ros.calibration.forward.forward_model import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import ViewMask
 from diffcal_ros.calibration.residuals.robust_residual import make_comparers, Reach
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 import numpy as np
 from numpy.typing import NDArray
 

@@ -8,7 +8,7 @@ from typing import Any
 from diffcal_ros.atomic_file import write_bytes_atomically
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.report import palette
 from diffcal_ros.report.figure_text import as_text
 from diffcal_ros.report.figures.depth_figure import depth_range

@@ -4,7 +4,7 @@
 
 from typing import Any
 
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.uncertainty.profile import Profile
 from diffcal_ros.report import palette
 from diffcal_ros.report.figures.figure_png import new_figure

@@ -5,7 +5,7 @@
 from html import escape
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.result import Alternative, CalibrationResult
+from diffcal_ros.calibration.results.result import Alternative, CalibrationResult
 from diffcal_ros.report.figures.depth_figure import alternative_figure
 from diffcal_ros.report.figures.figure_png import figure_html
 from diffcal_ros.report.figures.observed_view import views_at

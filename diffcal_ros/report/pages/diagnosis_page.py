@@ -7,9 +7,10 @@ from pathlib import Path
 
 from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
+from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import DiagnosisTrace
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
-from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.figures.diagnosis_figure import residual_figure, score_figure
 from diffcal_ros.report.figures.figure_png import data_uri, png_bytes

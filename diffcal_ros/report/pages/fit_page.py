@@ -12,9 +12,9 @@ from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import FieldFit
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.figures.along_body import along_body
 from diffcal_ros.report.figures.along_body_figure import along_body_figure
 from diffcal_ros.report.figures.convergence_figure import convergence_figure

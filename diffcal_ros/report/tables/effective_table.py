@@ -8,7 +8,7 @@ import math
 import textwrap
 from typing import Any
 
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.report.naming import shown
 from diffcal_ros.report.tables.page_tables import number_text, table
 

@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
+from diffcal_ros.calibration.results.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.figures.along_body import Share
 from diffcal_ros.report.naming import Shown, shown, title, two_digits
 from diffcal_ros.report.palette import correlation_color

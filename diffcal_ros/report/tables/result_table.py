@@ -7,7 +7,7 @@ import math
 import textwrap
 
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult, FittedParameter
+from diffcal_ros.calibration.results.result import CalibrationResult, FittedParameter
 from diffcal_ros.report.naming import is_material, shown, title
 
 _WIDTH = 96

@@ -4,7 +4,8 @@
 
 import math
 
-from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect, Verdict
+from diffcal_ros.diagnosis.answers import Verdict
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.naming import shown, title
 

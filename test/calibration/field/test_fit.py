@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.field.fit import check_field, fit_field
 from diffcal_ros.calibration.field.layout import FieldKind
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError
 import numpy as np

@@ -6,17 +6,17 @@ from copy import copy
 from dataclasses import replace
 
 from diffcal_ros.calibration.contest import Contest, Entry
-from diffcal_ros.calibration.outcome import (
+from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
+from diffcal_ros.calibration.residuals.gap import Gap
+from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
+from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
+from diffcal_ros.calibration.results.outcome import (
     EXIT_AMBIGUOUS,
     EXIT_MODEL_DISAGREES,
     EXIT_NOT_FITTED,
     Outcome,
 )
-from diffcal_ros.calibration.outcome_rules import judge
-from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
-from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
-from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
+from diffcal_ros.calibration.results.outcome_rules import judge
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty
 from diffcal_ros.fem.statics.tangent_stiffness import EquilibriumError
 from diffcal_ros.least_squares.levenberg_marquardt import minimise, Minimum, Stop

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.search.depth_step import may_have_step
 from diffcal_ros.calibration.settings import CalibrationSettings
 import numpy as np

@@ -6,8 +6,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 from diffcal_ros.calibration.calibrate import calibrate, Calibration
-from diffcal_ros.calibration.outcome import Outcome
-from diffcal_ros.calibration.result import IterationRecord
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import IterationRecord
 from diffcal_ros.calibration.search.global_search import GlobalSearch
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.rigid_transform import rotation_matrix, transform

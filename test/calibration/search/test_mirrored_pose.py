@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.pose.planar_pose import pose_candidates
 from diffcal_ros.rigid_transform import apply

@@ -5,7 +5,7 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import find_law

@@ -7,7 +7,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 import re
 
-from diffcal_ros.calibration.outcome import Outcome
+from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.report.naming import title
 from diffcal_ros.report.pages.fit_page import write_report
 import numpy as np

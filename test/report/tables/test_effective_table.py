@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Both moduli stand side by side, in the terminal and in the report."""
 
-from diffcal_ros.calibration.outcome import Outcome
 from diffcal_ros.calibration.residuals.gap import Gap
-from diffcal_ros.calibration.result import CalibrationResult
+from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import CalibrationResult
 from diffcal_ros.export.effective.fit import EffectiveFit, EffectiveModulus
 from diffcal_ros.report.tables.effective_table import effective_lines, effective_section
 import numpy as np

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What hides in parameters, or camera poses, of which better is known."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
+from diffcal_ros.chi_square import chance_beyond, exceeded_with
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# A parameter so many standard deviations from what is known of it is strained; and a pose is
+# that is as unlikely.
+_STRAINED = 3.0
+_UNLIKELY = float(chance_beyond(_STRAINED**2, 1))
+
+
+def unstrained(fit: Refit) -> list[PatchGroup]:
+    """Return the patches as they would be if nothing strained its prior, to first order.
+
+    An effect may hide in a parameter of which better is known, and one of the camera in its pose:
+    the gap is then small, and the parameter absurd.
+    """
+    beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
+    if not beyond.any():
+        return fit.groups
+    return [
+        replace(
+            group,
+            patches=replace(
+                group.patches, values=group.patches.values + group.patches.jacobian @ beyond
+            ),
+        )
+        for group in fit.groups
+    ]
+
+
+def _parameters_beyond(fit: Refit) -> FloatArray:
+    beyond = np.zeros(len(fit.coordinates))
+    for index, parameter in enumerate(fit.parameters):
+        mean, std = parameter.quantity.prior_mean, parameter.quantity.prior_std
+        if mean is None or std is None or parameter.is_nuisance:
+            continue
+        allowed = _STRAINED * (std / mean if parameter.is_logarithmic else std)
+        here, _ = fit.of_the_body(index)
+        offset = here - parameter.coordinate(mean)
+        beyond[index] = offset - np.clip(offset, -allowed, allowed)
+    return beyond
+
+
+def _poses_beyond(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
+    """Return how far camera poses are off, beyond what their covariances allow, shape (k,)."""
+    beyond = np.zeros(len(coordinates))
+    for observation, covariance in parameters.pose_covariances:
+        indices = parameters.pose_indices(observation)
+        offset = coordinates[indices]
+        size = float(np.sqrt(offset @ np.linalg.solve(covariance, offset)))
+        allowed = float(np.sqrt(exceeded_with(_UNLIKELY, len(indices))))
+        if size > allowed:
+            beyond[indices] = (1.0 - allowed / size) * offset
+    return beyond

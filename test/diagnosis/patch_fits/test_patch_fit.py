@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""When a fit of patches ends: on landscapes that are as rough as patches that join and leave."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit
+from diffcal_ros.diagnosis.patches.discretisation_error import DiscretisationError
+from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.diagnosis.patches.whitened import Part
+import numpy as np
+import pytest
+from support.scenes import beam_scene
+
+_NOISE = NoiseModel(pixel=0.00014, is_measured=True)
+_CENTERS = 14.0 * np.stack(np.meshgrid(np.arange(6), np.arange(8)), -1).reshape(-1, 2)
+# How the patches follow the logarithm of the modulus [m].
+_SLOPES = 0.01 * np.linspace(0.2, 1.0, len(_CENTERS))
+_ELSEWHERE = 0.002 * np.cos(np.arange(len(_CENTERS)))
+
+
+class Landscape:
+    """Patches whose residuals are a function of the coordinates and of how often one asked."""
+
+    def __init__(self, values):
+        self.model = SimpleNamespace(parameters=make_parameters(beam_scene(), ('youngs_modulus',)))
+        parameters = self.model.parameters.parameters[:1]
+        self.model.parameters = replace(self.model.parameters, parameters=parameters)
+        self.discretisation_error = DiscretisationError((), (), ())
+        self.asked = 0
+        self._values = values
+
+    def groups(self, coordinates):
+        self.asked += 1
+        counts = np.full(len(_CENTERS), 150.0)
+        patches = Patches(
+            values=self._values(coordinates[0], self.asked),
+            jacobian=_SLOPES[:, None].copy(),
+            covariance=_NOISE.depth_covariance(_CENTERS, counts),
+            centers=_CENTERS,
+            cells=np.arange(len(_CENTERS)),
+            weights=counts,
+            common=_NOISE.depth_common(len(_CENTERS)),
+        )
+        nothing = np.zeros(len(_CENTERS))
+        return [PatchGroup(0, 'depth', 0, patches, nothing, nothing.astype(bool))]
+
+
+def run(values, most_cost=np.inf, most=30):
+    landscape = Landscape(values)
+    start = landscape.model.parameters.start()
+    fit = PatchFit(landscape, start, Part.FIT)
+    fit.run(most, most_cost)
+    return landscape, fit, float(fit.here[0] - start[0])
+
+
+def smooth(aim):
+    first = Landscape(None).model.parameters.start()[0]
+    return lambda here, _: _SLOPES * (first + aim - here) + 0.01 * _ELSEWHERE
+
+
+@pytest.mark.parametrize('aim', [0.03, -0.4])
+def test_a_smooth_landscape_is_followed_to_its_end(aim):
+    landscape, fit, moved = run(smooth(aim))
+    assert fit.is_done
+    assert moved == pytest.approx(aim, abs=0.02)
+    assert landscape.asked == fit.evaluations < 10
+
+
+def test_a_fit_that_goes_in_circles_ends():
+    # Whatever the step, some patches join and others leave: half a percent more, or less.
+    landscape, fit, _ = run(
+        lambda here, asked: (_ELSEWHERE + 0.3 * _SLOPES) * (1.0 + 0.002 * (-1) ** asked)
+    )
+    assert fit.is_done
+    assert landscape.asked < 12
+
+
+def test_a_fit_that_only_gets_worse_ends():
+    landscape, fit, moved = run(
+        lambda here, asked: (_ELSEWHERE + 0.3 * _SLOPES) * (1.0 if asked == 1 else 1.1)
+    )
+    assert fit.is_done or fit.is_exhausted
+    assert moved == 0.0
+    assert landscape.asked < 10
+
+
+def test_steps_that_overshoot_are_damped_until_they_serve():
+    first = Landscape(None).model.parameters.start()[0]
+    # Three times as steep as the tangents say: only the fourth, damped, step gets nearer.
+    _, fit, moved = run(lambda here, _: 3.0 * _SLOPES * (first + 0.1 - here) + 0.01 * _ELSEWHERE)
+    assert fit.is_done
+    assert moved == pytest.approx(0.1, abs=0.01)
+
+
+def creeps(here, asked):
+    return (3.0 * _ELSEWHERE + 0.1 * _SLOPES) * 0.97**asked
+
+
+def test_what_will_hardly_reach_its_rivals_is_given_up():
+    landscape, fit, _ = run(creeps, most_cost=10.0)
+    assert landscape.asked == 3
+    assert not fit.is_done
+    assert fit.cost > 10.0
+    # In reach, it goes on.
+    landscape, _, _ = run(creeps, most_cost=1e6)
+    assert landscape.asked > 10
+
+
+def test_large_promises_are_not_given_up():
+    _, fit, moved = run(smooth(0.4), most_cost=200.0)
+    assert fit.is_done
+    assert moved == pytest.approx(0.4, abs=0.02)

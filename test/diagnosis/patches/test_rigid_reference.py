@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A fixture in view parts a camera that is elsewhere from a body that sits elsewhere."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.diagnosis.answers import Verdict
+from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.rigid_transform import apply, transform
+from diffcal_ros.scene.sections.fixture import box_fixture
+import numpy as np
+import pytest
+from support.scenes import (
+    beam_scene,
+    CAMERA,
+    DEPTH_FROM_WORLD,
+    noisy,
+    observation,
+    true_depth,
+    WORLD_FROM_OBJECT,
+)
+
+# Around the beam's held end, wider than the beam: the camera looks at two of its faces.
+BLOCK = box_fixture(np.array([[-0.030, -0.011, -0.009], [-0.001, 0.037, 0.026]]))
+SHIFT = np.array([0.0025, -0.002, 0.004])
+_FRAMES = 8
+
+
+def block_depth(pose=DEPTH_FROM_WORLD):
+    """Depth [m] of the block; NaN beside it."""
+    points = apply(pose, apply(WORLD_FROM_OBJECT, BLOCK.positions))
+    return DepthTracer(BLOCK.triangles, len(points), CAMERA).trace(points).full_depth()
+
+
+def seen(*, body_shift, block_shift, seed=5):
+    """Eight frames at beam and block, each shifted in the camera's frame [m]."""
+    poses = [transform(np.eye(3), shift) @ DEPTH_FROM_WORLD for shift in (body_shift, block_shift)]
+    exact = np.fmin(true_depth(depth_from_world=poses[0]), block_depth(poses[1]))
+    random = np.random.default_rng(seed)
+    depth = np.median([noisy(exact, random) for _ in range(_FRAMES)], axis=0)
+    noise = 0.00014 * np.sqrt(np.pi / (2.0 * _FRAMES))
+    return replace(observation(depth), frame_count=_FRAMES, noise=float(noise))
+
+
+def scene(*, has_fixture=True):
+    """The beam, with its block or without."""
+    return replace(beam_scene((8, 2, 2)), fixture=BLOCK if has_fixture else None)
+
+
+@pytest.fixture(scope='module')
+def still():
+    nothing = np.zeros(3)
+    return seen(body_shift=nothing, block_shift=nothing)
+
+
+@pytest.fixture(scope='module')
+def agreed(still):
+    """The diagnosis of it, where nothing is off."""
+    return diagnose(scene(), [still])
+
+
+def test_body_and_block_agree_where_nothing_is_off(agreed):
+    nominal = agreed.nominal
+    rigid = [group for group in nominal.groups if group.is_rigid]
+    assert {group.kind for group in rigid} == {'depth', 'edge'}
+    values = np.concatenate([group.patches.values for group in rigid])
+    assert len(values) > 10
+    # A tenth of a pixel at the outline, a tenth of the depth's step within.
+    assert np.sqrt(np.mean(values**2)) < 1e-4
+    assert agreed.diagnosis.verdict is Verdict.AGREE
+
+
+def test_the_gap_that_is_told_is_the_bodys(agreed):
+    with_block = agreed.nominal
+    bodies = [group for group in with_block.groups if not group.is_rigid]
+    assert len(bodies) < len(with_block.groups)
+    for part in Part:
+        assert patch_gap(with_block.groups, part) == patch_gap(bodies, part)
+
+
+def test_the_picture_of_what_is_left_shows_the_block_before_the_body():
+    moved = seen(body_shift=np.zeros(3), block_shift=np.array([0.0, 0.0, 0.003]))
+    evaluator, nominal = fit_nominal(scene(), [moved], None)
+    (left,) = evaluator.residual_images(nominal.coordinates)
+    group, body = block_depth(), true_depth()
+    is_block = np.isfinite(group) & ~(body < group)
+    assert np.nanmedian(left[is_block]) == pytest.approx(0.003, abs=3e-4)
+    assert abs(np.nanmedian(left[np.isfinite(body) & ~np.isfinite(group)])) < 1e-3
+
+
+def test_only_camera_and_reading_move_the_block(agreed):
+    """Tangents agree with differences of three steps, and are zero for what moves the body."""
+    evaluator, nominal = agreed.evaluator, agreed.nominal
+    names = ('youngs_modulus', 'clamp_offset', 'rigid_offset', 'depth_affine')
+    parameters = make_parameters(scene(), names, with_edge_bias=False)
+    wide = evaluator.of(evaluator.model.with_parameters(scene(), parameters))
+    start = parameters.start()
+    start[0] = nominal.coordinates[nominal.parameters.names.index(parameters.names[0])]
+
+    def depths(coordinates):
+        groups = [b for b in wide.groups(coordinates) if b.is_rigid and b.kind == 'depth']
+        return groups[0].patches
+
+    here = depths(start)
+    is_body = np.array(
+        [name.partition('.')[0] in ('youngs_modulus', 'clamp_offset') for name in parameters.names]
+    )
+    assert 0 < is_body.sum() < len(is_body)
+    assert not here.jacobian[:, is_body].any()
+    for place in np.flatnonzero(~is_body):
+        name, slope = parameters.names[place], here.jacobian[:, place]
+        errors = []
+        for step in (4e-4, 2e-4, 1e-4):
+            ahead, behind = start.copy(), start.copy()
+            ahead[place], behind[place] = start[place] + step, start[place] - step
+            both = [depths(at) for at in (ahead, behind)]
+            shared = np.intersect1d(np.intersect1d(both[0].cells, both[1].cells), here.cells)
+            rows = [np.searchsorted(p.cells, shared) for p in (*both, here)]
+            change = (both[1].values[rows[1]] - both[0].values[rows[0]]) / (2.0 * step)
+            # A pixel that joins or leaves a patch at its rim changes its mean a little.
+            errors.append(float(np.median(np.abs(change - slope[rows[2]]))))
+        assert min(errors) < 0.03 * max(float(np.abs(slope).max()), 0.05), (name, errors)
+
+
+def test_a_fixture_that_is_not_seen_is_told(still, agreed):
+    behind = replace(BLOCK, positions=BLOCK.positions - np.array([0.5, 0.0, 0.0]))
+    elsewhere = replace(scene(), fixture=behind)
+    trace = diagnose(elsewhere, [still])
+    assert 'test does not show the fixture' in trace.diagnosis.notes
+    assert trace.diagnosis.verdict is Verdict.AGREE
+    assert not any('fixture' in note for note in agreed.diagnosis.notes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('name', 'block_shift', 'frame'),
+    [
+        ('camera_offset', SHIFT, np.eye(4)),
+        ('clamp_offset', np.zeros(3), DEPTH_FROM_WORLD @ WORLD_FROM_OBJECT),
+    ],
+)
+def test_one_pose_tells_the_cameras_place_from_the_clamps(name, block_shift, frame):
+    shifted = seen(body_shift=SHIFT, block_shift=block_shift)
+    alone = diagnose(scene(has_fixture=False), [shifted]).diagnosis
+    assert {'camera_offset', 'clamp_offset'} <= set(alone.ambiguity_set)
+    told = diagnose(scene(), [shifted]).diagnosis
+    assert told.ambiguity_set == (name,)
+    assert [effect.identifier for effect in told.effects] == [name]
+    found = [told.effects[0].amplitude[axis] for axis in 'xyz']
+    # The clamp's offset is told in the object's frame.
+    np.testing.assert_allclose(frame[:3, :3] @ found, 1e3 * SHIFT, atol=0.4)
