@@ -185,6 +185,8 @@ def fit_nominal(
         # The model stays what it is, and so does its fit: no effect is in it yet.
         model = model.with_parameters(with_setting(model.scene, at), model.parameters)
         evaluator = make_patch_evaluator(model, nominal.coordinates)
+        # Along the border nothing is compared from now on.
+        nominal = refit(evaluator, nominal.coordinates, max_iterations=1)
     return evaluator, nominal
 
 

@@ -28,7 +28,6 @@ class DepthBiasByRegion(Effect):
     twins = ('camera_offset', 'clamp_offset')
     settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
     has_boundary = True
-    beyond_robust_fit = ('bias',)
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
         """Return where it reads too far."""

@@ -39,15 +39,21 @@ def several_frames(exact: np.ndarray, random: np.random.Generator) -> Observatio
     return replace(observation(fused.depth), frame_count=_FRAMES, noise=fused.noise)
 
 
-def with_step(observation: Observation, at: float, step: float) -> Observation:
+def with_step(
+    observation: Observation,
+    at: float,
+    step: float,
+    counts: tuple[int, int, int] = (8, 2, 2),
+) -> Observation:
     """Let the camera read too far beyond a share of the body's length.
 
     Args:
         observation: of the beam.
         at: share of its free length.
         step: of depth [m].
+        counts: elements of the mesh between two of whose layers it lies.
     """
-    scene = replace(beam_scene((8, 2, 2)), effects={'depth_bias_by_region': {'at': at}})
+    scene = replace(beam_scene(counts), effects={'depth_bias_by_region': {'at': at}})
     model = ForwardModel(scene, [observation], make_parameters(scene, ('youngs_modulus',)))
     trace = model.views(model.parameters.start())[0].trace
     beyond = make_comparers(model)[0].is_second(trace) & (trace.faces >= 0)

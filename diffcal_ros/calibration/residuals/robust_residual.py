@@ -131,7 +131,12 @@ class Comparison:
 
 
 class ViewComparer:
-    """Compares views with one observation."""
+    """Compares views with one observation.
+
+    Attributes:
+        mask: what is left out.
+        second_triangles: surface of another material than the first, shape (F,).
+    """
 
     def __init__(
         self,
@@ -153,7 +158,7 @@ class ViewComparer:
             second_triangles: surface of another material than the first, shape (F,).
         """
         self.mask = mask
-        self._second = second_triangles
+        self.second_triangles = second_triangles
         self._observation = observation
         self._tracer = tracer
         self._masks = masks
@@ -228,7 +233,7 @@ class ViewComparer:
 
     def is_second(self, trace: Trace) -> BoolArray:
         """Tell which pixels of the window show another material than the first."""
-        seen: BoolArray = self._second[np.maximum(trace.faces, 0)]
+        seen: BoolArray = self.second_triangles[np.maximum(trace.faces, 0)]
         return seen
 
     def sensor_columns(self, view: View, indices: IntArray) -> dict[str, FloatArray]:

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.detection.material_boundary import (
     faces_beyond,
-    knows_boundary,
     outstanding_boundary,
 )
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import averaged_by_cell, cell_numbers

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
+from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects.registry import boundary_effects
 from diffcal_ros.errors import NotSimulatedError
@@ -50,13 +51,6 @@ def with_material_boundary(
     if at is None:
         return scene
     return with_setting(scene, at)
-
-
-def knows_boundary(scene: Scene) -> bool:
-    """Tell whether a scene has several regions, or states where effects have their boundary."""
-    return len(scene.regions) > 1 or any(
-        effect.identifier in scene.effects for effect in boundary_effects()
-    )
 
 
 def with_setting(scene: Scene, at: float) -> Scene:

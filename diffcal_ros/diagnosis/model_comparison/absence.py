@@ -54,6 +54,10 @@ def _without(
 
 
 def _may_be_absent(hypothesis: Hypothesis, one: Candidate, without: Refit | None) -> bool:
+    if not hypothesis.evaluator.is_measured:
+        # The ratio is one of maxima, and robust fits are none of what patches say. What they
+        # leave is the only measure of their noise.
+        return hypothesis.chance_of_zero(one, hypothesis.chi_square_per_patch) > _BY_CHANCE
     by_itself = hypothesis.chance_of_zero(one)
     if without is None:
         return by_itself > _BY_CHANCE

@@ -10,8 +10,10 @@ from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.starts import more_starts
+from diffcal_ros.effects.effect import Component
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -106,12 +108,18 @@ class Hypothesis:
         """Tell whether one of the effects does nothing, as a plane that touches nowhere."""
         return any(self._reach(candidate) < _NOTHING for candidate in self.added)
 
-    def chance_of_zero(self, candidate: Candidate) -> float:
-        """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test."""
+    def chance_of_zero(self, candidate: Candidate, noise_scale: float = 1.0) -> float:
+        """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test.
+
+        Args:
+            candidate: the effect.
+            noise_scale: by how much the variance of the patches exceeds what they state.
+        """
         indices = [self.fit.parameters.names.index(name) for name in candidate.names]
         values = self.fit.coordinates[indices]
         covariance = self.fit.covariance[np.ix_(indices, indices)]
-        return float(chance_beyond(values @ np.linalg.pinv(covariance) @ values, len(indices)))
+        wald = float(values @ np.linalg.pinv(covariance) @ values) / max(1.0, noise_scale)
+        return float(chance_beyond(wald, len(indices)))
 
     def _reach(self, candidate: Candidate) -> float:
         """Return how far usual sizes of an effect move the patch that they move most [m]."""
@@ -264,7 +272,7 @@ def _refit_from(
         try:
             if is_robust:
                 # What noise to fit patches by is a guess: the robust fit stands as it is.
-                return refit(evaluator, evaluator.robust_fit(begin), max_iterations=1)
+                return _robust_refit(evaluator, base, begin)
             return refit(
                 evaluator,
                 begin,
@@ -274,6 +282,20 @@ def _refit_from(
         except NotSimulatedError:
             continue
     return None
+
+
+def _robust_refit(evaluator: PatchEvaluator, base: Refit, begin: FloatArray) -> Refit:
+    """Fit as a calibration does, and judge by what shows the body.
+
+    A model that reaches farther than the nominal one has patches that this one never saw. Those
+    that are not the body, such as a fixture before it, are told as they were in the nominal fit.
+    """
+    ended = evaluator.robust_fit(begin)
+    fit = refit(evaluator, ended, max_iterations=1)
+    new = strange_patches(fit.groups) - names_of(base.groups)
+    if not new:
+        return fit
+    return refit(evaluator.without(evaluator.left_out | new), ended, max_iterations=1)
 
 
 def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:
@@ -293,7 +315,7 @@ def _with_amplitudes(
     more = make_parameters(scene, tuple(names), with_edge_bias=False).parameters
     wanted = {name for candidate in added for name in candidate.names}
     usual = {
-        name: candidate.effect.component(component).scale
+        name: _usual_size(candidate.effect.component(component))
         for candidate in added
         for name, component in zip(candidate.names, candidate.components, strict=True)
     }
@@ -305,6 +327,11 @@ def _with_amplitudes(
         if p.name in wanted
     )
     return ParameterSet((*nominal.parameters, *chosen), nominal.pose_covariances)
+
+
+def _usual_size(part: Component) -> float:
+    """Return how large an amplitude may well be that is looked for: no less than a fit allows."""
+    return max(part.scale, part.nominal_std or 0.0)
 
 
 def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> FloatArray:

@@ -18,6 +18,11 @@ from diffcal_ros.calibration.residuals.robust_residual import (
     Reach,
     ViewComparer,
 )
+from diffcal_ros.diagnosis.patches.boundary_strip import (
+    BoundaryStrip,
+    chosen_residuals,
+    knows_boundary,
+)
 from diffcal_ros.diagnosis.patches.discretisation_error import (
     DiscretisationError,
     find_discretisation_error,
@@ -55,6 +60,7 @@ class PatchEvaluator:
         left_out: frozenset[PatchName] = frozenset(),
         references: Sequence[RigidReference | None] = (),
         noises: Sequence[NoiseModel] = (),
+        strip: BoundaryStrip | None = None,
     ) -> None:
         """Prepare a model.
 
@@ -66,7 +72,9 @@ class PatchEvaluator:
             left_out: patches that show something else than the body.
             references: the fixture in every view, None where there is none; default: nowhere.
             noises: of every view; default: as far as frames and sensor tell.
+            strip: along the border of two materials, which no model is compared in.
         """
+        self._strip = strip
         self.left_out = left_out
         self._references = tuple(references) or (None,) * len(comparers)
         self.model = model
@@ -91,7 +99,7 @@ class PatchEvaluator:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what it is made of: another process has comparers of its own."""
         known = (self.model, self.discretisation_error, self.cell, self.left_out, self._noises)
-        return _put_together, known
+        return _put_together, (*known, self._strip is not None)
 
     @property
     def is_measured(self) -> bool:
@@ -181,6 +189,7 @@ class PatchEvaluator:
             self.left_out if left_out is None else left_out,
             self._references,
             noises or self._noises,
+            self._strip,
         )
 
     def robust_fit(self, start: FloatArray) -> FloatArray:
@@ -289,6 +298,9 @@ class PatchEvaluator:
         (depth, by_depth), (edge, by_edge) = objective.with_jacobians(
             number, compared, view, wide, coordinates
         )
+        if self._strip is not None and objective is self._objective:
+            clear = self._strip.without(number, view, depth)
+            depth, by_depth = chosen_residuals(depth, clear), by_depth[clear]
         noise = self._noises[number]
         doubt = objective.comparers[number].edge_doubt(view, edge.indices)
         return (
@@ -325,15 +337,18 @@ def _put_together(
     cell: int,
     left_out: frozenset[PatchName],
     noises: Sequence[NoiseModel],
+    has_strip: bool,
 ) -> PatchEvaluator:
+    comparers = make_comparers(model)
     return PatchEvaluator(
         model,
-        make_comparers(model),
+        comparers,
         discretisation_error,
         cell,
         left_out,
         make_references(model),
         noises,
+        BoundaryStrip(model, comparers) if has_strip else None,
     )
 
 
@@ -346,7 +361,12 @@ def make_patch_evaluator(model: ForwardModel, coordinates: FloatArray) -> PatchE
     frames = max(Counter(pose_owners(model.observations)).values())
     cell = cell_size(int(np.median(pixels)), frames)
     evaluator = PatchEvaluator(
-        model, comparers, discretisation_error, cell, references=make_references(model)
+        model,
+        comparers,
+        discretisation_error,
+        cell,
+        references=make_references(model),
+        strip=BoundaryStrip(model, comparers) if knows_boundary(model.scene) else None,
     )
     evaluator = evaluator.without(strange_patches(evaluator.groups(coordinates)))
     return evaluator.with_measured_noise(coordinates)

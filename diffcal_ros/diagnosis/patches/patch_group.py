@@ -76,6 +76,13 @@ def strange_patches(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
     return frozenset(found)
 
 
+def names_of(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
+    """Return the names of all patches."""
+    return frozenset(
+        (group.view, group.kind, int(cell)) for group in groups for cell in group.patches.cells
+    )
+
+
 def _sizes(group: PatchGroup) -> FloatArray:
     """Return residuals in units of their noise, shape (n,)."""
     noise = group.patches.variances + group.mesh**2

@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Pixels at the border of two materials, of which nobody knows the one that they show.
+
+Regions are made of whole elements: where one material ends is known to half an element at best. A
+depth camera that reads one of them centimetres too far is off by all of that in a strip along the
+border, and what is left there says nothing about the body.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.residuals.robust_residual import Residuals, ViewComparer
+from diffcal_ros.effects.registry import boundary_effects
+from diffcal_ros.scene.model import Scene
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+
+# Points along each edge of the border: the strip is wider than they are apart.
+_ALONG = np.linspace(0.0, 1.0, 5)[:, None, None]
+
+
+class BoundaryStrip:
+    """The strip along the border of two materials, as wide as half an element to either side.
+
+    It is the same for every model of a diagnosis, so that none wins by leaving it out.
+    """
+
+    def __init__(self, model: ForwardModel, comparers: Sequence[ViewComparer]) -> None:
+        """Prepare the views of a model.
+
+        Args:
+            model: whose scene knows the border.
+            comparers: of its observations.
+        """
+        self._comparers = list(comparers)
+        meshes = [model.body(observation).mesh for observation in model.observations]
+        self._widths = [0.5 * _element_size(mesh) for mesh in meshes]
+
+    def without(self, number: int, view: View, depth: Residuals) -> BoolArray:
+        """Tell which residuals of a view's depth are beside the strip, shape (M,)."""
+        clear = np.ones(len(depth.indices), dtype=bool)
+        tracer = view.tracer
+        faces = tracer.edge_faces
+        is_second = self._comparers[number].second_triangles
+        meets = (faces.min(axis=1) >= 0) & (is_second[faces[:, 0]] != is_second[faces[:, 1]])
+        if not meets.any() or len(clear) == 0:
+            return clear
+        first, second = view.points[tracer.edge_vertices[meets]].transpose(1, 0, 2)
+        border = (first + _ALONG * (second - first)).reshape(-1, 3)
+        z = view.trace.depth.ravel()[depth.indices]
+        columns, rows = depth.pixels.T
+        camera = tracer.camera
+        seen = np.stack(
+            [(columns - camera.cx) / camera.fx * z, (rows - camera.cy) / camera.fy * z, z], axis=1
+        )
+        width = self._widths[number]
+        distances, _ = cKDTree(border).query(seen, distance_upper_bound=width)
+        return np.asarray(~np.isfinite(distances))
+
+
+def knows_boundary(scene: Scene) -> bool:
+    """Tell whether a scene has several regions, or states where effects have their boundary."""
+    return len(scene.regions) > 1 or any(
+        effect.identifier in scene.effects for effect in boundary_effects()
+    )
+
+
+def chosen_residuals(residuals: Residuals, chosen: BoolArray) -> Residuals:
+    """Return some of a view's residuals."""
+    return replace(
+        residuals,
+        values=residuals.values[chosen],
+        weights=residuals.weights[chosen],
+        pixels=residuals.pixels[chosen],
+        indices=residuals.indices[chosen],
+    )
+
+
+def _element_size(mesh: TetMesh) -> float:
+    """Return the usual length of an element's edge [m]."""
+    edges, _ = mesh.edges
+    ends = mesh.rest_positions[edges]
+    return float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
