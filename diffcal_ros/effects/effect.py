@@ -85,6 +85,8 @@ class Effect:
         hides_in_release: whether a release of which nothing is known does all that it does.
         has_boundary: whether its setting `at` is where one of the materials ends, in a scene of
             one region.
+        across_picture: amplitudes that move the body across the picture, where the form of the
+            picture (a focal length, a lens) belongs to what it is.
         most_confidence: that its name deserves where a cause outside the library looks the same.
         imitated_by: such causes, in words with what would tell them; empty: none is known.
     """
@@ -113,6 +115,7 @@ class Effect:
     is_at_rest_only = False
     hides_in_release = False
     has_boundary = False
+    across_picture: tuple[str, ...] = ()
     most_confidence = 1.0
     imitated_by = ''
 

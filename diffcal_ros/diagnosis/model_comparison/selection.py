@@ -5,16 +5,22 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
 from diffcal_ros.diagnosis.model_comparison.patch_fit import HOPE
 from diffcal_ros.diagnosis.model_comparison.refit import Refit
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.model_comparison.second_effect import (
+    Explained,
+    most_added,
+    second_adds,
+)
 from diffcal_ros.diagnosis.model_comparison.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.screening import Screen, screen
+from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import (
     distinct,
     front_runners,
@@ -24,6 +30,9 @@ from diffcal_ros.diagnosis.screening.shortlist import (
 )
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 # Evaluations of the model in a first request, and where one of the effects needs a long one; and
 # how far behind in log evidence per unit of noise scale a model may then be to be fitted on.
@@ -39,6 +48,8 @@ _POOR_FLOORS = 2.0
 _FIRSTS, _SECONDS = 2, 3
 # Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
 _MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
+# By so much of what they promise tangents fall short of what a pair comes to.
+_TANGENTS_MISS = 1.25
 # A second effect must be better by so much log evidence, per unit of noise scale, and by so much
 # log likelihood on held-out patches. Where the floor is a guess likelihoods are too: it must close
 # so much of what the first one leaves on those.
@@ -55,25 +66,51 @@ class Selection:
         pairs: two effects each, best first.
         noise_scale: chi-square per patch of the best of all, at least 1.
         is_measured: whether the sensor floor was.
+        added: what the best pair adds to what one effect in any form explains; None: not known.
     """
 
     singles: tuple[Hypothesis, ...]
     pairs: tuple[Hypothesis, ...] = field(default_factory=tuple)
     noise_scale: float = 1.0
     is_measured: bool = True
+    added: Explained | None = None
 
     @property
     def best(self) -> Hypothesis | None:
         """The model that the data favour: two effects only where one is not enough."""
         if not self.singles:
             return None
-        one = self._fullest(self.singles[0])
-        if self.pairs:
-            two = self.pairs[0]
-            gain = (two.log_evidence - one.log_evidence) / self.noise_scale
-            if gain > _PAIR_GAIN and self._is_confirmed(one, two):
-                return two
-        return one
+        two = self._needed_pair()
+        if two is None or self.rival is not None:
+            return self._fullest(self.singles[0])
+        return two
+
+    @property
+    def rival(self) -> Hypothesis | None:
+        """Two effects that explain more than the best one, which is none of them and may be it.
+
+        What the one leaves in about its own form is noise: nothing says that there are two.
+        """
+        two = self._needed_pair()
+        if two is None or not self.is_measured:
+            return None
+        one = self.singles[0]
+        is_part = set(one.identifiers) <= set(two.identifiers)
+        return None if is_part or one.chance_of_noise < ALPHA else two
+
+    def _needed_pair(self) -> Hypothesis | None:
+        """Return the best pair where one effect is not enough, in whatever form."""
+        if not (self.singles and self.pairs):
+            return None
+        one, two = self._fullest(self.singles[0]), self.pairs[0]
+        gains = [two.log_evidence - one.log_evidence]
+        transfer = np.inf
+        if self.added is not None:
+            gains.append(self.added.log_evidence)
+            transfer = self.added.log_transfer
+        is_more = min(gains) > _PAIR_GAIN * self.noise_scale
+        is_everywhere = transfer > _HELD_OUT_GAIN * self.noise_scale
+        return two if is_more and is_everywhere and self._is_confirmed(one, two) else None
 
     def _is_confirmed(self, one: Hypothesis, two: Hypothesis) -> bool:
         """Tell whether held-out patches want the second effect, too."""
@@ -125,7 +162,7 @@ def select(pool: RefitPool, scores: Screen) -> Selection:
         singles = _singles(pool, with_tangents(scores))
     singles = _judged(pool, singles)
     pairs: list[Hypothesis] = []
-    if singles and _is_poor(singles[0], is_measured):
+    if singles and _is_poor(pool, singles[0]):
         pairs = _pairs(pool, singles, scores)
         singles = sorted([*singles, *_halves(pool, singles, pairs)], key=_order)
     singles = _judged(pool, [h for h in singles if not h.has_idle_effect])
@@ -135,7 +172,10 @@ def select(pool: RefitPool, scores: Screen) -> Selection:
     pairs = _judged(pool, pairs)
     best = min([*singles, *pairs], key=lambda h: h.chi_square_per_patch, default=None)
     scale = 1.0 if best is None else max(1.0, best.chi_square_per_patch)
-    return Selection(tuple(singles), tuple(pairs), scale, is_measured)
+    added = None
+    if singles and pairs and pairs[0].judged is not None:
+        added = second_adds(singles[0], pairs[0], _nominal_points(pool))
+    return Selection(tuple(singles), tuple(pairs), scale, is_measured, added)
 
 
 def _singles(pool: RefitPool, scores: Screen) -> list[Hypothesis]:
@@ -163,10 +203,14 @@ def _within_reach(rivals: Sequence[Hypothesis]) -> float:
     return max(h.fit.log_evidence for h in rivals) - _OUT_OF_REACH * scale
 
 
-def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
+def _is_poor(pool: RefitPool, hypothesis: Hypothesis) -> bool:
     """Tell whether one effect leaves so much that a second one is sought."""
-    if is_measured:
-        return most_gain(hypothesis) > _PAIR_GAIN * max(1.0, hypothesis.chi_square_per_patch)
+    if pool.nominal.is_measured:
+        least = _PAIR_GAIN * max(1.0, hypothesis.chi_square_per_patch)
+        if most_gain(hypothesis) <= least:
+            return False
+        in_form = hypothesis.judged is None
+        return in_form or most_added(hypothesis, _nominal_points(pool)) > least
     left = patch_gap(hypothesis.fit.groups, Part.FIT)
     return left.most > _POOR_FLOORS * left.whole_floor
 
@@ -211,8 +255,13 @@ def _finished(
 def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Judge models with a tolerance for the form of their effects; best first."""
     base = replace(pool.base, groups=unstrained(pool.base))
-    points = [view.points for view in pool.nominal.model.views(base.coordinates)]
+    points = _nominal_points(pool)
     return sorted((with_tolerance(h, base, points) for h in models), key=_order)
+
+
+def _nominal_points(pool: RefitPool) -> list[FloatArray]:
+    """Return the nodes of the nominal body in each view [m], camera frame, shape (N, 3) each."""
+    return [view.points for view in pool.nominal.model.views(pool.base.coordinates)]
 
 
 def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
@@ -224,9 +273,48 @@ def _amplitude_count(hypothesis: Hypothesis) -> int:
 
 
 def _pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[Hypothesis]:
-    """Add a second effect to the best single ones, by the scores around each."""
-    requests: dict[tuple[str, ...], RefitRequest] = {}
+    """Add a second effect to the best single ones, by the scores around each.
+
+    What promises most comes first: where that leaves noise, others need not be tried whose
+    tangents lead nowhere near.
+    """
     most = _MOST_PAIRS if pool.nominal.is_measured else _MOST_PAIRS_GUESSED
+    offers = _offers(pool, singles, scores)[:most]
+    if not pool.nominal.is_measured or len(offers) < 2:
+        return _finished(pool, pool.refit_all([offer.request for offer in offers]), rivals=singles)
+    first = max(offers, key=lambda offer: offer.expected())
+    found = _finished(pool, pool.refit_all([first.request]), rivals=singles)
+    rivals, rest = [*singles, *found], [offer for offer in offers if offer is not first]
+    if found and most_gain(found[0]) <= _PAIR_GAIN * max(1.0, found[0].chi_square_per_patch):
+        least = _within_reach(rivals)
+        rest = [offer for offer in rest if offer.expected(_TANGENTS_MISS) > least]
+    more = [replace(o.request, least_log_evidence=_within_reach(rivals)) for o in rest]
+    others = _finished(pool, pool.refit_all(more), rivals=rivals)
+    return sorted([*found, *others], key=_order)
+
+
+@dataclass(frozen=True)
+class _Offer:
+    """A pair that may be refitted.
+
+    Attributes:
+        request: to refit it.
+        start: log evidence of the single effect that it adds to.
+        gain: what tangents there promise of it.
+    """
+
+    request: RefitRequest
+    start: float
+    gain: float
+
+    def expected(self, factor: float = 1.0) -> float:
+        """Return the log evidence to expect if so many times the promise is kept."""
+        return self.start + factor * self.gain
+
+
+def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[_Offer]:
+    """Return the pairs of the best single effects with what scores best around each."""
+    found: dict[tuple[str, ...], _Offer] = {}
     listed = [score.candidate for score in scores.scores]
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
@@ -235,11 +323,32 @@ def _pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> li
             again = screen(one.evaluator, one.fit.coordinates, others)
         except NotSimulatedError:
             continue  # It was reached by small load steps, and is not found from rest.
-        for score in distinct(again.scores)[:_SECONDS]:
+        tried = distinct(again.scores)[:_SECONDS]
+        if pool.nominal.is_measured:
+            tried = _worth_adding(one, tried, singles)
+        for score in tried:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             starts = {**_fitted(one), **starts_of(score)}
-            requests.setdefault(key, _first_request([first, score.candidate], starts, singles))
-    return _finished(pool, pool.refit_all(list(requests.values())[:most]))
+            request = _first_request([first, score.candidate], starts, singles)
+            found.setdefault(key, _Offer(request, one.fit.log_evidence, score.log_evidence))
+    return list(found.values())
+
+
+def _worth_adding(
+    one: Hypothesis, scores: Sequence[Score], singles: Sequence[Hypothesis]
+) -> list[Score]:
+    """Return the second effects that may add enough, by their tangents where the first one ended.
+
+    With several times what these promise a pair must exceed each single effect by what is asked.
+    """
+    least = max(h.fit.log_evidence for h in singles) + _PAIR_GAIN
+    return [
+        score
+        for score in scores
+        # What has no tangent at zero is not told by what stands in for it.
+        if not score.candidate.effect.has_tangent
+        or one.fit.log_evidence + HOPE * score.log_evidence > least
+    ]
 
 
 def _halves(
