@@ -48,8 +48,10 @@ _POOR_FLOORS = 2.0
 _FIRSTS, _SECONDS = 2, 3
 # Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
 _MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
-# By so much of what they promise tangents fall short of what a pair comes to.
-_TANGENTS_MISS = 1.25
+# Of what tangents promise, and what stands in for them, a pair comes to so much at most; and how
+# near it must come to one that leaves noise.
+_TANGENTS_MISS, _STAND_INS_MISS = 1.25, 2.5
+_NEAR = 10.0
 # A second effect must be better by so much log evidence, per unit of noise scale, and by so much
 # log likelihood on held-out patches. Where the floor is a guess likelihoods are too: it must close
 # so much of what the first one leaves on those.
@@ -282,12 +284,13 @@ def _pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> li
     offers = _offers(pool, singles, scores)[:most]
     if not pool.nominal.is_measured or len(offers) < 2:
         return _finished(pool, pool.refit_all([offer.request for offer in offers]), rivals=singles)
-    first = max(offers, key=lambda offer: offer.expected())
+    first = max(offers, key=lambda offer: offer.expected)
     found = _finished(pool, pool.refit_all([first.request]), rivals=singles)
     rivals, rest = [*singles, *found], [offer for offer in offers if offer is not first]
-    if found and most_gain(found[0]) <= _PAIR_GAIN * max(1.0, found[0].chi_square_per_patch):
-        least = _within_reach(rivals)
-        rest = [offer for offer in rest if offer.expected(_TANGENTS_MISS) > least]
+    scale = max(1.0, found[0].chi_square_per_patch) if found else 1.0
+    if found and most_gain(found[0]) <= _PAIR_GAIN * scale:
+        least = found[0].fit.log_evidence - _NEAR * scale
+        rest = [offer for offer in rest if offer.at_most > least]
     more = [replace(o.request, least_log_evidence=_within_reach(rivals)) for o in rest]
     others = _finished(pool, pool.refit_all(more), rivals=rivals)
     return sorted([*found, *others], key=_order)
@@ -307,9 +310,16 @@ class _Offer:
     start: float
     gain: float
 
-    def expected(self, factor: float = 1.0) -> float:
-        """Return the log evidence to expect if so many times the promise is kept."""
-        return self.start + factor * self.gain
+    @property
+    def expected(self) -> float:
+        """Log evidence where the promise is kept."""
+        return self.start + self.gain
+
+    @property
+    def at_most(self) -> float:
+        """Log evidence where more than that is kept."""
+        is_smooth = all(candidate.effect.has_tangent for candidate in self.request.added)
+        return self.start + (_TANGENTS_MISS if is_smooth else _STAND_INS_MISS) * self.gain
 
 
 def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[_Offer]:
