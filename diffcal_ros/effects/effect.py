@@ -63,6 +63,7 @@ class Effect:
         sentence: what it means, for a person.
         settles: recordings or measurements each of which would tell it from its twins.
         twins: effects that may look the same.
+        outside_twins: causes outside the library that do, in words.
         settings: fixed numbers that go with it, with their defaults.
         setting_limits: what each of them may be.
         fit_name: what a fit calls it; its identifier by default.
@@ -97,6 +98,7 @@ class Effect:
     sentence: str
     settles: tuple[str, ...]
     twins: tuple[str, ...]
+    outside_twins: tuple[str, ...] = ()
     settings: Numbers = MappingProxyType({})
     setting_limits: tuple[float, float] = (0.0, 1.0)
     kind = 'effect'
