@@ -9,7 +9,7 @@ from diffcal_ros.diagnosis.model_comparison.absence import deviance, has_doubtfu
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.model_comparison.refit import Refit, refit
-from diffcal_ros.diagnosis.model_comparison.selection import most_gain
+from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.shortlist import starts_of

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison import selection
+from diffcal_ros.diagnosis.model_comparison import pair_search
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
@@ -19,7 +19,7 @@ def test_a_second_effect_is_tried_where_tangents_promise_enough_of_it(screened, 
     one = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
     others = [c for c in candidates(evaluator.model.scene) if c.identifier != name]
     around = distinct(screen(one.evaluator, one.fit.coordinates, others).scores)
-    tried = {s.candidate.identifier for s in selection._worth_adding(one, around, [one])}
+    tried = {s.candidate.identifier for s in pair_search._worth_adding(one, around, [one])}
     smooth = {s.candidate.identifier for s in around if s.candidate.effect.has_tangent}
     # Beside the tilt nothing is left; what stands in for a contact promises nothing either way.
     assert tried - smooth == {'contact_plane'}
@@ -55,6 +55,6 @@ def test_where_a_pair_leaves_noise_others_that_lead_nowhere_near_are_left(screen
     chi_square = 0.7 if leaves_noise else 3.0
     good = replace(one.fit, log_evidence=5e3, chi_square=chi_square * one.fit.patch_count)
     pool = _Pool(evaluator, nominal, {name: replace(one, fit=good) for name in names})
-    selection._pairs(pool, [wrong], scores)
+    pair_search.best_pairs(pool, [wrong], scores)
     # It is three that are tried at most, and no promise of the others reaches as far.
     assert (len(pool.asked) == 1) == leaves_noise

@@ -30,6 +30,8 @@ from scipy.special import logsumexp
 
 FloatArray = NDArray[np.float64]
 
+# A second effect must be better by so much log evidence, per unit of noise scale.
+PAIR_GAIN = 8.0
 # Scale of both tolerances, and the shares that are tried: of the form, and of the amplitude from
 # pose to pose.
 _USUAL = 0.1
@@ -55,6 +57,18 @@ class Explained:
             self.log_evidence - max(other.log_evidence for other in others),
             self.log_transfer - max(other.log_transfer for other in others),
         )
+
+
+def most_gain(hypothesis: Hypothesis) -> float:
+    """Return how much log evidence a further effect could gain that costs nothing.
+
+    It would leave noise alone, pull no parameter from where it is likely, and need no tolerance
+    for the form of the effects that are there, which has gained some of that before.
+    """
+    fit = hypothesis.fit
+    noise = fit.patch_count - len(fit.coordinates)
+    left = fit.chi_square - noise + fit.prior_chi_square
+    return 0.5 * left - (hypothesis.log_evidence - fit.log_evidence)
 
 
 def most_added(one: Hypothesis, points: Sequence[FloatArray]) -> float:
