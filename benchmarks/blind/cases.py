@@ -14,6 +14,7 @@ from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 
 SETS = ('development', 'sealed')
+FORM_SETS = tuple(FORMS)
 CLEAN_COUNT = 300
 MOTION_CLEAN_COUNT = 100
 FORM_CLEAN_COUNT = 60
@@ -101,8 +102,8 @@ def list_motion_cases(set_name: str, salt: str = '') -> list[Case]:
 
 def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
     """List the cases of other forms: 60 clean, and each form of the set in two sizes."""
-    if set_name not in SETS:
-        raise ValueError(f'set is {set_name!r}: {" or ".join(SETS)}')
+    if set_name not in FORM_SETS:
+        raise ValueError(f'set is {set_name!r}: {" or ".join(FORM_SETS)}')
     families = DEVELOPMENT_FAMILIES if set_name == 'development' else SEALED_FAMILIES
     sensors = tuple(DRAWN)
     clean = [

@@ -34,26 +34,33 @@ class Faults:
             [1/m].
         contrast: log E of the tip less that of the clamp's end; the mean stays.
         contrast_mode: `split` at half the free length, `linear` along it, `smooth` about two
-            fifths of it, in `thirds`, or of the `skin` against the core.
+            fifths of it, in `thirds`, of the `skin` against the core, or a `cosine` over the
+            whole length.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin` or `ogden` (of power four).
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, C3 / C1, or the share of the
             shear modulus at rest that the form has [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
-            the surface, `smear` over half the length, or `point` on one side.
+            the surface, `smear` over half the length, `point` on one side, or `two` rings, the
+            other one half as far out.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
-            only, `shear` along the force [m/N], or `jaw`, a soft root.
+            only, `shear` along the force [m/N], `jaw`, a soft root, or `hardening`, by the root of
+            the moment.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
-            steady in the object's frame.
+            steady in the object's frame, `growing` steady in the world and in proportion to the
+            place along the body as well.
         curvature_form: `arc`, `tip` (the outer half alone), or `twist` about the body's length.
         clamp_steps: whether a shift of the clamp grows from pose to pose.
+        clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, or `foam`, whose pressure grows with the square of the dent.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
-            square of the distance from the image's middle), or `drift` from pose to pose.
+            square of the distance from the image's middle), `drift` from pose to pose, or
+            `disparity` (with the square of the depth).
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
+        aspect: by how much more the one across is, and the one down less.
         center_shift: true principal point less the stated one [px].
         wind: further horizontal body force on the half at the tip, along the world's z, as a
             share of its weight [-].
@@ -91,10 +98,12 @@ class Faults:
     tilt_form: str = 'tilt'
     curvature_form: str = 'arc'
     clamp_steps: bool = False
+    clamp_late: bool = False
     contact_form: str = 'hard'
     depth_form: str = 'affine'
     region_from: float = 0.5
     focal_scale: float = 0.0
+    aspect: float = 0.0
     center_shift: tuple[float, float] = (0.0, 0.0)
     wind: float = 0.0
     swelling: float = 0.0

@@ -4,7 +4,7 @@
 
 Every case has a sensor drawn anew, bodies placed up to some tenths of a millimetre and a degree
 from where the scene says, and a scene that says of these errors what is true, half or twice as
-much. The forms of the sealed set are none of the development set's.
+much. The forms of each set are none of another's.
 """
 
 from collections.abc import Callable
@@ -105,7 +105,8 @@ def _give(form: str) -> Form:
         mass, moment = weight_moment(setup)
         by_turn = float(np.deg2rad((1.0, 3.0, 7.0)[size])) / moment
         by_shift = (0.001, 0.003, 0.006)[size] / (9.81 * mass)
-        amount = {'uneven': by_turn, 'shear': by_shift, 'jaw': (0.3, 0.7, 1.3)[size]}[form]
+        others = {'shear': by_shift, 'jaw': (0.3, 0.7, 1.3)[size]}
+        amount = others.get(form, by_turn)
         return {'clamp_form': form, 'clamp_compliance': number(amount, random)}
 
     return Form('compliant_clamp', form, draw)
@@ -212,6 +213,30 @@ FORMS: dict[str, tuple[Form, ...]] = {
             lambda size, setup, random: {
                 'contact_form': 'foam',
                 'contact_height': number((2.0, 5.0, 11.0)[size], random),
+            },
+        ),
+    ),
+    'anew': (
+        _contrast('cosine'),
+        _mass('two'),
+        _give('hardening'),
+        Form(
+            'camera_offset',
+            'aspect',
+            lambda size, setup, random: {
+                'aspect': signed((0.003, 0.008, 0.02)[size], random),
+                'center_shift': direction((3.0, 7.0, 15.0)[size], 2, random),
+            },
+        ),
+        _tilt('growing'),
+        _depth('disparity'),
+        Form(
+            'clamp_offset',
+            'slips once',
+            lambda size, setup, random: {
+                'clamp_late': True,
+                'clamp_shift': direction((1.0, 2.5, 6.0)[size], 3, random),
+                'clamp_turn': direction((0.5, 1.2, 3.0)[size], 3, random),
             },
         ),
     ),

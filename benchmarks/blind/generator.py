@@ -26,7 +26,14 @@ import numpy as np
 
 from benchmarks.blind.amplitudes import combined, Effect, LIBRARY, MOTION, OUTSIDE
 from benchmarks.blind.bag import write_bag
-from benchmarks.blind.cases import Case, list_cases, list_form_cases, list_motion_cases, SETS
+from benchmarks.blind.cases import (
+    Case,
+    FORM_SETS,
+    list_cases,
+    list_form_cases,
+    list_motion_cases,
+    SETS,
+)
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
@@ -74,7 +81,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     """Draw a case's set-up, effects and faults."""
     setup = draw_setup(
         case.family,
-        is_sealed=case.set_name == 'sealed',
+        is_sealed=case.set_name != 'development',
         poses=case.poses,
         random=case.random('setup'),
     )
@@ -185,7 +192,7 @@ def _write_seen(
 def main(arguments: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--set', choices=SETS, required=True, dest='set_name')
+    parser.add_argument('--set', choices=FORM_SETS, required=True, dest='set_name')
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', default='*', help='pattern of case names')
     parser.add_argument('--kind', default='*', help='clean, single, pair, outside, denied or form')
@@ -195,6 +202,8 @@ def main(arguments: list[str] | None = None) -> int:
     which.add_argument('--motion', action='store_true', help='released bodies')
     which.add_argument('--forms', action='store_true', help='effects in other forms')
     given = parser.parse_args(arguments)
+    if given.set_name not in SETS and not given.forms:
+        parser.error(f'the set {given.set_name} has other forms only: add --forms')
     listed = list_cases
     if given.motion or given.forms:
         listed = list_motion_cases if given.motion else list_form_cases

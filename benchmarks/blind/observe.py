@@ -46,8 +46,8 @@ def _true_intrinsics(camera: Camera, faults: Faults) -> Camera:
     scale = 1.0 + faults.focal_scale
     return replace(
         camera,
-        fx=camera.fx * scale,
-        fy=camera.fy * scale,
+        fx=camera.fx * (scale + faults.aspect),
+        fy=camera.fy * (scale - faults.aspect),
         cx=camera.cx + faults.center_shift[0],
         cy=camera.cy + faults.center_shift[1],
         radial=faults.radial_distortion,
@@ -64,6 +64,11 @@ def _bias_share(
         columns = rendering.column + np.arange(width)[None] - setup.camera.cx
         # One half of the image's height away it is all there.
         return ((rows**2 + columns**2) / (0.5 * setup.camera.height) ** 2)[..., None]
+    if faults.depth_form == 'disparity':
+        # At the body it is about all there.
+        distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
+        seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
+        return np.asarray((seen / distance) ** 2)
     share = 1.0
     if faults.depth_form == 'drift':
         names = [other.name for other in setup.observations]

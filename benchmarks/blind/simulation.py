@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the nodes of a body come to rest, faults included."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.blind.amplitudes import weight_moment
 from benchmarks.blind.body import Body, spread
 from benchmarks.blind.equilibrium import find_equilibrium, Load, Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
@@ -93,6 +95,7 @@ def _log_modulus(
         'smooth': 0.5 * np.tanh((share - 0.4) / 0.15),
         'thirds': np.where(np.abs(share - 0.5) < 1.0 / 6.0, 0.5, -0.5),
         'skin': np.where(outward.max(axis=1) > 0.6, 0.5, -0.5),
+        'cosine': -0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)),
     }[faults.contrast_mode]
     change = faults.contrast * mode
     if faults.clamp_form == 'jaw':
@@ -140,9 +143,12 @@ def _added_mass(
         'ring': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
         'smear': (_SMEAR_REACH, 1.0),
         'point': (_POINT_REACH, across[:, 0] > 0.5),
+        'two': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)
+    if faults.mass_form == 'two':
+        away = np.minimum(away, np.abs(share - 0.5 * faults.added_mass_at))
     nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
     weights = nearness * where * (share > 0.0) * quadrature.volumes
     masses = 1e-3 * faults.added_mass * weights / max(float(weights.sum()), 1e-30)
@@ -171,8 +177,11 @@ def settle(
     wind = object_from_world @ np.array([0.0, 0.0, faults.wind * GRAVITY])
     masses = specimen.body.masses + specimen.added
     forces = masses[:, None] * gravity + specimen.tip_masses[:, None] * wind
+    if faults.tilt_form == 'growing':
+        side = object_from_world @ _side(faults)
+        forces = forces + (masses * np.maximum(specimen.shares, 0.0))[:, None] * side
     load = Load(forces, _contact(specimen, observation, faults))
-    slipped = _slipped(setup, observation) if faults.clamp_steps else 1.0
+    slipped = _slipped(setup, observation, faults)
     nominal = about(
         rotation(slipped * np.deg2rad(faults.clamp_turn)),
         specimen.center,
@@ -182,17 +191,23 @@ def settle(
     if faults.clamp_form == 'shear':
         return _settle_sliding(specimen, load, nominal, give)
     axes = {'uneven': np.diag([0.0, 1.0, 0.0]), 'jaw': np.zeros((3, 3))}
-    return _settle_clamped(specimen, load, nominal, give * axes.get(faults.clamp_form, np.eye(3)))
+    compliance = give * axes.get(faults.clamp_form, np.eye(3))
+    if faults.clamp_form != 'hardening':
+        return _settle_clamped(specimen, load, nominal, compliance)
+    _, usual = weight_moment(setup)
+    return _settle_clamped(
+        specimen, load, nominal, compliance, lambda moment: np.sqrt(max(moment / usual, 1e-6))
+    )
 
 
 def _gravity(setup: Setup, object_from_world: FloatArray, faults: Faults) -> FloatArray:
     """Return what pulls on every part, by its mass, object frame [m/s^2], shape (3,)."""
     down = np.array([0.0, -GRAVITY, 0.0])
-    tilt = rotation(np.deg2rad([faults.gravity_tilt[0], 0.0, faults.gravity_tilt[1]]))
     if faults.tilt_form == 'tilt':
-        return np.asarray(object_from_world @ tilt @ down)
-    side = tilt @ down - down
-    side[1] = 0.0
+        return np.asarray(object_from_world @ _tilt(faults) @ down)
+    side = _side(faults)
+    if faults.tilt_form == 'growing':
+        return np.asarray(object_from_world @ down)
     if faults.tilt_form == 'side_force':
         return np.asarray(object_from_world @ (down + side))
     # What it is in the first pose it stays, as seen from the rig.
@@ -200,10 +215,25 @@ def _gravity(setup: Setup, object_from_world: FloatArray, faults: Faults) -> Flo
     return np.asarray(object_from_world @ down + first @ side)
 
 
-def _slipped(setup: Setup, observation: Observation) -> float:
+def _tilt(faults: Faults) -> FloatArray:
+    return rotation(np.deg2rad([faults.gravity_tilt[0], 0.0, faults.gravity_tilt[1]]))
+
+
+def _side(faults: Faults) -> FloatArray:
+    """Return what a tilt pulls to the side, world frame [m/s^2], shape (3,)."""
+    down = np.array([0.0, -GRAVITY, 0.0])
+    side: FloatArray = _tilt(faults) @ down - down
+    side[1] = 0.0
+    return side
+
+
+def _slipped(setup: Setup, observation: Observation, faults: Faults) -> float:
     """Return which share of the clamp's shift is there in a pose."""
     names = [other.name for other in setup.observations]
-    return (1.0 + names.index(observation.name)) / len(names)
+    reached = (1.0 + names.index(observation.name)) / len(names)
+    if faults.clamp_late:
+        return float(reached > 0.5)
+    return reached if faults.clamp_steps else 1.0
 
 
 def _settle_sliding(
@@ -219,7 +249,11 @@ def _settle_sliding(
 
 
 def _settle_clamped(
-    specimen: Specimen, load: Load, clamp: FloatArray, compliance: FloatArray
+    specimen: Specimen,
+    load: Load,
+    clamp: FloatArray,
+    compliance: FloatArray,
+    hardening: Callable[[float], float] = lambda moment: 1.0,
 ) -> FloatArray:
     """Find the equilibrium; a compliant clamp turns until its spring bears the moment.
 
@@ -228,6 +262,7 @@ def _settle_clamped(
         load: on it.
         clamp: where the held section is to be, shape (4, 4).
         compliance: turn by moment about the object's axes [rad/(N m)], shape (3, 3).
+        hardening: by how much less it is at a moment [N m].
     """
     nodes = specimen.mesh.nodes
     positions = find_equilibrium(specimen.body, load, applied(clamp, nodes))
@@ -237,7 +272,7 @@ def _settle_clamped(
     turn = np.zeros(3)
     for _ in range(60):
         moment = _clamp_moment(specimen, load, positions, center)
-        wanted = compliance @ moment
+        wanted = compliance @ moment / hardening(float(np.linalg.norm(moment)))
         # Half a step: the moment itself falls as the clamp gives way.
         change = 0.7 * (wanted - turn)
         if np.linalg.norm(change) < _TURN_TOLERANCE:

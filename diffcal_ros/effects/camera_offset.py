@@ -25,6 +25,7 @@ class CameraOffset(Effect):
     fit_name = kind = 'rigid_offset'
     is_fitted_whole = is_of_recording = True
     variants = (SHIFT, RIGID_AXES)
+    across_picture = ('x', 'y')
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """It turns `about` a point in the depth camera's frame."""

@@ -63,6 +63,7 @@ class Effect:
         sentence: what it means, for a person.
         settles: recordings or measurements each of which would tell it from its twins.
         twins: effects that may look the same.
+        outside_twins: causes outside the library that do, in words.
         settings: fixed numbers that go with it, with their defaults.
         setting_limits: what each of them may be.
         fit_name: what a fit calls it; its identifier by default.
@@ -85,6 +86,8 @@ class Effect:
         hides_in_release: whether a release of which nothing is known does all that it does.
         has_boundary: whether its setting `at` is where one of the materials ends, in a scene of
             one region.
+        across_picture: amplitudes that move the body across the picture, where the form of the
+            picture (a focal length, a lens) belongs to what it is.
         most_confidence: that its name deserves where a cause outside the library looks the same.
         imitated_by: such causes, in words with what would tell them; empty: none is known.
     """
@@ -95,6 +98,7 @@ class Effect:
     sentence: str
     settles: tuple[str, ...]
     twins: tuple[str, ...]
+    outside_twins: tuple[str, ...] = ()
     settings: Numbers = MappingProxyType({})
     setting_limits: tuple[float, float] = (0.0, 1.0)
     kind = 'effect'
@@ -113,6 +117,7 @@ class Effect:
     is_at_rest_only = False
     hides_in_release = False
     has_boundary = False
+    across_picture: tuple[str, ...] = ()
     most_confidence = 1.0
     imitated_by = ''
 

@@ -25,6 +25,7 @@ class GravityTilt(Effect):
     sentence = 'the rig is not level, or something steady pushes the body sideways'
     settles = ('a spirit level', ROLLED)
     twins = ('camera_offset', 'clamp_offset')
+    outside_twins = ('a steady push to the side',)
     kind = 'gravity_tilt'
     is_fitted_whole = needs_gravity = True
     # Of 14 development cases with this name 10 were tilts, the others a steady side wind.

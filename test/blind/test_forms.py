@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from benchmarks.blind.amplitudes import LIBRARY
-from benchmarks.blind.cases import list_form_cases
+from benchmarks.blind.cases import FORM_SETS, list_form_cases
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import FORMS, off_the_truth
 from benchmarks.blind.generator import draw_case
@@ -38,12 +38,12 @@ def _held(setup: Setup, faults: Faults, pose: int = 0) -> np.ndarray:
 
 
 def test_sets_share_no_form_and_leave_no_effect_out() -> None:
-    names = [{form.key for form in FORMS[name]} for name in ('development', 'sealed')]
-    assert not names[0] & names[1]
+    names = [form.key for forms in FORMS.values() for form in forms]
+    assert len(set(names)) == len(names)
     assert {form.truth for forms in FORMS.values() for form in forms} == set(LIBRARY)
 
 
-@pytest.mark.parametrize('set_name', ['development', 'sealed'])
+@pytest.mark.parametrize('set_name', FORM_SETS)
 def test_cases_of_forms_can_be_written_down(set_name: str) -> None:
     cases = list_form_cases(set_name)
     assert len({case.id for case in cases}) == len(cases)
@@ -105,6 +105,69 @@ def test_steady_forces_are_tilts_to_first_order_in_the_frame_they_are_fixed_to(
     assert max(apart['side_force']) < 0.02 * min(moves)
     assert apart['rig_force'][0] < 0.02 * moves[0]
     assert apart['rig_force'][1] > 0.3 * moves[1]
+
+
+def test_a_clamp_that_hardens_gives_way_less_than_in_proportion(setup: Setup) -> None:
+    plain, turned, hard = (
+        [_held(setup, Faults(clamp_form=form, clamp_compliance=give), pose) for pose in range(4)]
+        for form, give in (('turn', 0.0), ('turn', 1.0), ('hardening', 1.0))
+    )
+    sizes = [
+        [np.abs(a - b).max() for a, b in zip(own, plain, strict=True)] for own in (turned, hard)
+    ]
+    order = np.argsort(sizes[0])
+    shares = (np.array(sizes[1]) / np.array(sizes[0]))[order]
+    assert sizes[0][order[-1]] > 1.2 * sizes[0][order[0]], 'poses ask unlike moments of it'
+    assert shares[-1] < shares[0]
+
+
+def test_a_push_that_grows_along_the_body_bends_it_as_a_tilt_does_in_every_pose(
+    setup: Setup,
+) -> None:
+    for pose in (0, 1):
+        tilted, pushed = (
+            _rest(setup, Faults(gravity_tilt=(0.5, -0.4), tilt_form=form), pose)
+            for form in ('tilt', 'growing')
+        )
+        clean = _rest(setup, Faults(), pose)
+        one, other = (tilted - clean).ravel(), (pushed - clean).ravel()
+        assert one @ other > 0.95 * np.linalg.norm(one) * np.linalg.norm(other)
+        assert 0.5 < np.linalg.norm(other) / np.linalg.norm(one) < 0.95
+
+
+def test_a_clamp_that_slips_once_is_where_it_should_be_before(setup: Setup) -> None:
+    slip = Faults(clamp_late=True, clamp_shift=(2.0, -1.0, 0.5))
+    moves = [_held(setup, slip, pose) - _held(setup, Faults(), pose) for pose in range(4)]
+    assert [bool(np.abs(move).max() > 1e-3) for move in moves] == [False, False, True, True]
+
+
+def test_an_error_by_disparity_grows_with_the_square_of_the_depth(setup: Setup) -> None:
+    view, errors = setup.observations[0], {}
+    rest = _rest(setup, Faults())
+    for form in ('affine', 'disparity'):
+        specimen = make_specimen(setup, Faults(), COARSE)
+        plain, off = (
+            true_rendering(specimen, setup, view, Faults(depth_bias=bias, depth_form=form), rest)
+            for bias in (0.0, 3.0)
+        )
+        seen = np.isfinite(plain.depth)
+        assert np.array_equal(np.isfinite(off.depth), seen)
+        depths = plain.depth[seen]
+        errors[form] = off.depth[seen] - depths
+    assert np.allclose(errors['affine'], 0.003)
+    near, far = np.argmin(depths), np.argmax(depths)
+    expected = (depths[far] / depths[near]) ** 2
+    assert errors['disparity'][far] / errors['disparity'][near] == pytest.approx(expected)
+    assert expected > 1.05
+
+
+def test_two_rings_have_the_mass_of_one(setup: Setup) -> None:
+    faults = Faults(added_mass=3.0, added_mass_at=0.8, mass_form='two')
+    specimen = make_specimen(setup, faults, 1.0)
+    assert specimen.added.sum() == pytest.approx(0.003, rel=1e-12)
+    outer = specimen.added[specimen.shares > 0.6].sum()
+    assert 0.3 < outer / 0.003 < 0.7
+    assert specimen.added[np.abs(specimen.shares - 0.6) < 0.08].sum() < 1e-12
 
 
 @pytest.mark.parametrize('form', ['ring', 'smear', 'point'])

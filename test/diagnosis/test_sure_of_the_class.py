@@ -37,6 +37,8 @@ def test_a_tilt_is_said_to_be_imitated_by_a_steady_push(screened, tilted):
     (told,) = [note for note in diagnosis.notes if 'steady push' in note]
     assert ROLLED in told
     assert ROLLED in diagnosis.separating_recording
+    (entry,) = diagnosis.as_dict()['effects']
+    assert entry['outside_twins'] == ['a steady push to the side']
 
 
 @pytest.mark.parametrize(

@@ -63,6 +63,10 @@ def choose(selection: Selection, evaluator: PatchEvaluator) -> Choice | None:
     if has_one_pose or not evaluator.is_measured:
         confidence = min(confidence, 1.0 / (1 + len(near)))
     alike = [best.identifiers, *(key for key in others if key in near)]
+    if selection.rival is not None:
+        # One effect or two others: no recording at hand tells.
+        confidence = min(confidence, 1.0 / (1 + len(near) + 1))
+        alike.insert(1, selection.rival.identifiers)
     return Choice(
         hypothesis=best,
         confidence=confidence,

@@ -14,12 +14,12 @@ with the parameters, around their optimum (Laplace), and t over a grid. A second
 explain what the first one's form may not.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 import numpy as np
@@ -31,13 +31,6 @@ FloatArray = NDArray[np.float64]
 # Usual tolerance: a share of what the effect does. Those that are tried.
 _USUAL = 0.1
 _FRACTIONS = np.array([0.0, 0.02, 0.05, 0.1, 0.17, 0.25])
-# Over which g changes: of the body's length, and of the picture of the body.
-_LENGTH = 0.5
-# Points between which it is interpolated, on the same scales.
-_ALONG = np.linspace(0.0, 1.0, 4)[:, None]
-_ACROSS = np.stack(np.meshgrid(*2 * [np.linspace(0.0, 1.0, 3)]), axis=-1).reshape(-1, 2)
-# Of the variance of g that all poses share; load and posture change the rest.
-_SHARED = 0.5
 
 
 @dataclass(frozen=True)
@@ -77,7 +70,7 @@ def tolerated(
             camera frame, shape (N, 3) each: near enough for what varies over half the body.
     """
     done = _done_by(fit, nominal)
-    ways = _ways(model, fit, effect_classes, done, points)
+    ways = _ways(effect_classes, done, places_of(model, fit.groups, points))
     groups = [
         replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, w])))
         for b, w in zip(fit.groups, ways, strict=True)
@@ -120,49 +113,15 @@ def _done_by(fit: Refit, nominal: Refit) -> list[FloatArray]:
 
 
 def _ways(
-    model: ForwardModel,
-    fit: Refit,
-    effect_classes: Sequence[str],
-    done: Sequence[FloatArray],
-    points: Sequence[FloatArray],
+    effect_classes: Sequence[str], done: Sequence[FloatArray], places: Sequence[Places]
 ) -> list[FloatArray]:
     """Return what the functions of one tolerance's size do to the patches of each group [m]."""
-    locations: list[Callable[[PatchGroup], tuple[FloatArray, FloatArray]]] = []
-    if any(effect_class != 'sensor' for effect_class in effect_classes):
-        locations.append(lambda group: (_along(model, group, points[group.view]), _ALONG))
-    if 'sensor' in effect_classes:
-        centers = np.concatenate([group.patches.centers for group in fit.groups])
-        low, span = centers.min(axis=0), float(np.ptp(centers, axis=0).max())
-        locations.append(lambda group: ((group.patches.centers - low) / span, _ACROSS))
-    views = sorted({group.view for group in fit.groups})
-    found = []
-    for group, moved in zip(fit.groups, done, strict=True):
-        columns = []
-        for where in locations:
-            modes = _interpolated(*where(group)) / np.sqrt(len(locations))
-            own = np.zeros((len(moved), len(views), modes.shape[1]))
-            own[:, views.index(group.view)] = np.sqrt(1.0 - _SHARED) * modes
-            columns += [np.sqrt(_SHARED) * modes, own.reshape(len(moved), -1)]
-        found.append(moved[:, None] * np.hstack(columns))
-    return found
-
-
-def _along(model: ForwardModel, group: PatchGroup, points: FloatArray) -> FloatArray:
-    observation = model.observations[group.view]
-    rest = model.body(observation).discretisation.rest_nodes
-    fraction = model.effects.axes(observation.setup_index).fraction(rest)
-    return np.asarray(fraction[nearest_nodes(group, points, observation.camera)])[:, None]
-
-
-def _interpolated(locations: FloatArray, points: FloatArray) -> FloatArray:
-    """Return functions whose sum with independent weights of size one is the process, (n, k)."""
-    values, turns = np.linalg.eigh(_kernel(points, points))
-    return np.asarray(_kernel(locations, points) @ turns / np.sqrt(values))
-
-
-def _kernel(one: FloatArray, other: FloatArray) -> FloatArray:
-    square = ((one[:, None] - other[None]) ** 2).sum(axis=-1)
-    return np.exp(-square / _LENGTH**2)
+    kinds = dict.fromkeys('sensor' if own == 'sensor' else 'body' for own in effect_classes)
+    size = 1.0 / np.sqrt(max(len(kinds), 1))
+    return [
+        np.hstack([place.times(size * moved, place.functions(kind)) for kind in kinds])
+        for moved, place in zip(done, places, strict=True)
+    ]
 
 
 @dataclass(frozen=True)

@@ -82,6 +82,12 @@ class Hypothesis:
         return self.chi_square / max(self.fit.patch_count - len(self.fit.coordinates), 1)
 
     @property
+    def chance_of_noise(self) -> float:
+        """Return the chance that noise alone leaves as much."""
+        freedom = max(self.fit.patch_count - len(self.fit.coordinates), 1)
+        return float(chance_beyond(self.chi_square, freedom))
+
+    @property
     def identifiers(self) -> tuple[str, ...]:
         """Identifiers of the effects, in alphabetical order."""
         return tuple(sorted(candidate.identifier for candidate in self.added))

@@ -5,44 +5,46 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
+from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
-from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.patch_fits.patch_fit import HOPE
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
+    by_evidence,
+    finished,
+    first_request,
+)
+from diffcal_ros.diagnosis.model_comparison.second_effect import (
+    Explained,
+    most_added,
+    most_gain,
+    PAIR_GAIN,
+    second_adds,
+)
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
-from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.screening import Screen, screen
+from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import (
-    distinct,
     front_runners,
     shortlist,
     starts_of,
     with_tangents,
 )
-from diffcal_ros.errors import NotSimulatedError
 import numpy as np
+from numpy.typing import NDArray
 
-# Evaluations of the model in a first request, and where one of the effects needs a long one; and
-# how far behind in log evidence per unit of noise scale a model may then be to be fitted on.
-_BRIEF, _LONG = 4, 8
-# So many times a model that ran out of evaluations, and may still win, is fitted on.
-_ROUNDS = 2
-_OUT_OF_REACH = 40.0
+FloatArray = NDArray[np.float64]
+
 # Models this close in log evidence, per unit of noise scale, explain the data as well.
 AS_WELL = 5.0
 # Where the floor is a guess, what most patches are off by in floors where something may be left.
 _POOR_FLOORS = 2.0
-# Best single effects that a second one is sought for, and how many for each.
-_FIRSTS, _SECONDS = 2, 3
-# Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
-_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
-# A second effect must be better by so much log evidence, per unit of noise scale, and by so much
-# log likelihood on held-out patches. Where the floor is a guess likelihoods are too: it must close
-# so much of what the first one leaves on those.
-_PAIR_GAIN, _HELD_OUT_GAIN = 8.0, 4.0
+# A second effect must be better by so much log likelihood on held-out patches, and on each pose
+# given the others. Where the floor is a guess likelihoods are too: it must close so much of what
+# the first one leaves on those.
+_HELD_OUT_GAIN = 4.0
 _CLOSES_GUESSED = 0.5
 
 
@@ -55,25 +57,51 @@ class Selection:
         pairs: two effects each, best first.
         noise_scale: chi-square per patch of the best of all, at least 1.
         is_measured: whether the sensor floor was.
+        added: what the best pair adds to what one effect in any form explains; None: not known.
     """
 
     singles: tuple[Hypothesis, ...]
     pairs: tuple[Hypothesis, ...] = field(default_factory=tuple)
     noise_scale: float = 1.0
     is_measured: bool = True
+    added: Explained | None = None
 
     @property
     def best(self) -> Hypothesis | None:
         """The model that the data favour: two effects only where one is not enough."""
         if not self.singles:
             return None
-        one = self._fullest(self.singles[0])
-        if self.pairs:
-            two = self.pairs[0]
-            gain = (two.log_evidence - one.log_evidence) / self.noise_scale
-            if gain > _PAIR_GAIN and self._is_confirmed(one, two):
-                return two
-        return one
+        two = self._needed_pair()
+        if two is None or self.rival is not None:
+            return self._fullest(self.singles[0])
+        return two
+
+    @property
+    def rival(self) -> Hypothesis | None:
+        """Two effects that explain more than the best one, which is none of them and may be it.
+
+        What the one leaves in about its own form is noise: nothing says that there are two.
+        """
+        two = self._needed_pair()
+        if two is None or not self.is_measured:
+            return None
+        one = self.singles[0]
+        is_part = set(one.identifiers) <= set(two.identifiers)
+        return None if is_part or one.chance_of_noise < ALPHA else two
+
+    def _needed_pair(self) -> Hypothesis | None:
+        """Return the best pair where one effect is not enough, in whatever form."""
+        if not (self.singles and self.pairs):
+            return None
+        one, two = self._fullest(self.singles[0]), self.pairs[0]
+        gains = [two.log_evidence - one.log_evidence]
+        transfer = np.inf
+        if self.added is not None:
+            gains.append(self.added.log_evidence)
+            transfer = self.added.log_transfer
+        is_more = min(gains) > PAIR_GAIN * self.noise_scale
+        is_everywhere = transfer > _HELD_OUT_GAIN * self.noise_scale
+        return two if is_more and is_everywhere and self._is_confirmed(one, two) else None
 
     def _is_confirmed(self, one: Hypothesis, two: Hypothesis) -> bool:
         """Tell whether held-out patches want the second effect, too."""
@@ -125,9 +153,9 @@ def select(pool: RefitPool, scores: Screen) -> Selection:
         singles = _singles(pool, with_tangents(scores))
     singles = _judged(pool, singles)
     pairs: list[Hypothesis] = []
-    if singles and _is_poor(singles[0], is_measured):
-        pairs = _pairs(pool, singles, scores)
-        singles = sorted([*singles, *_halves(pool, singles, pairs)], key=_order)
+    if singles and _is_poor(pool, singles[0]):
+        pairs = best_pairs(pool, singles, scores)
+        singles = sorted([*singles, *halves(pool, singles, pairs)], key=by_evidence)
     singles = _judged(pool, [h for h in singles if not h.has_idle_effect])
     pairs = [
         h for h in pairs if not (h.has_idle_effect or has_doubtful_effect(h, pool.base, singles))
@@ -135,134 +163,44 @@ def select(pool: RefitPool, scores: Screen) -> Selection:
     pairs = _judged(pool, pairs)
     best = min([*singles, *pairs], key=lambda h: h.chi_square_per_patch, default=None)
     scale = 1.0 if best is None else max(1.0, best.chi_square_per_patch)
-    return Selection(tuple(singles), tuple(pairs), scale, is_measured)
+    added = None
+    if singles and pairs and pairs[0].judged is not None:
+        added = second_adds(singles[0], pairs[0], _nominal_points(pool))
+    return Selection(tuple(singles), tuple(pairs), scale, is_measured, added)
 
 
 def _singles(pool: RefitPool, scores: Screen) -> list[Hypothesis]:
     """Refit the effects that their scores speak for, one at a time; best first."""
     listed = shortlist(scores, is_measured=pool.nominal.is_measured)
     refits = pool.refit_all(
-        [_first_request([score.candidate], starts_of(score)) for score in listed]
+        [first_request([score.candidate], starts_of(score)) for score in listed]
     )
-    return _finished(pool, refits, front_runners(scores))
+    return finished(pool, refits, front_runners(scores))
 
 
-def _first_request(
-    added: Sequence[Candidate], starts: dict[str, float], rivals: Sequence[Hypothesis] = ()
-) -> RefitRequest:
-    """Return a brief refit, given up where it will hardly come near its rivals."""
-    most = _LONG if any(candidate.effect.needs_long_look for candidate in added) else _BRIEF
-    return RefitRequest(tuple(added), starts, most, _within_reach(rivals))
-
-
-def _within_reach(rivals: Sequence[Hypothesis]) -> float:
-    """Return the log evidence below which a model is out of reach of the best of others."""
-    if not rivals:
-        return -np.inf
-    scale = max(1.0, min(h.fit.chi_square_per_patch for h in rivals))
-    return max(h.fit.log_evidence for h in rivals) - _OUT_OF_REACH * scale
-
-
-def _is_poor(hypothesis: Hypothesis, is_measured: bool) -> bool:
+def _is_poor(pool: RefitPool, hypothesis: Hypothesis) -> bool:
     """Tell whether one effect leaves so much that a second one is sought."""
-    if is_measured:
-        return most_gain(hypothesis) > _PAIR_GAIN * max(1.0, hypothesis.chi_square_per_patch)
+    if pool.nominal.is_measured:
+        least = PAIR_GAIN * max(1.0, hypothesis.chi_square_per_patch)
+        if most_gain(hypothesis) <= least:
+            return False
+        in_form = hypothesis.judged is None
+        return in_form or most_added(hypothesis, _nominal_points(pool)) > least
     left = patch_gap(hypothesis.fit.groups, Part.FIT)
     return left.most > _POOR_FLOORS * left.whole_floor
-
-
-def most_gain(hypothesis: Hypothesis) -> float:
-    """Return how much log evidence a further effect could gain that costs nothing.
-
-    It would leave noise alone, pull no parameter from where it is likely, and need no tolerance
-    for the form of the effects that are there, which has gained some of that before.
-    """
-    fit = hypothesis.fit
-    noise = fit.patch_count - len(fit.coordinates)
-    left = fit.chi_square - noise + fit.prior_chi_square
-    return 0.5 * left - (hypothesis.log_evidence - fit.log_evidence)
-
-
-def _finished(
-    pool: RefitPool,
-    brief: Sequence[Hypothesis],
-    front: frozenset[str] = frozenset(),
-    rivals: Sequence[Hypothesis] = (),
-) -> list[Hypothesis]:
-    """Fit the models that may still win, or lead by their scores, to the end; best first."""
-    models = list(brief)
-    for _ in range(_ROUNDS):
-        reach = _within_reach([*models, *rivals])
-        worth: dict[int, float] = {}
-        for index, hypothesis in enumerate(models):
-            fit = hypothesis.fit
-            least = -np.inf if front & set(hypothesis.identifiers) else reach
-            # After a brief look a model may be far behind, and halfway down.
-            if not fit.is_converged and fit.log_evidence + HOPE * fit.promise >= least:
-                worth[index] = least
-        further = pool.finish([models[index] for index in worth], list(worth.values()))
-        for index, hypothesis in zip(worth, further, strict=True):
-            models[index] = hypothesis
-        # A twin that ran out of evaluations is no reason to be sure of the other one.
-        front = frozenset()
-    return sorted(models, key=_order)
 
 
 def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Judge models with a tolerance for the form of their effects; best first."""
     base = replace(pool.base, groups=unstrained(pool.base))
-    points = [view.points for view in pool.nominal.model.views(base.coordinates)]
-    return sorted((with_tolerance(h, base, points) for h in models), key=_order)
+    points = _nominal_points(pool)
+    return sorted((with_tolerance(h, base, points) for h in models), key=by_evidence)
 
 
-def _order(hypothesis: Hypothesis) -> tuple[bool, float]:
-    return hypothesis.is_at_bound, -hypothesis.log_evidence
+def _nominal_points(pool: RefitPool) -> list[FloatArray]:
+    """Return the nodes of the nominal body in each view [m], camera frame, shape (N, 3) each."""
+    return [view.points for view in pool.nominal.model.views(pool.base.coordinates)]
 
 
 def _amplitude_count(hypothesis: Hypothesis) -> int:
     return sum(len(candidate.components) for candidate in hypothesis.added)
-
-
-def _pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[Hypothesis]:
-    """Add a second effect to the best single ones, by the scores around each."""
-    requests: dict[tuple[str, ...], RefitRequest] = {}
-    most = _MOST_PAIRS if pool.nominal.is_measured else _MOST_PAIRS_GUESSED
-    listed = [score.candidate for score in scores.scores]
-    for one in _distinct(singles)[:_FIRSTS]:
-        (first,) = one.added
-        others = [c for c in listed if c.identifier != first.identifier]
-        try:
-            again = screen(one.evaluator, one.fit.coordinates, others)
-        except NotSimulatedError:
-            continue  # It was reached by small load steps, and is not found from rest.
-        for score in distinct(again.scores)[:_SECONDS]:
-            key = tuple(sorted((first.identifier, score.candidate.identifier)))
-            starts = {**_fitted(one), **starts_of(score)}
-            requests.setdefault(key, _first_request([first, score.candidate], starts, singles))
-    return _finished(pool, pool.refit_all(list(requests.values())[:most]))
-
-
-def _halves(
-    pool: RefitPool, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
-) -> list[Hypothesis]:
-    """Refit each effect of the best pair without the other, from where the pair ended.
-
-    From the nominal fit a large effect may not be reached, and be found as a part of a pair only.
-    """
-    if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
-        return []
-    best = pairs[:1]
-    requests = [_first_request([added], _fitted(best[0]), best) for added in best[0].added]
-    return _finished(pool, pool.refit_all(requests), rivals=best)
-
-
-def _fitted(hypothesis: Hypothesis) -> dict[str, float]:
-    fit = hypothesis.fit
-    return dict(zip(fit.parameters.names, fit.coordinates.tolist(), strict=True))
-
-
-def _distinct(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
-    first: dict[str, Hypothesis] = {}
-    for hypothesis in singles:
-        first.setdefault(hypothesis.added[0].identifier, hypothesis)
-    return list(first.values())

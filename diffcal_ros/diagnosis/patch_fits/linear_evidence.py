@@ -47,7 +47,8 @@ class LinearEvidence:
         values = np.concatenate([group.patches.values for group in groups])
         tangents = np.concatenate([group.patches.jacobian[:, :count] for group in groups])
         mean, precision = regularised_prior(fit.parameters)
-        expected = values - tangents @ (fit.coordinates - (mean - fit.shifts))
+        # Residuals fall by their tangents: seen from what is known they are larger by that.
+        expected = values + tangents @ (fit.coordinates - (mean - fit.shifts))
         weights = _with_more(precision_of(groups), tangents, precision)
         return cls(weights, weights @ expected)
 

@@ -25,6 +25,7 @@ class NamedEffect:
         frame: points and axes that the amplitudes refer to, see `frames.frame_of`.
         confidence: probability that the name is right, 0 to 1.
         sentence: for a person.
+        outside_twins: causes outside the library that look the same, in words.
     """
 
     identifier: str
@@ -36,6 +37,7 @@ class NamedEffect:
     frame: dict[str, list[float]]
     confidence: float
     sentence: str
+    outside_twins: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,7 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
                 ),
                 confidence=min(confidence, candidate.effect.most_confidence),
                 sentence=candidate.effect.sentence,
+                outside_twins=candidate.effect.outside_twins,
             )
         )
     return tuple(found)

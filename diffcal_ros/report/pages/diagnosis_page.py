@@ -107,7 +107,7 @@ def _effects_table(diagnosis: Diagnosis) -> str:
     rows = []
     for name in names:
         effect = EFFECTS[name]
-        twins = ', '.join(effect.twins)
+        twins = ', '.join((*effect.twins, *effect.outside_twins))
         cosine = diagnosis.largest_cosine.get(name)
         rows.append(
             [

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison import form_tolerance
+from diffcal_ros.diagnosis.model_comparison import form_tolerance, form_ways
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
@@ -42,7 +42,7 @@ def _warped(hypothesis: Hypothesis, nominal: Refit, share: float) -> Refit:
     done = _done(hypothesis, nominal)
     points = hypothesis.evaluator.model.views(hypothesis.fit.coordinates)
     along = [
-        form_tolerance._along(hypothesis.evaluator.model, group, points[group.view].points)[:, 0]
+        form_ways.along_body(hypothesis.evaluator.model, group, points[group.view].points)[:, 0]
         for group in hypothesis.fit.groups
     ]
     more = [share * np.cos(2.0 * np.pi * s) * moved for s, moved in zip(along, done, strict=True)]
@@ -99,7 +99,8 @@ def test_evidence_is_that_of_a_gaussian_with_the_process_in_its_covariance(
     done = _done(hypothesis, nominal)
     model = hypothesis.evaluator.model
     points = [view.points for view in model.views(fit.coordinates)]
-    ways = form_tolerance._ways(model, fit, ['load'], done, points)
+    places = form_ways.places_of(model, fit.groups, points)
+    ways = form_tolerance._ways(['load'], done, places)
     wide = [_with_columns(group, way) for group, way in zip(fit.groups, ways, strict=True)]
     found = form_tolerance._levels(fit, wide, Part.FIT).levels
 
@@ -126,6 +127,6 @@ def _with_columns(group: PatchGroup, columns: np.ndarray) -> PatchGroup:
 
 def test_the_process_has_size_one_and_is_smooth():
     places = np.linspace(0.0, 1.0, 41)[:, None]
-    modes = form_tolerance._interpolated(places, form_tolerance._ALONG)
+    modes = form_ways.interpolated(places, form_ways.ALONG)
     covariance = modes @ modes.T
-    assert np.allclose(covariance, form_tolerance._kernel(places, places), atol=0.05)
+    assert np.allclose(covariance, form_ways.kernel(places, places), atol=0.05)

@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.model_comparison import refit_pool
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest
-from diffcal_ros.diagnosis.model_comparison.selection import _finished
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import finished
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np
 import pytest
@@ -149,7 +149,7 @@ def test_a_model_that_ran_out_of_evaluations_and_may_still_win_is_fitted_on(
     (once,) = pool.finish(brief, [-np.inf])
     assert not once.fit.is_converged
     told.clear()
-    (found,) = _finished(pool, brief)
+    (found,) = finished(pool, brief)
     assert len(told) == 2
     assert found.fit.log_evidence > once.fit.log_evidence
 

@@ -47,9 +47,30 @@ def test_parameters_are_integrated_out_from_what_is_known_of_them(screened):
     covariance = np.linalg.inv(precision_of(groups))
     whole = covariance + tangents @ np.linalg.inv(precision) @ tangents.T
     values = np.concatenate([group.patches.values for group in groups])
-    expected = values - tangents @ (fit.coordinates - mean)
+    expected = values + tangents @ (fit.coordinates - mean)
     assert np.allclose(whole @ evidence.weights, np.eye(len(values)), atol=1e-6)
     assert np.allclose(whole @ evidence.pulls, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize('step', [0.05, 0.1, 0.2])
+def test_residuals_fall_by_their_tangents(screened, step):
+    """So what is expected of them where a parameter is known to be is more, not less."""
+    evaluator, fit, _ = screened
+    place = fit.parameters.names.index('edge_bias')
+    moved = np.zeros(len(fit.coordinates))
+    moved[place] = step
+    edges, ahead, back = (
+        next(own.patches for own in groups if own.kind == 'edge')
+        for groups in (
+            fit.groups,
+            *(evaluator.groups(fit.coordinates + d) for d in (moved, -moved)),
+        )
+    )
+    assert np.array_equal(ahead.cells, edges.cells)
+    assert np.array_equal(back.cells, edges.cells)
+    slopes = (ahead.values - back.values) / (2.0 * step)
+    tangents = edges.jacobian[:, place]
+    assert slopes @ tangents / (tangents @ tangents) == pytest.approx(-1.0, abs=0.3)
 
 
 def test_a_residual_that_the_rest_does_not_foretell_is_off(screened):

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The ways in which what an effect does may differ from the library's form of it.
+
+That is times a smooth function: over the body's length for what acts on the body, over the
+picture for what is the sensor's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# Over which the function changes: of the body's length, and of the picture of the body.
+_LENGTH = 0.5
+# Points between which it is interpolated, on the same scales.
+ALONG = np.linspace(0.0, 1.0, 4)[:, None]
+ACROSS = np.stack(np.meshgrid(*2 * [np.linspace(0.0, 1.0, 3)]), axis=-1).reshape(-1, 2)
+# Of its variance that all poses share; load and posture change the rest.
+_SHARED = 0.5
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the patches of one group are.
+
+    Attributes:
+        along: shares of the body's length, shape (n, 1).
+        across: in the picture, as shares of the larger extent of all patches, shape (n, 2).
+        view: number of their view among those that are seen.
+        view_count: how many those are.
+    """
+
+    along: FloatArray
+    across: FloatArray
+    view: int
+    view_count: int
+
+    def functions(self, effect_class: str) -> FloatArray:
+        """Return functions whose sum with independent weights of size one is the process, (n, k).
+
+        Args:
+            effect_class: what a sensor's error is times varies over the picture.
+        """
+        if effect_class == 'sensor':
+            return interpolated(self.across, ACROSS)
+        return interpolated(self.along, ALONG)
+
+    def times(self, moved: FloatArray, functions: FloatArray) -> FloatArray:
+        """Return what moves times the functions, shared by all poses and of each, (n, m).
+
+        Args:
+            moved: how far each patch moves [m], shape (n,).
+            functions: shape (n, k).
+        """
+        own = np.zeros((len(moved), self.view_count, functions.shape[1]))
+        own[:, self.view] = np.sqrt(1.0 - _SHARED) * functions
+        both = np.hstack([np.sqrt(_SHARED) * functions, own.reshape(len(moved), -1)])
+        return np.asarray(moved[:, None] * both)
+
+
+def places_of(
+    model: ForwardModel, groups: Sequence[PatchGroup], points: Sequence[FloatArray]
+) -> list[Places]:
+    """Return where the patches of groups are.
+
+    Args:
+        model: whose body they show.
+        groups: of all views.
+        points: nodes of the body in each view [m], camera frame, shape (N, 3) each.
+    """
+    views = sorted({group.view for group in groups})
+    centers = np.concatenate([group.patches.centers for group in groups])
+    low, span = centers.min(axis=0), float(np.ptp(centers, axis=0).max())
+    return [
+        Places(
+            along=along_body(model, group, points[group.view]),
+            across=(group.patches.centers - low) / span,
+            view=views.index(group.view),
+            view_count=len(views),
+        )
+        for group in groups
+    ]
+
+
+def along_body(model: ForwardModel, group: PatchGroup, points: FloatArray) -> FloatArray:
+    """Return which share of the body's length each patch of a group is at, shape (n, 1)."""
+    observation = model.observations[group.view]
+    rest = model.body(observation).discretisation.rest_nodes
+    fraction = model.effects.axes(observation.setup_index).fraction(rest)
+    return np.asarray(fraction[nearest_nodes(group, points, observation.camera)])[:, None]
+
+
+def interpolated(locations: FloatArray, points: FloatArray) -> FloatArray:
+    """Return functions whose sum with independent weights of size one is the process, (n, k)."""
+    values, turns = np.linalg.eigh(kernel(points, points))
+    return np.asarray(kernel(locations, points) @ turns / np.sqrt(values))
+
+
+def kernel(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the process's covariance between two sets of places, shape (n, m)."""
+    square = ((one[:, None] - other[None]) ** 2).sum(axis=-1)
+    return np.exp(-square / _LENGTH**2)

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Second effects beside the best single ones: which are tried, and what they come to."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
+    by_evidence,
+    finished,
+    first_request,
+    within_reach,
+)
+from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR_GAIN
+from diffcal_ros.diagnosis.patch_fits.patch_fit import HOPE
+from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
+from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
+from diffcal_ros.errors import NotSimulatedError
+
+# Best single effects that a second one is sought for, and how many for each.
+_FIRSTS, _SECONDS = 2, 3
+# Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
+_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
+# Of what tangents promise, and what stands in for them, a pair comes to so much at most; and how
+# near it must come to one that leaves noise.
+_TANGENTS_MISS, _STAND_INS_MISS = 1.25, 2.5
+_NEAR = 10.0
+
+
+def best_pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[Hypothesis]:
+    """Add a second effect to the best single ones, by the scores around each.
+
+    What promises most comes first: where that leaves noise, others need not be tried whose
+    tangents lead nowhere near.
+    """
+    most = _MOST_PAIRS if pool.nominal.is_measured else _MOST_PAIRS_GUESSED
+    offers = _offers(pool, singles, scores)[:most]
+    if not pool.nominal.is_measured or len(offers) < 2:
+        return finished(pool, pool.refit_all([offer.request for offer in offers]), rivals=singles)
+    first = max(offers, key=lambda offer: offer.expected)
+    found = finished(pool, pool.refit_all([first.request]), rivals=singles)
+    rivals, rest = [*singles, *found], [offer for offer in offers if offer is not first]
+    scale = max(1.0, found[0].chi_square_per_patch) if found else 1.0
+    if found and most_gain(found[0]) <= PAIR_GAIN * scale:
+        least = found[0].fit.log_evidence - _NEAR * scale
+        rest = [offer for offer in rest if offer.at_most > least]
+    more = [replace(o.request, least_log_evidence=within_reach(rivals)) for o in rest]
+    others = finished(pool, pool.refit_all(more), rivals=rivals)
+    return sorted([*found, *others], key=by_evidence)
+
+
+@dataclass(frozen=True)
+class _Offer:
+    """A pair that may be refitted.
+
+    Attributes:
+        request: to refit it.
+        start: log evidence of the single effect that it adds to.
+        gain: what tangents there promise of it.
+    """
+
+    request: RefitRequest
+    start: float
+    gain: float
+
+    @property
+    def expected(self) -> float:
+        """Log evidence where the promise is kept."""
+        return self.start + self.gain
+
+    @property
+    def at_most(self) -> float:
+        """Log evidence where more than that is kept."""
+        is_smooth = all(candidate.effect.has_tangent for candidate in self.request.added)
+        return self.start + (_TANGENTS_MISS if is_smooth else _STAND_INS_MISS) * self.gain
+
+
+def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[_Offer]:
+    """Return the pairs of the best single effects with what scores best around each."""
+    found: dict[tuple[str, ...], _Offer] = {}
+    listed = [score.candidate for score in scores.scores]
+    for one in _distinct(singles)[:_FIRSTS]:
+        (first,) = one.added
+        others = [c for c in listed if c.identifier != first.identifier]
+        try:
+            again = screen(one.evaluator, one.fit.coordinates, others)
+        except NotSimulatedError:
+            continue  # It was reached by small load steps, and is not found from rest.
+        tried = distinct(again.scores)[:_SECONDS]
+        if pool.nominal.is_measured:
+            tried = _worth_adding(one, tried, singles)
+        for score in tried:
+            key = tuple(sorted((first.identifier, score.candidate.identifier)))
+            starts = {**_fitted(one), **starts_of(score)}
+            request = first_request([first, score.candidate], starts, singles)
+            found.setdefault(key, _Offer(request, one.fit.log_evidence, score.log_evidence))
+    return list(found.values())
+
+
+def _worth_adding(
+    one: Hypothesis, scores: Sequence[Score], singles: Sequence[Hypothesis]
+) -> list[Score]:
+    """Return the second effects that may add enough, by their tangents where the first one ended.
+
+    With several times what these promise a pair must exceed each single effect by what is asked.
+    """
+    least = max(h.fit.log_evidence for h in singles) + PAIR_GAIN
+    return [
+        score
+        for score in scores
+        # What has no tangent at zero is not told by what stands in for it.
+        if not score.candidate.effect.has_tangent
+        or one.fit.log_evidence + HOPE * score.log_evidence > least
+    ]
+
+
+def halves(
+    pool: RefitPool, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Refit each effect of the best pair without the other, from where the pair ended.
+
+    From the nominal fit a large effect may not be reached, and be found as a part of a pair only.
+    """
+    if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
+        return []
+    best = pairs[:1]
+    requests = [first_request([added], _fitted(best[0]), best) for added in best[0].added]
+    return finished(pool, pool.refit_all(requests), rivals=best)
+
+
+def _fitted(hypothesis: Hypothesis) -> dict[str, float]:
+    fit = hypothesis.fit
+    return dict(zip(fit.parameters.names, fit.coordinates.tolist(), strict=True))
+
+
+def _distinct(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
+    first: dict[str, Hypothesis] = {}
+    for hypothesis in singles:
+        first.setdefault(hypothesis.added[0].identifier, hypothesis)
+    return list(first.values())

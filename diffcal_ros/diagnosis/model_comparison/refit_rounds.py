@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Refits in rounds: a brief look at each model, and those to the end that may still win."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.patch_fits.patch_fit import HOPE
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+import numpy as np
+
+# Evaluations of the model in a first request, and where one of the effects needs a long one; and
+# how far behind in log evidence per unit of noise scale a model may then be to be fitted on.
+_BRIEF, _LONG = 4, 8
+# So many times a model that ran out of evaluations, and may still win, is fitted on.
+_ROUNDS = 2
+_OUT_OF_REACH = 40.0
+
+
+def first_request(
+    added: Sequence[Candidate], starts: dict[str, float], rivals: Sequence[Hypothesis] = ()
+) -> RefitRequest:
+    """Return a brief refit, given up where it will hardly come near its rivals."""
+    most = _LONG if any(candidate.effect.needs_long_look for candidate in added) else _BRIEF
+    return RefitRequest(tuple(added), starts, most, within_reach(rivals))
+
+
+def within_reach(rivals: Sequence[Hypothesis]) -> float:
+    """Return the log evidence below which a model is out of reach of the best of others."""
+    if not rivals:
+        return -np.inf
+    scale = max(1.0, min(h.fit.chi_square_per_patch for h in rivals))
+    return max(h.fit.log_evidence for h in rivals) - _OUT_OF_REACH * scale
+
+
+def finished(
+    pool: RefitPool,
+    brief: Sequence[Hypothesis],
+    front: frozenset[str] = frozenset(),
+    rivals: Sequence[Hypothesis] = (),
+) -> list[Hypothesis]:
+    """Fit the models that may still win, or lead by their scores, to the end; best first."""
+    models = list(brief)
+    for _ in range(_ROUNDS):
+        reach = within_reach([*models, *rivals])
+        worth: dict[int, float] = {}
+        for index, hypothesis in enumerate(models):
+            fit = hypothesis.fit
+            least = -np.inf if front & set(hypothesis.identifiers) else reach
+            # After a brief look a model may be far behind, and halfway down.
+            if not fit.is_converged and fit.log_evidence + HOPE * fit.promise >= least:
+                worth[index] = least
+        further = pool.finish([models[index] for index in worth], list(worth.values()))
+        for index, hypothesis in zip(worth, further, strict=True):
+            models[index] = hypothesis
+        # A twin that ran out of evaluations is no reason to be sure of the other one.
+        front = frozenset()
+    return sorted(models, key=by_evidence)
+
+
+def by_evidence(hypothesis: Hypothesis) -> tuple[bool, float]:
+    """Order models by evidence, the best first, those at a bound last."""
+    return hypothesis.is_at_bound, -hypothesis.log_evidence

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which second effects are worth a refit."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison import pair_search
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.screening.candidates import candidates
+from diffcal_ros.diagnosis.screening.screening import screen
+from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
+import pytest
+
+
+@pytest.mark.parametrize(('name', 'is_right'), [('gravity_tilt', True), ('depth_affine', False)])
+def test_a_second_effect_is_tried_where_tangents_promise_enough_of_it(screened, name, is_right):
+    evaluator, nominal, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == name)
+    one = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    others = [c for c in candidates(evaluator.model.scene) if c.identifier != name]
+    around = distinct(screen(one.evaluator, one.fit.coordinates, others).scores)
+    tried = {s.candidate.identifier for s in pair_search._worth_adding(one, around, [one])}
+    smooth = {s.candidate.identifier for s in around if s.candidate.effect.has_tangent}
+    # Beside the tilt nothing is left; what stands in for a contact promises nothing either way.
+    assert tried - smooth == {'contact_plane'}
+    assert (tried & smooth == set()) == is_right
+    assert ('gravity_tilt' in tried) == (not is_right)
+
+
+class _Pool:
+    """Refits as it is told to, and keeps what it was asked for."""
+
+    def __init__(self, nominal, base, fits):
+        self.nominal, self.base, self._fits = nominal, base, fits
+        self.asked = []
+
+    def refit_all(self, requests):
+        names = [tuple(sorted(c.identifier for c in request.added)) for request in requests]
+        self.asked += names
+        return [self._fits[name] for name in names]
+
+    def finish(self, hypotheses, least):
+        return list(hypotheses)
+
+
+@pytest.mark.parametrize('leaves_noise', [True, False])
+def test_where_a_pair_leaves_noise_others_that_lead_nowhere_near_are_left(screened, leaves_noise):
+    evaluator, nominal, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine')
+    one = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    wrong = replace(one, fit=replace(one.fit, log_evidence=-900.0))
+    names = {
+        tuple(sorted(('depth_affine', c.identifier))) for c in candidates(evaluator.model.scene)
+    }
+    chi_square = 0.7 if leaves_noise else 3.0
+    good = replace(one.fit, log_evidence=5e3, chi_square=chi_square * one.fit.patch_count)
+    pool = _Pool(evaluator, nominal, {name: replace(one, fit=good) for name in names})
+    pair_search.best_pairs(pool, [wrong], scores)
+    # It is three that are tried at most, and no promise of the others reaches as far.
+    assert (len(pool.asked) == 1) == leaves_noise
