@@ -13,7 +13,7 @@ from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.sparse_pattern import SparsePattern
-from diffcal_ros.fem.sparse_solver.frontal_kernels import add_update_double
+from diffcal_ros.fem.sparse_solver.frontal_kernels import add_update
 from diffcal_ros.fem.sparse_solver.frontal_plan import Front, make_plan
 from diffcal_ros.fem.sparse_solver.interface import NotPositiveDefiniteError
 from diffcal_ros.launcher import Launcher
@@ -125,7 +125,7 @@ class TorchMultifrontalSolver:
         block.left.zero_()
         for child in front.children:
             self._launcher.launch(
-                add_update_double,
+                add_update,
                 len(self._plan.fronts[child].border),
                 [child, self._table, self._into, self._stacks[1 - front.stack]],
                 [self._store_for_warp, self._stacks[front.stack]],
