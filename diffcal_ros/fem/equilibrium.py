@@ -174,7 +174,9 @@ class EquilibriumSolver:
                 step = self.stiffness.solve_by_last_factor(force)
             counts.add(is_held=step is not None)
             if step is None:
-                step = self.stiffness.solve_by_new_factor(positions, force)
+                step = self.stiffness.solve_by_new_factor(
+                    positions, force, is_foreseen=promise > _HELD_PROMISE * abs(energy)
+                )
             before, slope = largest, float(force @ step)
             if slope < _LEAST_PROMISE * abs(energy):
                 return self._finish(positions, loads, counts)
@@ -184,7 +186,11 @@ class EquilibriumSolver:
                 last, positions = positions, self._advance(positions, direction, 1.0)
                 continue
             higher, promise = energy, slope
-            positions, energy = self._line_search(positions, direction, slope, energy, loads)
+            start = positions
+            positions, energy, length = self._line_search(
+                positions, direction, slope, energy, loads
+            )
+            self.stiffness.foresee(start, length * direction)
             if counts.lead_nowhere(is_poor=higher - energy < _POOR_GAIN * slope):
                 break
         raise EquilibriumError(
@@ -199,17 +205,17 @@ class EquilibriumSolver:
         slope: float,
         energy: float,
         loads: FloatArray,
-    ) -> tuple[FloatArray, float]:
-        """Halve the step until the energy falls as its slope promises."""
+    ) -> tuple[FloatArray, float, float]:
+        """Halve the step until the energy falls as its slope promises; return its length last."""
         rounding = 1e-12 * abs(energy)
         length = 1.0
         while True:
             trial = self._advance(positions, direction, length)
             trial_energy = self._potential(trial, loads)
             if trial_energy <= energy - _ARMIJO * length * slope + rounding:
-                return trial, trial_energy
+                return trial, trial_energy, length
             if slope < _UNRESOLVED * abs(energy) and self._is_calmer(trial, positions, loads):
-                return trial, trial_energy
+                return trial, trial_energy, length
             length *= 0.5
             if length < _SHORTEST_STEP:
                 raise EquilibriumError(

@@ -3,6 +3,7 @@
 """The stiffness of a body and of all that acts on it at some positions, and solves with it."""
 
 from collections.abc import Sequence
+from functools import partial
 
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.activity import during
@@ -93,9 +94,11 @@ class TangentStiffness:
             forces += term.force_tangent(positions, direction)
         return forces
 
-    def values(self, positions: FloatArray, *, is_guarded: bool = False) -> FloatArray:
+    def values(
+        self, positions: FloatArray, *, is_guarded: bool = False, is_foreseen: bool = False
+    ) -> FloatArray:
         """Return the stiffness of the body and of all terms in the pattern [N/m], shape (nnz,)."""
-        values = self._stiffness.values(positions, is_guarded=is_guarded)
+        values = self._stiffness.values(positions, is_guarded=is_guarded, is_foreseen=is_foreseen)
         for term in self.terms:
             values += term.stiffness(positions, is_guarded=is_guarded)
         return values
@@ -147,11 +150,23 @@ class TangentStiffness:
             and np.array_equal(self._factor_positions, positions)
         )
 
-    def factor(self, positions: FloatArray) -> None:
-        """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be."""
+    def foresee(self, before: FloatArray, step: FloatArray) -> None:
+        """Keep a step [m] and where it began for the next factorisation, shape (N, 3) each."""
+        self._stiffness.foresee(before, step)
+
+    def factor(self, positions: FloatArray, *, is_foreseen: bool = False) -> FloatArray:
+        """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be.
+
+        Args:
+            positions: [m], shape (N, 3).
+            is_foreseen: with the pressures of the last step, see `Stiffness.values`.
+
+        Returns:
+            The entries that were factored, shape (nnz,).
+        """
         self._factor_positions = None
         self._iterations = 0
-        values = self.values(positions)
+        values = self.values(positions, is_foreseen=is_foreseen)
         diagonal = self.pattern.diagonal_slots
         self.stiffest = float(values[diagonal].max())
         shift = 0.0
@@ -165,21 +180,26 @@ class TangentStiffness:
                     values[diagonal] += shift
                 continue
             self.has_factor = True
-            if attempt == 0:
+            if attempt == 0 and not is_foreseen:
                 self._factor_positions = positions.copy()
                 self._factor_material = self.body.material_count
-            return
+            return values
         raise EquilibriumError(
             'the stiffness stays indefinite: the body may be turned inside out; start from a '
             'stiffer material'
         )
 
-    def solve_by_new_factor(self, positions: FloatArray, force: FloatArray) -> FloatArray:
-        """Solve by a factorisation that is made for it; shape (3 M,)."""
-        self.factor(positions)
-        if self._solver.is_exact or not self.is_factored_at(positions):
+    def solve_by_new_factor(
+        self, positions: FloatArray, force: FloatArray, *, is_foreseen: bool = False
+    ) -> FloatArray:
+        """Solve by a factorisation that is made for it, see `factor`; shape (3 M,)."""
+        values = self.factor(positions, is_foreseen=is_foreseen)
+        if self._solver.is_exact:
             return self._solver.solve(force)
-        found = self.iterate(positions, force, _ROUNDED_TOLERANCE, _MAX_ROUNDED_STEPS)
+        product = partial(self.pattern.times, values)
+        found = conjugate_gradient(
+            product, self._solver.solve, force, _ROUNDED_TOLERANCE, _MAX_ROUNDED_STEPS
+        )
         return self._solver.solve(force) if found is None else found
 
     def solve_by_last_factor(self, force: FloatArray) -> FloatArray:
@@ -189,6 +209,7 @@ class TangentStiffness:
     def begin(self) -> None:
         """Count iterations anew: another solution begins."""
         self._iterations = 0
+        self._stiffness.forget_step()
 
     @property
     def is_patient(self) -> bool:
