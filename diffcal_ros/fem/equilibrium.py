@@ -164,7 +164,12 @@ class EquilibriumSolver:
                 # Iterations begin with the old factorisation as it is, and say if that will do.
                 goal = _step_goal(largest, before, tolerance)
                 step = self.stiffness.iterate(
-                    positions, force, goal, _MAX_STEP_STEPS, _STEP_TOLERANCE
+                    positions,
+                    force,
+                    goal,
+                    _MAX_STEP_STEPS,
+                    _STEP_TOLERANCE,
+                    self.stiffness.patience,
                 )
             elif (
                 counts.new

@@ -212,6 +212,11 @@ class TangentStiffness:
         self._stiffness.forget_step()
 
     @property
+    def patience(self) -> int:
+        """Iterations with the last factorisation that take about as long as a new one."""
+        return self._solver.patience
+
+    @property
     def is_patient(self) -> bool:
         """Tell whether iterations with the last factorisation still pay."""
         return self._iterations < self._solver.patience
@@ -239,6 +244,7 @@ class TangentStiffness:
         tolerance: float,
         max_steps: int,
         enough: float = 0.0,
+        patience: float = np.inf,
     ) -> FloatArray | None:
         """Solve stiffness times x = b at `positions` with the last factorisation, (3 M,).
 
@@ -252,5 +258,5 @@ class TangentStiffness:
             return self.force_tangent(positions, direction)[self._free].ravel()
 
         return conjugate_gradient(
-            product, self._solver.solve, right_side, tolerance, max_steps, enough
+            product, self._solver.solve, right_side, tolerance, max_steps, enough, patience
         )

@@ -58,7 +58,7 @@ class MultifrontalSolver:
         self._plan = make_plan(pattern, per_node)
         self.is_exact = self._plan.store_size < _DOUBLE_LIMIT if is_exact is None else is_exact
         # A factorisation costs the more beside a solution the larger the body is.
-        self.few_sides, self.patience = (0, 10) if self.is_exact else (1, 30)
+        self.few_sides, self.patience = (0, 10) if self.is_exact else (1, 15)
         diagonal = pattern.diagonal_slots if per_node == 3 else pattern.block_starts[:-1]
         self._diagonal = self._plan.indices[diagonal]
         # One for each stack, so that no launch has other arguments than the last.
