@@ -175,6 +175,11 @@ class Stiffness:
         if self._foresees:
             self._last_step = np.stack([before, step])
 
+    @property
+    def knows_step(self) -> bool:
+        """Tell whether there is a step to foresee pressures by."""
+        return self._last_step is not None
+
     def forget_step(self) -> None:
         """Foresee nothing until there is another step."""
         self._last_step = None
@@ -193,7 +198,7 @@ class Stiffness:
                 those of the volumes, and only the stiffness knows the pressures.
         """
         body = self._body
-        foresees = is_foreseen and self._last_step is not None
+        foresees = is_foreseen and self.knows_step
         if foresees:
             self._compare_volumes(positions)
         upload(body._positions, positions)

@@ -33,6 +33,9 @@ _MOST_POOR_STEPS = 15
 # new one.
 _HELD_CONTRACTION = 0.1
 _HELD_PROMISE = 1e-6
+# Below this share a step puts volumes wrong by so little that pressures need not be foreseen, and
+# derivatives can use the factorisation.
+_FORESEEN_PROMISE = 1e-3
 _ARMIJO = 1e-4
 _SHORTEST_STEP = 1e-6
 # A fall of the energy by less than this share may drown in its rounding, which grows with the
@@ -160,7 +163,12 @@ class EquilibriumSolver:
                 return self._finish(positions if largest < before else last, loads, counts)
             is_rounded = largest < rounding_of_forces(self.stiffness.stiffest, positions)
             step = None
-            if is_warm and self.stiffness.is_patient:
+            is_close = (
+                counts.new > 0
+                and promise < _HELD_PROMISE * abs(energy)
+                and largest < _HELD_CONTRACTION * before
+            )
+            if (is_warm or is_close) and self.stiffness.is_patient:
                 # Iterations begin with the old factorisation as it is, and say if that will do.
                 goal = _step_goal(largest, before, tolerance)
                 step = self.stiffness.iterate(
@@ -171,16 +179,10 @@ class EquilibriumSolver:
                     _STEP_TOLERANCE,
                     self.stiffness.patience,
                 )
-            elif (
-                counts.new
-                and promise < _HELD_PROMISE * abs(energy)
-                and largest < _HELD_CONTRACTION * before
-            ):
-                step = self.stiffness.solve_by_last_factor(force)
             counts.add(is_held=step is not None)
             if step is None:
                 step = self.stiffness.solve_by_new_factor(
-                    positions, force, is_foreseen=promise > _HELD_PROMISE * abs(energy)
+                    positions, force, is_foreseen=promise > _FORESEEN_PROMISE * abs(energy)
                 )
             before, slope = largest, float(force @ step)
             if slope < _LEAST_PROMISE * abs(energy):

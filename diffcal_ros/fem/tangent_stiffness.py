@@ -28,6 +28,9 @@ _SOLVED_TOLERANCE = 1e-11
 _MAX_LINEAR_STEPS = 25
 _MAX_PATIENT_STEPS = 200
 _MAX_SHIFTS = 12
+# Since a factorisation the body has moved by less of its length: so few iterations will do.
+_CLOSE = 1e-3
+_CLOSE_STEPS = 5
 
 
 class EquilibriumError(NotSimulatedError):
@@ -121,7 +124,7 @@ class TangentStiffness:
     def _solve_sides(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
         free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
         is_stale = not self.is_factored_at(positions)
-        if not self.has_factor or (is_stale and len(right_sides) > self._solver.few_sides):
+        if not self.has_factor or (is_stale and len(right_sides) > self._few_sides(positions)):
             self.factor(positions)
         solution = np.zeros_like(right_sides)
         if self._solver.is_exact and self.is_factored_at(positions):
@@ -130,6 +133,15 @@ class TangentStiffness:
             found = np.stack([self._solve_side(positions, side) for side in free_sides])
         solution[:, self._free] = found.reshape(len(right_sides), -1, 3)
         return solution
+
+    def _few_sides(self, positions: FloatArray) -> int:
+        """Return for how many sides iterations with the last factorisation take less time."""
+        last = self._factor_positions
+        if last is None or self._factor_material != self.body.material_count:
+            return self._solver.few_sides
+        moved = float(np.abs(positions - last).max())
+        is_close = moved < _CLOSE * float(np.ptp(positions, axis=0).max())
+        return max(self._solver.few_sides, is_close * self._solver.patience // _CLOSE_STEPS)
 
     def factor_at(self, positions: FloatArray) -> None:
         """Factor the stiffness at an equilibrium [m], shape (N, 3), unless that was done."""
@@ -166,6 +178,7 @@ class TangentStiffness:
         """
         self._factor_positions = None
         self._iterations = 0
+        is_foreseen = is_foreseen and self._stiffness.knows_step
         values = self.values(positions, is_foreseen=is_foreseen)
         diagonal = self.pattern.diagonal_slots
         self.stiffest = float(values[diagonal].max())
