@@ -11,6 +11,7 @@ from diffcal_ros.device_array import (
     float_array,
     int_array,
     point_array,
+    shared,
     upload,
     zero_floats,
     zero_points,
@@ -164,7 +165,7 @@ class Stiffness:
 
     def __init__(self, body: ElasticBody, pattern: SparsePattern) -> None:
         self._body = body
-        self._slots = int_array(pattern.slots, body.device)
+        self._slots = shared(pattern.slots, wp.int32, body.device)
         self._values = zero_floats(pattern.entry_count, body.device)
         self._growths = zero_floats(body.discretisation.weights.shape, body.device)
         self._foresees = bool(getattr(body.law, 'PRESSES_BY_VOLUME', False))

@@ -58,7 +58,7 @@ class FrontalPlan:
     own_columns: tuple[int, ...]
     store_size: int
     stack_sizes: tuple[int, int]
-    indices: LongArray
+    indices: IntArray
 
 
 def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
@@ -96,7 +96,8 @@ def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
         ),
         store_size=last.panel + len(last.own) * len(last.border),
         stack_sizes=stack_sizes,
-        indices=_entry_indices(pattern, rank, ends, borders, fronts, per_node),
+        # Numbers past 32 bits would not fit into `table` either.
+        indices=_entry_indices(pattern, rank, ends, borders, fronts, per_node).astype(np.int32),
     )
 
 

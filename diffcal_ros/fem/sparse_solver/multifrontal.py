@@ -89,6 +89,11 @@ class MultifrontalSolver:
                 raise
             self._factor(values, _SINGLE_SHIFT)
 
+    def finish(self) -> None:
+        """Free what another factorisation would need: this matrix stays the last one."""
+        self._stacks.clear()
+        self._blocks = [block._replace(left=block.left[:0, :0].copy()) for block in self._blocks]
+
     def solve(self, right_sides: FloatArray) -> FloatArray:
         """Solve; see `SparseSolver`."""
         if right_sides.ndim == 1:

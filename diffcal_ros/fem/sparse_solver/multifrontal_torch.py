@@ -153,7 +153,7 @@ class TorchMultifrontalSolver:
                 f'the factors of {len(self._order):,} unknowns take {needed:.1f} GB, which '
                 f'{device} does not have free: use a coarser mesh, or device cpu'
             ) from error
-        self._indices = torch.from_numpy(plan.indices).to(device)
+        self._indices = torch.from_numpy(plan.indices).to(device).long()
         self._failed = torch.zeros(len(plan.fronts), dtype=torch.int32, device=device)
         # Warp's arrays look at the same memory.
         self._store_for_warp = wp.from_torch(self._store, dtype=wp.float64)
