@@ -172,16 +172,8 @@ class EquilibriumSolver:
             )
             is_far = _FAR_PROMISE * abs(energy) < promise < float('inf')
             if (is_close or (is_warm and not is_far)) and self.stiffness.is_patient:
-                # Iterations begin with the old factorisation as it is, and say if that will do.
                 goal = _step_goal(largest, before, tolerance)
-                step = self.stiffness.iterate(
-                    positions,
-                    force,
-                    goal,
-                    _MAX_STEP_STEPS,
-                    _STEP_TOLERANCE,
-                    self.stiffness.patience,
-                )
+                step = self._step_by_last_factor(positions, force, goal)
             counts.add(is_held=step is not None)
             if step is None:
                 step = self.stiffness.solve_by_new_factor(
@@ -206,6 +198,18 @@ class EquilibriumSolver:
         raise EquilibriumError(
             f'no equilibrium after {counts.new + counts.held} Newton steps: the body may be too '
             "soft for its load (raise the start of Young's modulus) or its held part too small"
+        )
+
+    def _step_by_last_factor(
+        self, positions: FloatArray, force: FloatArray, goal: float
+    ) -> FloatArray | None:
+        """Iterate with the old factorisation; None: a new one takes less time.
+
+        Iterations begin with it as it is, and say if that will do.
+        """
+        stiffness = self.stiffness
+        return stiffness.iterate(
+            positions, force, goal, _MAX_STEP_STEPS, _STEP_TOLERANCE, stiffness.patience
         )
 
     def _line_search(

@@ -218,10 +218,6 @@ class TangentStiffness:
         )
         return self._solver.solve(force) if found is None else found
 
-    def solve_by_last_factor(self, force: FloatArray) -> FloatArray:
-        """Solve with the last factorisation as it is; shape (3 M,)."""
-        return self._solver.solve(force)
-
     def begin(self) -> None:
         """Count iterations anew: another solution begins."""
         self._iterations = 0

@@ -73,6 +73,7 @@ def test_a_matrix_with_one_unknown_a_node_is_solved(random) -> None:
     dense = _dense(values, pattern.neighbours, pattern.block_starts)
     solver = MultifrontalSolver(pattern, is_exact=True, per_node=1)
     solver.factor(values)
+    solver.finish()
     sides = random.normal(size=(len(pattern.free_nodes), 3))
     np.testing.assert_allclose(solver.solve(sides), np.linalg.solve(dense, sides), atol=1e-12)
 
