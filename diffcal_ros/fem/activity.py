@@ -36,10 +36,16 @@ def during(work: str, unknowns: int) -> Iterator[None]:
                 del _RUNNING[get_ident()]
 
 
-def busy_with() -> tuple[str, float] | None:
-    """Return what has been running for longest and for how long [s]; None: nothing long."""
+def busy_with(least: float = 0.0) -> tuple[str, float] | None:
+    """Return what has been running for longest and for how long [s]; None: nothing long.
+
+    Args:
+        least: what is within other work and runs for a shorter time [s] is passed over for it.
+    """
+    latest = time.monotonic() - least
     with _LOCK:
-        told = [works[-1] for works in _RUNNING.values()]
+        long = [[one for one in works if one[1] <= latest] for works in _RUNNING.values()]
+    told = [works[-1] for works in long if works]
     if not told:
         return None
     work, begun = min(told, key=lambda one: one[1])

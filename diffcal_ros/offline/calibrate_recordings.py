@@ -15,6 +15,7 @@ from diffcal_ros.calibration.results.provenance import describe_fit
 from diffcal_ros.calibration.results.result import CalibrationResult, IterationRecord, save_result
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import PoseError, RecordingError, SceneError
+from diffcal_ros.fem.activity import during
 from diffcal_ros.offline.observe import observe
 from diffcal_ros.offline.turn_sense import sense_note
 from diffcal_ros.recording.bag_reader import open_recording
@@ -128,6 +129,19 @@ def run_calibration(
     Raises:
         InputError: when something given is wrong, or `out` cannot be written.
     """
+    count = inputs.scene.mesh.tet_count
+    # Many solves of a large body, each of them short, take long as well.
+    with during(f'fit of a body of {count:,} tetrahedra', 3 * count):
+        return _run_calibration(inputs, settings, out, on_iteration, report)
+
+
+def _run_calibration(
+    inputs: OfflineInputs,
+    settings: CalibrationSettings,
+    out: Path,
+    on_iteration: Progress | None,
+    report: Callable[[str], None],
+) -> tuple[Calibration, CalibrationResult]:
     calibration = Calibration(inputs.scene, inputs.observations, settings)
     check_profiles(calibration, settings.profile)
     details = describe_inputs(inputs, settings)

@@ -62,6 +62,11 @@ def int_array(values: NDArray[np.integer[Any]], device: str) -> Any:
     return wp.array(np.ascontiguousarray(values), dtype=wp.int32, device=device)
 
 
+def shared(values: NDArray[Any], dtype: Any, device: str) -> Any:
+    """Return numbers that neither side will change; on the CPU in the same memory."""
+    return wp.array(np.ascontiguousarray(values), dtype=dtype, device=device, copy=False)
+
+
 def zero_points(shape: int | tuple[int, ...], device: str) -> Any:
     """Return zero vectors in double precision."""
     return wp.zeros(shape, dtype=wp.vec3d, device=device)

@@ -67,6 +67,20 @@ def test_the_innermost_work_of_the_longest_busy_thread_is_told() -> None:
     assert busy_with() is None
 
 
+def test_short_work_is_passed_over_for_the_long_work_around_it(monkeypatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(activity.time, 'monotonic', lambda: now[0])
+    with during('a fit', MANY):
+        now[0] += 5.0
+        with during('an equilibrium', MANY):
+            now[0] += 1.0
+            assert busy_with() == ('an equilibrium', 1.0)
+            assert busy_with(2.0) == ('a fit', 6.0)
+            now[0] += 2.0
+            assert busy_with(2.0) == ('an equilibrium', 3.0)
+        assert busy_with(9.0) is None
+
+
 def test_a_failure_ends_what_is_told() -> None:
     with pytest.raises(ValueError, match='broken'), during('work', MANY):
         raise ValueError('broken')

@@ -287,16 +287,19 @@ def _write_and_report(
             others are.
     """
     from diffcal_ros.errors import InputError
+    from diffcal_ros.fem.activity import during
     from diffcal_ros.report.pages.field_section import field_text
     from diffcal_ros.report.tables.effective_table import effective_lines
     from diffcal_ros.report.tables.result_table import result_text
     from diffcal_ros.report.tables.scene_table import format_rows
 
     rows, faults = [('result', str(out / _RESULT))], list(told)
+    count = 3 * calibration.scene.mesh.tet_count
     try:
         for name, path, write in _files(out, calibration, result, field):
             try:
-                write()
+                with during(f'writing {path}', count):
+                    write()
                 rows.append((name, str(path)))
             except InputError as error:
                 faults.append(str(error))

@@ -7,7 +7,11 @@ from types import ModuleType
 from typing import Any
 
 from diffcal_ros.fem.elements.element import Discretisation
-from diffcal_ros.fem.elements.element_kernels import ElementKernels, make_element_kernels
+from diffcal_ros.fem.elements.element_kernels import (
+    ElementKernels,
+    growth_unforeseen,
+    make_element_kernels,
+)
 from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
 from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.material import LameParameters
@@ -16,6 +20,7 @@ from diffcal_ros.warp_runtime.device_array import (
     float_array,
     int_array,
     point_array,
+    shared,
     upload,
     zero_floats,
     zero_points,
@@ -160,20 +165,59 @@ class Stiffness:
 
     def __init__(self, body: ElasticBody, pattern: SparsePattern) -> None:
         self._body = body
-        self._slots = int_array(pattern.slots, body.device)
+        self._slots = shared(pattern.slots, wp.int32, body.device)
         self._values = zero_floats(pattern.entry_count, body.device)
+        self._growths = zero_floats(body.discretisation.weights.shape, body.device)
+        self._foresees = bool(getattr(body.law, 'PRESSES_BY_VOLUME', False))
+        self._last_step: FloatArray | None = None
 
-    def values(self, positions: FloatArray, *, is_guarded: bool = False) -> FloatArray:
+    def foresee(self, before: FloatArray, step: FloatArray) -> None:
+        """Keep a step [m] and where it began, for `values` of `is_foreseen`; shape (N, 3) each."""
+        if self._foresees:
+            self._last_step = np.stack([before, step])
+
+    @property
+    def knows_step(self) -> bool:
+        """Tell whether there is a step to foresee pressures by."""
+        return self._last_step is not None
+
+    def forget_step(self) -> None:
+        """Foresee nothing until there is another step."""
+        self._last_step = None
+
+    def values(
+        self, positions: FloatArray, *, is_guarded: bool = False, is_foreseen: bool = False
+    ) -> FloatArray:
         """Return the entries [N/m] at node positions [m], shape (nnz,).
 
         Args:
             positions: shape (N, 3).
             is_guarded: leave out what makes the matrix indefinite far from equilibrium.
+            is_foreseen: with the pressures that the linear model of the last step foresaw. A step
+                puts volumes wrong by its square, which near nu = 0.5 makes pressures that the
+                step after takes back. As in a method that has pressures as unknowns, forces are
+                those of the volumes, and only the stiffness knows the pressures.
         """
         body = self._body
+        foresees = is_foreseen and self.knows_step
+        if foresees:
+            self._compare_volumes(positions)
         upload(body._positions, positions)
         self._values.zero_()
         body._launch(
-            body._kernels.stiffness, [body._positions, self._slots, is_guarded], [self._values]
+            body._kernels.stiffness,
+            [body._positions, self._slots, is_guarded, self._growths, foresees],
+            [self._values],
         )
         return download(self._values)
+
+    def _compare_volumes(self, positions: FloatArray) -> None:
+        body = self._body
+        assert self._last_step is not None
+        before, step, now = (
+            point_array(each, body.device) for each in (*self._last_step, positions)
+        )
+        inputs = [body._nodes, body._gradients, before, step, now]
+        body._launcher.launch(
+            growth_unforeseen, len(body.discretisation.nodes), inputs, [self._growths]
+        )

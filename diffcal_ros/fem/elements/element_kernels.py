@@ -61,6 +61,35 @@ def scatter_block(
                 wp.atomic_add(values, slot, block[i, j])
 
 
+@wp.func
+def stiffness_of_pressure(F: wp.mat33d, gradient_a: wp.vec3d, gradient_b: wp.vec3d):
+    """Return what a unit of pressure on the cofactor of F adds between two nodes."""
+    turn = F * wp.cross(gradient_a, gradient_b)
+    zero = wp.float64(0.0)
+    return wp.mat33d(zero, turn[2], -turn[1], -turn[2], zero, turn[0], turn[1], -turn[0], zero)
+
+
+@wp.kernel(module='unique', enable_backward=False)
+def growth_unforeseen(
+    # In:
+    nodes: wp.array2d[wp.int32],
+    gradients: wp.array3d[wp.vec3d],
+    before: wp.array[wp.vec3d],  # (N,) [m]
+    step: wp.array[wp.vec3d],  # (N,) [m]
+    positions: wp.array[wp.vec3d],  # (N,) [m] after the step
+    # Out:
+    growths: wp.array2d[wp.float64],  # (T, q) ratio of volumes foreseen less that which came
+):
+    """Compare the volumes after a step with its linear model's."""
+    tet = wp.tid()
+    for point in range(growths.shape[1]):
+        F = gradient_at(before, nodes, gradients, tet, point)
+        rate = gradient_at(step, nodes, gradients, tet, point) * wp.inverse(F)
+        foreseen = wp.determinant(F) * (wp.float64(1.0) + wp.trace(rate))
+        came = wp.determinant(gradient_at(positions, nodes, gradients, tet, point))
+        growths[tet, point] = foreseen - came
+
+
 @dataclass(frozen=True)
 class ElementKernels:
     """The kernels of one energy law."""
@@ -238,6 +267,8 @@ def _stiffness_kernel(law: ModuleType) -> Any:
         positions: wp.array[wp.vec3d],
         slots: wp.array3d[wp.int32],  # (T, pairs, 9) place of each entry in values, or -1
         is_guarded: wp.bool,
+        growths: wp.array2d[wp.float64],  # (T, q) the pressure is that of volumes other by these
+        has_growths: wp.bool,
         # Out:
         values: wp.array[wp.float64],  # upper triangle of the stiffness [N/m], accumulated
     ):
@@ -245,12 +276,15 @@ def _stiffness_kernel(law: ModuleType) -> Any:
         for point in range(weights.shape[1]):
             F = gradient_at(positions, nodes, gradients, tet, point)
             here = evaluate_point(F, mu[tet], lam[tet], is_guarded)
+            more = weights[tet, point] * lam[tet] * growths[tet, point]
             pair = wp.int32(0)
             for a in range(nodes.shape[1]):
                 for b in range(a, nodes.shape[1]):
-                    block = weights[tet, point] * stiffness_block(
-                        here, gradients[tet, point, a], gradients[tet, point, b]
-                    )
+                    ga = gradients[tet, point, a]
+                    gb = gradients[tet, point, b]
+                    block = weights[tet, point] * stiffness_block(here, ga, gb)
+                    if has_growths:
+                        block += more * stiffness_of_pressure(F, ga, gb)
                     scatter_block(block, slots, tet, pair, values)
                     pair += 1
 

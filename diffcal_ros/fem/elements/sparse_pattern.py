@@ -10,7 +10,7 @@ from diffcal_ros.fem.elements.element import Discretisation
 from diffcal_ros.fem.elements.nested_dissection import dissect, Dissection
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -51,6 +51,14 @@ class SparsePattern:
     def entry_count(self) -> int:
         """Number of stored entries."""
         return len(self.row_indices)
+
+    def times(self, values: FloatArray, vector: FloatArray) -> FloatArray:
+        """Multiply the matrix with these entries, shape (nnz,), and a vector, shape (3 M,)."""
+        parts = (values, self.row_indices, self.column_starts)
+        lower = csc_matrix(parts, shape=(self.size, self.size), copy=False)
+        upper = csr_matrix(parts, shape=(self.size, self.size), copy=False)
+        result: FloatArray = lower @ vector + upper @ vector
+        return result - values[self.diagonal_slots] * vector
 
     @cached_property
     def graph(self) -> csr_matrix:

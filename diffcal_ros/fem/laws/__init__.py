@@ -4,7 +4,9 @@
 
 A law is linear in two constants of each tetrahedron and gives CONVERSION (how they follow from
 Lame's parameters), TAKES_TURNING_STEPS (whether Newton steps should turn elements instead of
-stretching them), and the Warp functions and struct that `element_kernels` asks for.
+stretching them), and the Warp functions and struct that `element_kernels` asks for. Where its
+stress has a pressure on the cofactor of F that grows by the second constant with det F, as near
+nu = 0.5, PRESSES_BY_VOLUME = True saves Newton steps.
 """
 
 from importlib import import_module

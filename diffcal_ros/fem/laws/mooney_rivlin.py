@@ -21,6 +21,7 @@ RATIO = 0.25  # C01 / C10, as Arnavaz et al. 2023 fix it.
 # kappa such that a small change of volume measures the bulk modulus lambda + 2/3 mu.
 CONVERSION = LameConversion(1.0, 2.0 / 3.0 + (1.0 - 2.0 * RATIO) / (3.0 * (1.0 + RATIO)))
 TAKES_TURNING_STEPS = True
+PRESSES_BY_VOLUME = True
 
 _FIRST = wp.constant(wp.float64(1.0 / (1.0 + RATIO)))  # 2 C10 / mu
 _SECOND = wp.constant(wp.float64(RATIO / (1.0 + RATIO)))  # 2 C01 / mu

@@ -17,6 +17,7 @@ wp.set_module_options({'enable_backward': False})
 
 CONVERSION = NEO_HOOKEAN_CONVERSION
 TAKES_TURNING_STEPS = True
+PRESSES_BY_VOLUME = True
 
 
 @wp.struct

@@ -46,6 +46,7 @@ class FrontalPlan:
         table: of each front its parent, n, m, where its places begin in `into`, and `update`,
             `pivots` and `panel`, see `Front`; shape (fronts, 7).
         into: places of each front's border among its parent's `own` and `border`.
+        own_columns: how many of each front's border are its parent's own.
         store_size: numbers of all factors.
         stack_sizes: numbers that wait at most on each stack.
         indices: of the pattern's entries in the store, shape (nnz,).
@@ -54,9 +55,10 @@ class FrontalPlan:
     fronts: tuple[Front, ...]
     table: IntArray
     into: IntArray
+    own_columns: tuple[int, ...]
     store_size: int
     stack_sizes: tuple[int, int]
-    indices: LongArray
+    indices: IntArray
 
 
 def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
@@ -88,9 +90,14 @@ def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
         fronts=fronts,
         table=np.array(table, dtype=np.int32),
         into=np.concatenate(into).astype(np.int32),
+        own_columns=tuple(
+            0 if parent < 0 else int(np.searchsorted(places, len(fronts[parent].own)))
+            for places, parent in zip(into, dissection.parents, strict=True)
+        ),
         store_size=last.panel + len(last.own) * len(last.border),
         stack_sizes=stack_sizes,
-        indices=_entry_indices(pattern, rank, ends, borders, fronts, per_node),
+        # Numbers past 32 bits would not fit into `table` either.
+        indices=_entry_indices(pattern, rank, ends, borders, fronts, per_node).astype(np.int32),
     )
 
 

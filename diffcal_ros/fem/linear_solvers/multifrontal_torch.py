@@ -13,7 +13,7 @@ from typing import Any
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
-from diffcal_ros.fem.linear_solvers.frontal_kernels import add_update_double
+from diffcal_ros.fem.linear_solvers.frontal_kernels import add_update
 from diffcal_ros.fem.linear_solvers.frontal_plan import Front, make_plan
 from diffcal_ros.fem.linear_solvers.interface import NotPositiveDefiniteError
 from diffcal_ros.warp_runtime.launcher import Launcher
@@ -125,7 +125,7 @@ class TorchMultifrontalSolver:
         block.left.zero_()
         for child in front.children:
             self._launcher.launch(
-                add_update_double,
+                add_update,
                 len(self._plan.fronts[child].border),
                 [child, self._table, self._into, self._stacks[1 - front.stack]],
                 [self._store_for_warp, self._stacks[front.stack]],
@@ -153,7 +153,7 @@ class TorchMultifrontalSolver:
                 f'the factors of {len(self._order):,} unknowns take {needed:.1f} GB, which '
                 f'{device} does not have free: use a coarser mesh, or device cpu'
             ) from error
-        self._indices = torch.from_numpy(plan.indices).to(device)
+        self._indices = torch.from_numpy(plan.indices).to(device).long()
         self._failed = torch.zeros(len(plan.fronts), dtype=torch.int32, device=device)
         # Warp's arrays look at the same memory.
         self._store_for_warp = wp.from_torch(self._store, dtype=wp.float64)

@@ -33,6 +33,11 @@ _MOST_POOR_STEPS = 15
 # new one.
 _HELD_CONTRACTION = 0.1
 _HELD_PROMISE = 1e-6
+# Below this share a step puts volumes wrong by so little that pressures need not be foreseen, and
+# derivatives can use the factorisation.
+_FORESEEN_PROMISE = 1e-3
+# After a step that promised more than this share iterations with an old factorisation end nowhere.
+_FAR_PROMISE = 1e-2
 _ARMIJO = 1e-4
 _SHORTEST_STEP = 1e-6
 # A fall of the energy by less than this share may drown in its rounding, which grows with the
@@ -160,21 +165,20 @@ class EquilibriumSolver:
                 return self._finish(positions if largest < before else last, loads, counts)
             is_rounded = largest < rounding_of_forces(self.stiffness.stiffest, positions)
             step = None
-            if is_warm and self.stiffness.is_patient:
-                # Iterations begin with the old factorisation as it is, and say if that will do.
-                goal = _step_goal(largest, before, tolerance)
-                step = self.stiffness.iterate(
-                    positions, force, goal, _MAX_STEP_STEPS, _STEP_TOLERANCE
-                )
-            elif (
-                counts.new
+            is_close = (
+                counts.new > 0
                 and promise < _HELD_PROMISE * abs(energy)
                 and largest < _HELD_CONTRACTION * before
-            ):
-                step = self.stiffness.solve_by_last_factor(force)
+            )
+            is_far = _FAR_PROMISE * abs(energy) < promise < float('inf')
+            if (is_close or (is_warm and not is_far)) and self.stiffness.is_patient:
+                goal = _step_goal(largest, before, tolerance)
+                step = self._step_by_last_factor(positions, force, goal)
             counts.add(is_held=step is not None)
             if step is None:
-                step = self.stiffness.solve_by_new_factor(positions, force)
+                step = self.stiffness.solve_by_new_factor(
+                    positions, force, is_foreseen=promise > _FORESEEN_PROMISE * abs(energy)
+                )
             before, slope = largest, float(force @ step)
             if slope < _LEAST_PROMISE * abs(energy):
                 return self._finish(positions, loads, counts)
@@ -184,12 +188,28 @@ class EquilibriumSolver:
                 last, positions = positions, self._advance(positions, direction, 1.0)
                 continue
             higher, promise = energy, slope
-            positions, energy = self._line_search(positions, direction, slope, energy, loads)
+            start = positions
+            positions, energy, length = self._line_search(
+                positions, direction, slope, energy, loads
+            )
+            self.stiffness.foresee(start, length * direction)
             if counts.lead_nowhere(is_poor=higher - energy < _POOR_GAIN * slope):
                 break
         raise EquilibriumError(
             f'no equilibrium after {counts.new + counts.held} Newton steps: the body may be too '
             "soft for its load (raise the start of Young's modulus) or its held part too small"
+        )
+
+    def _step_by_last_factor(
+        self, positions: FloatArray, force: FloatArray, goal: float
+    ) -> FloatArray | None:
+        """Iterate with the old factorisation; None: a new one takes less time.
+
+        Iterations begin with it as it is, and say if that will do.
+        """
+        stiffness = self.stiffness
+        return stiffness.iterate(
+            positions, force, goal, _MAX_STEP_STEPS, _STEP_TOLERANCE, stiffness.patience
         )
 
     def _line_search(
@@ -199,17 +219,17 @@ class EquilibriumSolver:
         slope: float,
         energy: float,
         loads: FloatArray,
-    ) -> tuple[FloatArray, float]:
-        """Halve the step until the energy falls as its slope promises."""
+    ) -> tuple[FloatArray, float, float]:
+        """Halve the step until the energy falls as its slope promises; return its length last."""
         rounding = 1e-12 * abs(energy)
         length = 1.0
         while True:
             trial = self._advance(positions, direction, length)
             trial_energy = self._potential(trial, loads)
             if trial_energy <= energy - _ARMIJO * length * slope + rounding:
-                return trial, trial_energy
+                return trial, trial_energy, length
             if slope < _UNRESOLVED * abs(energy) and self._is_calmer(trial, positions, loads):
-                return trial, trial_energy
+                return trial, trial_energy, length
             length *= 0.5
             if length < _SHORTEST_STEP:
                 raise EquilibriumError(

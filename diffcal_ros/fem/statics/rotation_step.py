@@ -18,9 +18,8 @@ from diffcal_ros.fem.linear_solvers.multifrontal import MultifrontalSolver
 from diffcal_ros.fem.statics.rotation_step_kernels import add_turned_gradients
 from diffcal_ros.warp_runtime.device_array import (
     download,
-    float_array,
-    int_array,
     point_array,
+    shared,
     upload,
     zero_points,
 )
@@ -50,9 +49,9 @@ class RotationStep:
         self._to_held = laplacian[free_nodes][:, self._held]
         self._solve = _solver(laplacian[free_nodes][:, free_nodes].tocsc(), pattern)
         self._launcher = Launcher(device)
-        self._nodes = int_array(discretisation.nodes, device)
-        self._gradients = point_array(discretisation.gradients, device)
-        self._weights = float_array(discretisation.weights, device)
+        self._nodes = shared(discretisation.nodes, wp.int32, device)
+        self._gradients = shared(discretisation.gradients, wp.vec3d, device)
+        self._weights = shared(discretisation.weights, wp.float64, device)
         self._positions = point_array(discretisation.rest_nodes, device)
         self._direction = zero_points(discretisation.node_count, device)
         self._right_side = zero_points(discretisation.node_count, device)
@@ -102,6 +101,7 @@ def _solver(matrix: csc_matrix, pattern: SparsePattern) -> Callable[[FloatArray]
     owner = np.repeat(np.arange(len(pattern.free_nodes)), np.diff(pattern.block_starts))
     frontal = MultifrontalSolver(pattern, is_exact=True, per_node=1)
     frontal.factor(np.asarray(matrix[pattern.neighbours, owner]).ravel())
+    frontal.finish()
     return frontal.solve
 
 

@@ -3,6 +3,7 @@
 """The stiffness of a body and of all that acts on it at some positions, and solves with it."""
 
 from collections.abc import Sequence
+from functools import partial
 
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.activity import during
@@ -22,11 +23,16 @@ _LINEAR_TOLERANCE = 1e-10
 _LEAST_TOLERANCE = 1e-8
 # With a factorisation in single precision each iteration gains two digits.
 _ROUNDED_TOLERANCE = 1e-4
+# Far from equilibrium a step's own model leaves more.
+_FAR_TOLERANCE = 1e-2
 _MAX_ROUNDED_STEPS = 8
 _SOLVED_TOLERANCE = 1e-11
 _MAX_LINEAR_STEPS = 25
 _MAX_PATIENT_STEPS = 200
 _MAX_SHIFTS = 12
+# Since a factorisation the body has moved by less of its length: so few iterations will do.
+_CLOSE = 1e-3
+_CLOSE_STEPS = 5
 
 
 class EquilibriumError(NotSimulatedError):
@@ -93,9 +99,11 @@ class TangentStiffness:
             forces += term.force_tangent(positions, direction)
         return forces
 
-    def values(self, positions: FloatArray, *, is_guarded: bool = False) -> FloatArray:
+    def values(
+        self, positions: FloatArray, *, is_guarded: bool = False, is_foreseen: bool = False
+    ) -> FloatArray:
         """Return the stiffness of the body and of all terms in the pattern [N/m], shape (nnz,)."""
-        values = self._stiffness.values(positions, is_guarded=is_guarded)
+        values = self._stiffness.values(positions, is_guarded=is_guarded, is_foreseen=is_foreseen)
         for term in self.terms:
             values += term.stiffness(positions, is_guarded=is_guarded)
         return values
@@ -118,7 +126,7 @@ class TangentStiffness:
     def _solve_sides(self, positions: FloatArray, right_sides: FloatArray) -> FloatArray:
         free_sides = right_sides[:, self._free].reshape(len(right_sides), -1)
         is_stale = not self.is_factored_at(positions)
-        if not self.has_factor or (is_stale and len(right_sides) > self._solver.few_sides):
+        if not self.has_factor or (is_stale and len(right_sides) > self._few_sides(positions)):
             self.factor(positions)
         solution = np.zeros_like(right_sides)
         if self._solver.is_exact and self.is_factored_at(positions):
@@ -127,6 +135,15 @@ class TangentStiffness:
             found = np.stack([self._solve_side(positions, side) for side in free_sides])
         solution[:, self._free] = found.reshape(len(right_sides), -1, 3)
         return solution
+
+    def _few_sides(self, positions: FloatArray) -> int:
+        """Return for how many sides iterations with the last factorisation take less time."""
+        last = self._factor_positions
+        if last is None or self._factor_material != self.body.material_count:
+            return self._solver.few_sides
+        moved = float(np.abs(positions - last).max())
+        is_close = moved < _CLOSE * float(np.ptp(positions, axis=0).max())
+        return max(self._solver.few_sides, is_close * self._solver.patience // _CLOSE_STEPS)
 
     def factor_at(self, positions: FloatArray) -> None:
         """Factor the stiffness at an equilibrium [m], shape (N, 3), unless that was done."""
@@ -147,11 +164,24 @@ class TangentStiffness:
             and np.array_equal(self._factor_positions, positions)
         )
 
-    def factor(self, positions: FloatArray) -> None:
-        """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be."""
+    def foresee(self, before: FloatArray, step: FloatArray) -> None:
+        """Keep a step [m] and where it began for the next factorisation, shape (N, 3) each."""
+        self._stiffness.foresee(before, step)
+
+    def factor(self, positions: FloatArray, *, is_foreseen: bool = False) -> FloatArray:
+        """Factor the stiffness; where it is indefinite, its guarded form, shifted if need be.
+
+        Args:
+            positions: [m], shape (N, 3).
+            is_foreseen: with the pressures of the last step, see `Stiffness.values`.
+
+        Returns:
+            The entries that were factored, shape (nnz,).
+        """
         self._factor_positions = None
         self._iterations = 0
-        values = self.values(positions)
+        is_foreseen = is_foreseen and self._stiffness.knows_step
+        values = self.values(positions, is_foreseen=is_foreseen)
         diagonal = self.pattern.diagonal_slots
         self.stiffest = float(values[diagonal].max())
         shift = 0.0
@@ -165,30 +195,38 @@ class TangentStiffness:
                     values[diagonal] += shift
                 continue
             self.has_factor = True
-            if attempt == 0:
+            if attempt == 0 and not is_foreseen:
                 self._factor_positions = positions.copy()
                 self._factor_material = self.body.material_count
-            return
+            return values
         raise EquilibriumError(
             'the stiffness stays indefinite: the body may be turned inside out; start from a '
             'stiffer material'
         )
 
-    def solve_by_new_factor(self, positions: FloatArray, force: FloatArray) -> FloatArray:
-        """Solve by a factorisation that is made for it; shape (3 M,)."""
-        self.factor(positions)
-        if self._solver.is_exact or not self.is_factored_at(positions):
+    def solve_by_new_factor(
+        self, positions: FloatArray, force: FloatArray, *, is_foreseen: bool = False
+    ) -> FloatArray:
+        """Solve by a factorisation that is made for it, see `factor`; shape (3 M,)."""
+        values = self.factor(positions, is_foreseen=is_foreseen)
+        if self._solver.is_exact:
             return self._solver.solve(force)
-        found = self.iterate(positions, force, _ROUNDED_TOLERANCE, _MAX_ROUNDED_STEPS)
+        product = partial(self.pattern.times, values)
+        tolerance = _FAR_TOLERANCE if is_foreseen else _ROUNDED_TOLERANCE
+        found = conjugate_gradient(
+            product, self._solver.solve, force, tolerance, _MAX_ROUNDED_STEPS
+        )
         return self._solver.solve(force) if found is None else found
-
-    def solve_by_last_factor(self, force: FloatArray) -> FloatArray:
-        """Solve with the last factorisation as it is; shape (3 M,)."""
-        return self._solver.solve(force)
 
     def begin(self) -> None:
         """Count iterations anew: another solution begins."""
         self._iterations = 0
+        self._stiffness.forget_step()
+
+    @property
+    def patience(self) -> int:
+        """Iterations with the last factorisation that take about as long as a new one."""
+        return self._solver.patience
 
     @property
     def is_patient(self) -> bool:
@@ -218,6 +256,7 @@ class TangentStiffness:
         tolerance: float,
         max_steps: int,
         enough: float = 0.0,
+        patience: float = np.inf,
     ) -> FloatArray | None:
         """Solve stiffness times x = b at `positions` with the last factorisation, (3 M,).
 
@@ -231,5 +270,5 @@ class TangentStiffness:
             return self.force_tangent(positions, direction)[self._free].ravel()
 
         return conjugate_gradient(
-            product, self._solver.solve, right_side, tolerance, max_steps, enough
+            product, self._solver.solve, right_side, tolerance, max_steps, enough, patience
         )

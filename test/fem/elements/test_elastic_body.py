@@ -5,6 +5,7 @@
 from diffcal_ros.fem.elements.elastic_body import ElasticBody
 from diffcal_ros.fem.elements.element import discretise, Element
 from diffcal_ros.fem.elements.sparse_pattern import make_pattern
+from diffcal_ros.fem.laws import find_law, law_names
 from diffcal_ros.material import LameConvention, LameParameters, Material
 import numpy as np
 import pytest
@@ -158,3 +159,60 @@ def test_small_stretch_measures_youngs_modulus(convention, shear_share) -> None:
     # The paper's numbers measure another modulus than the one they are made from.
     is_kept = expected_modulus == pytest.approx(modulus, rel=1e-9)
     assert is_kept == (convention is LameConvention.CONSISTENT)
+
+
+def _cofactors(body: ElasticBody, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return det F and its derivative by F, shapes (T, q) and (T, q, 3, 3)."""
+    of = body.discretisation
+    F = np.einsum('tai,tqaj->tqij', positions[of.nodes], of.gradients)
+    volumes = np.linalg.det(F)
+    return volumes, volumes[..., None, None] * np.linalg.inv(F).swapaxes(-1, -2)
+
+
+def _forces_of(body: ElasticBody, stresses: np.ndarray) -> np.ndarray:
+    of = body.discretisation
+    forces = np.zeros_like(of.rest_nodes)
+    at_nodes = np.einsum('tq,tqij,tqaj->tai', of.weights, stresses, of.gradients)
+    np.add.at(forces, of.nodes, at_nodes)
+    return forces
+
+
+@pytest.mark.parametrize('name', law_names())
+def test_a_law_says_whether_it_presses_by_volume(name, random) -> None:
+    law = find_law(name)
+    body = ElasticBody(discretise(beam_mesh((3, 1, 2)), Element.QUADRATIC), law=law)
+    positions = body.discretisation.rest_nodes * np.array([1.1, 0.97, 1.05])
+    positions += 1e-4 * random.normal(size=positions.shape)
+    ones = np.ones(len(body.discretisation.nodes))
+    force = body.force_of_lame_parameters(positions, LameParameters(0.0 * ones, ones))
+    volumes, cofactors = _cofactors(body, positions)
+    expected = _forces_of(body, (volumes - 1.0)[..., None, None] * cofactors)
+    is_same = np.allclose(force, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+    assert is_same == getattr(law, 'PRESSES_BY_VOLUME', False)
+
+
+@pytest.mark.parametrize('element', ELEMENTS)
+@pytest.mark.parametrize('step', STEPS)
+def test_stiffness_has_the_pressure_that_the_last_step_foresaw(element, step, random) -> None:
+    body, positions = _body(element, random)
+    lam = body.lame_parameters_on_device[1].numpy()
+    pattern = make_pattern(body.discretisation, np.zeros(0, dtype=np.int32))
+    stiffness = body.make_stiffness(pattern)
+    without = stiffness.values(positions)
+    last = 1e-3 * random.normal(size=positions.shape)
+    stiffness.foresee(positions - last, last)
+    more = stiffness.values(positions, is_foreseen=True) - without
+
+    before, slope = _cofactors(body, positions - last)
+    change = np.einsum(
+        'tai,tqaj->tqij', last[body.discretisation.nodes], body.discretisation.gradients
+    )
+    foreseen = before + (slope * change).sum(axis=(2, 3))
+    excess = lam[:, None] * (foreseen - _cofactors(body, positions)[0])
+    direction = random.normal(size=positions.shape)
+    ends = [_cofactors(body, positions + sign * step * direction)[1] for sign in (1.0, -1.0)]
+    expected = _forces_of(body, excess[..., None, None] * (ends[0] - ends[1]) / (2.0 * step))
+    found = pattern.times(more, direction.ravel()).reshape(-1, 3)
+    np.testing.assert_allclose(found, expected, atol=_RELATIVE * np.abs(expected).max())
+    stiffness.forget_step()
+    np.testing.assert_array_equal(stiffness.values(positions, is_foreseen=True), without)

@@ -73,6 +73,7 @@ def test_a_matrix_with_one_unknown_a_node_is_solved(random) -> None:
     dense = _dense(values, pattern.neighbours, pattern.block_starts)
     solver = MultifrontalSolver(pattern, is_exact=True, per_node=1)
     solver.factor(values)
+    solver.finish()
     sides = random.normal(size=(len(pattern.free_nodes), 3))
     np.testing.assert_allclose(solver.solve(sides), np.linalg.solve(dense, sides), atol=1e-12)
 
@@ -182,3 +183,21 @@ def test_who_needs_exact_solutions_gets_them_from_a_large_body_too() -> None:
     pattern = _pattern(_bent_mesh())
     assert not make_solver(pattern, 'multifrontal').is_exact
     assert make_solver(pattern, 'multifrontal', needs_exact=True).is_exact
+
+
+def test_close_to_its_factorisation_one_side_is_solved_by_iterations(monkeypatch, random) -> None:
+    body = StaticBody(_bent_mesh(), Element.QUADRATIC, held_end(_bent_mesh(), 0.012))
+    stiffness = body.solver.stiffness
+    stiffness._solver = MultifrontalSolver(stiffness.pattern, is_exact=True)
+    ones = np.ones(body.mesh.tet_count)
+    body.solve_equilibrium(Material(30e3 * ones, 0.49 * ones, 1e3 * ones), GRAVITY)
+    weights = random.normal(size=(1, *body.own_state.positions.shape))
+    made: list[bool] = []
+    factor = stiffness.factor
+    monkeypatch.setattr(stiffness, 'factor', lambda *given: (made.append(True), factor(*given))[1])
+    close = stiffness.linear_solve(body.own_state.positions, weights)
+    assert not made
+    body.factor()
+    assert made
+    exact = stiffness.linear_solve(body.own_state.positions, weights)
+    np.testing.assert_allclose(close, exact, atol=1e-8 * np.abs(exact).max())

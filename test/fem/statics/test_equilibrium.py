@@ -3,6 +3,7 @@
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.statics.tangent_stiffness import TangentStiffness
 from diffcal_ros.rigid_transform import rotation_matrix
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -89,6 +90,26 @@ def test_warm_and_cold_starts_agree() -> None:
     np.testing.assert_allclose(warm.positions, cold.positions, atol=1e-8)
 
 
+def test_pressures_foreseen_save_factorisations(monkeypatch) -> None:
+    tried: list[bool] = []
+
+    def settled() -> np.ndarray:
+        tried.clear()
+        body = hanging_beam(mesh=beam_mesh((12, 2, 2), (0.2, 0.02, 0.03)))
+        solver = body.solver.stiffness._solver
+        factor = solver.factor
+        monkeypatch.setattr(solver, 'factor', lambda values: (tried.append(True), factor(values)))
+        state = body.solve_equilibrium(uniform_material(body.mesh, 60e3, 0.499), GRAVITY)
+        return state.positions
+
+    with_pressures = settled()
+    count = len(tried)
+    monkeypatch.setattr(TangentStiffness, 'foresee', lambda *_: None)
+    without = settled()
+    assert 2 * count <= len(tried)
+    np.testing.assert_allclose(with_pressures, without, atol=1e-9)
+
+
 def test_close_by_no_new_factorisation_is_made(monkeypatch) -> None:
     body = hanging_beam()
     body.solve_equilibrium(uniform_material(body.mesh, 30e3), GRAVITY)
@@ -96,7 +117,7 @@ def test_close_by_no_new_factorisation_is_made(monkeypatch) -> None:
     stiffness = body.solver.stiffness
     make = stiffness.factor
     monkeypatch.setattr(
-        stiffness, 'factor', lambda positions: (made.append(True), make(positions))
+        stiffness, 'factor', lambda *given, **kinds: (made.append(True), make(*given, **kinds))[1]
     )
     state = body.solve_equilibrium(uniform_material(body.mesh, 27e3), GRAVITY)
     assert state.held_steps > 0
