@@ -16,7 +16,8 @@ from diffcal_ros.fem.held_part import HeldPart, HeldPath, shifted_path
 from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.fem.own_frame import moved_mesh, own_origin
 from diffcal_ros.fem.statics.applied_conditions import AppliedConditions
-from diffcal_ros.fem.statics.equilibrium import Equilibrium, EquilibriumError, EquilibriumSolver
+from diffcal_ros.fem.statics.coupled_solver import coupled_solver
+from diffcal_ros.fem.statics.equilibrium import Equilibrium, EquilibriumError
 from diffcal_ros.fem.statics.force_changes import (
     Change,
     ForceChanges,
@@ -91,14 +92,7 @@ class StaticBody:
         self.elastic = ElasticBody(self.own_discretisation, law=law, device=device)
         self.cable_routes = tuple(cables)
         self.cables = tuple(CableTerm(route, self.discretisation) for route in cables)
-        self.solver = EquilibriumSolver(
-            self.elastic,
-            self.held_nodes,
-            solver=solver,
-            coupled_nodes=[cable.nodes for cable in self.cables],
-        )
-        for cable in self.cables:
-            cable.use_pattern(self.solver.stiffness.pattern)
+        self.solver = coupled_solver(self.elastic, self.held_nodes, self.cables, solver)
         rest = self.own_discretisation.rest_nodes
         self._way_from_rest = WayFromRest(self.solver, rest, self.cables)
         self._conditions = AppliedConditions(
