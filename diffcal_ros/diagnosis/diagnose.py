@@ -113,7 +113,7 @@ def diagnose(
     if disagreement.is_worth_naming:
         with RefitPool(evaluator, nominal, report, jobs=settings.jobs) as pool:
             selection = select(pool, scores)
-        choice = choose(selection, evaluator)
+        choice = choose(selection, evaluator, nominal)
     # A load that is held is as good as at rest.
     if choice is not None and not all(evaluator.discretisation_error.is_slow):
         report('finding what mesh and time step cost there')

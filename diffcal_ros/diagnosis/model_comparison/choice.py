@@ -5,8 +5,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import AS_WELL, Selection
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import excess_over, Part
 import numpy as np
@@ -36,17 +38,28 @@ class Choice:
     runner_up: str | None
 
 
-def choose(selection: Selection, evaluator: PatchEvaluator) -> Choice | None:
-    """Return the favoured model; None where there is none."""
+def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> Choice | None:
+    """Return the favoured model; None where there is none.
+
+    Args:
+        selection: refitted models.
+        evaluator: of the nominal model.
+        nominal: its fit: what may as well be absent explains no more than that.
+    """
     best = selection.best
     if best is None:
         return None
-    rivals = selection.singles if len(best.added) == 1 else selection.pairs
+    rivals = [
+        hypothesis
+        for hypothesis in (selection.singles if len(best.added) == 1 else selection.pairs)
+        if hypothesis is best
+        or not (
+            hypothesis.is_at_bound or has_doubtful_effect(hypothesis, nominal, selection.singles)
+        )
+    ]
     levels: dict[tuple[str, ...], float] = {}
     for hypothesis in rivals:
         level = hypothesis.log_evidence / selection.noise_scale
-        if hypothesis.is_at_bound and hypothesis is not best:
-            continue
         key = hypothesis.identifiers
         levels[key] = max(levels.get(key, -np.inf), level)
     top = levels[best.identifiers]

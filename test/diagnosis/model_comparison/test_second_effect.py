@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import second_effect
+from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated
 from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of
@@ -169,7 +170,7 @@ def selection(screened, tilted) -> Selection:
 
 def test_one_effect_that_leaves_noise_and_two_others_are_left_open(selection, screened):
     assert selection.rival is selection.pairs[0]
-    choice = choose(selection, screened[0])
+    choice = choose(selection, *screened[:2])
     assert choice.hypothesis is selection.singles[0]
     assert choice.confidence <= 0.5
     assert choice.alike == ('gravity_tilt', 'clamp_offset', 'depth_affine')
@@ -187,3 +188,16 @@ def test_what_a_form_explains_or_one_pose_alone_wants_is_no_second_name(selectio
     kept = replace(selection, added=added)
     assert kept.rival is None
     assert kept.best is selection.singles[0]
+
+
+def test_what_may_as_well_be_absent_is_no_rival(screened, tilted):
+    """A depth error that is not there leaves what the model without it leaves: nobody's twin."""
+    evaluator, nominal, scores = screened
+    affine = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine').candidate
+    absent = try_effects(evaluator, nominal, [affine], {}, max_iterations=1)
+    assert has_doubtful_effect(absent, nominal)
+    assert not has_doubtful_effect(tilted, nominal)
+    close = replace(absent, fit=replace(absent.fit, log_evidence=tilted.log_evidence - 1.0))
+    choice = choose(Selection((tilted, close)), *screened[:2])
+    assert choice.alike == ('gravity_tilt',)
+    assert choice.confidence == pytest.approx(1.0)
