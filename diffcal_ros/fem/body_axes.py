@@ -4,6 +4,7 @@
 
 from dataclasses import dataclass, replace
 
+from diffcal_ros.errors import InputError
 from diffcal_ros.rigid_transform import apply
 import numpy as np
 from numpy.typing import NDArray
@@ -59,12 +60,21 @@ def body_axes(
         rest: nodes at rest [m], shape (N, 3).
         held: indices of the held ones.
         border: those of them where the clamp ends; None: all.
+
+    Raises:
+        InputError: when nothing is left to deform.
     """
+    if len(held) == len(rest):
+        raise InputError(
+            f'all {len(rest)} nodes are held, by the clamp and what supports the body until it is '
+            'let go: leave some of them free to deform'
+        )
     own = rest[held]
     center = 0.5 * (own.min(axis=0) + own.max(axis=0))
     free = np.delete(rest, held, axis=0)
     middle = free.mean(axis=0)
-    _, _, axes = np.linalg.svd(free - middle, full_matrices=False)
+    # Fewer than three points have fewer rows than a frame needs, unless all are asked for.
+    _, _, axes = np.linalg.svd(free - middle, full_matrices=len(free) < 3)
     # Signs that do not depend on the mesh: along away from the clamp, across towards larger
     # coordinates, and right-handed.
     if (middle - center) @ axes[0] < 0.0:

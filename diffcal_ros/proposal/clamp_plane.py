@@ -76,7 +76,8 @@ def find_clamp_plane(
     along = apply(object_from_depth, points) @ direction
     nearer = drawn[rows, columns] - depth[rows, columns]
     reach = max(_NEARER, _GAPS * gap)
-    is_hidden, is_seen = nearer > reach, np.abs(nearer) <= reach
+    # What is looked through is not in a clamp either.
+    is_hidden, is_seen = nearer > reach, nearer <= reach
     rest = mesh.rest_positions @ direction
     low = float(rest.max() - _SHARE * np.ptp(rest))
     slices, hidden = _hidden_shares(along, is_hidden, is_seen, low, float(rest.max()))

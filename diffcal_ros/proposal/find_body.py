@@ -24,9 +24,9 @@ Tell = Callable[[str], None]
 _PART, _PARTS, _FITS = 0.05, 4, 5
 # What is not covered or not explained counts so much of it.
 _UNEXPLAINED = 0.5
-# A fit that did not settle, one that would bend no less if it were stiffer, and what a clamp is
-# away from the marker on it beyond a hand's breadth [m] count against a place by so much.
-_UNSETTLED, _UNBENT, _HAND, _PER_METRE = 0.05, 0.12, 0.08, 1.0
+# A fit that did not settle, and one that would bend no less if it were stiffer, count against a
+# place by so much.
+_UNSETTLED, _UNBENT = 0.05, 0.12
 _SETTLED = (Outcome.CONVERGED, Outcome.MODEL_DISAGREES, Outcome.AMBIGUOUS)
 # The clamp's plane and the fit follow each other until the plane moves by less [m].
 _PLANE_SETTLED, _ROUNDS = 0.0008, 4
@@ -76,7 +76,9 @@ def find_body(
     setup = scene.observations[0]
     gravity = observation.depth_from_world[:3, :3] @ setup.gravity
     gravity /= np.linalg.norm(gravity)
-    search = PlaceSearch(scene.mesh, observation.depth, observation.camera, gravity)
+    search = PlaceSearch(
+        scene.mesh, observation.depth, observation.camera, gravity, _marker(scene, observation)
+    )
     shapes = bent_shapes(
         scene.mesh, possible_holds(scene.mesh), scene.regions[0].density.start, tell
     )
@@ -99,6 +101,13 @@ def find_body(
     tell('fitting the place with the elements of the scene, and looking where the clamp begins')
     settled = _settled(scene, observation, best)
     return FoundBody(settled, merit, rivals, _slides_alike(slid))
+
+
+def _marker(scene: Scene, observation: Observation) -> FloatArray | None:
+    """Return the middle of the marker in the camera's frame [m], shape (3,); None: none."""
+    if scene.marker is None:
+        return None
+    return apply(observation.depth_from_world, scene.marker.world_from_marker[:3, 3])
 
 
 def _fitted(
@@ -147,10 +156,6 @@ def _merit(scene: Scene, observation: Observation, search: PlaceSearch, fit: Pla
         merit -= _UNSETTLED
     if result.outcome in (Outcome.NOT_IDENTIFIABLE, Outcome.AT_BOUND):
         merit -= _UNBENT
-    if scene.marker is not None:
-        held = fit.points[fit.hold.vertices(scene.mesh)].mean(axis=0)
-        marker = apply(observation.depth_from_world, scene.marker.world_from_marker[:3, 3])
-        merit -= _PER_METRE * max(0.0, float(np.linalg.norm(held - marker)) - _HAND)
     return float(merit) if np.isfinite(merit) else -np.inf
 
 

@@ -35,6 +35,8 @@ _MOST_PLACES = 2000
 _COARSE_TOLERANCE, _FINE_TOLERANCE = 0.008, 0.005
 # So many places of different bodies are looked at closely, one from each so-large part of space.
 _CLOSER, _APART = 80, 0.025
+# A clamp is within a hand's breadth of the marker on it [m]; beyond, a place loses so much.
+_HAND, _PER_METRE = 0.08, 1.0
 # First steps [m], [rad], and how often they are halved.
 _SHIFT, _TURN, _HALVINGS = 0.008, np.deg2rad(10.0), 3
 
@@ -68,6 +70,7 @@ class PlaceSearch:
         depth: NDArray[np.float32],
         camera: PinholeCamera,
         gravity: FloatArray,
+        marker: FloatArray | None = None,
     ) -> None:
         """Thin the image.
 
@@ -76,8 +79,10 @@ class PlaceSearch:
             depth: z [m], shape (H, W), NaN where invalid.
             camera: of the image.
             gravity: its direction in the camera's frame, unit, shape (3,).
+            marker: middle of a marker on the rig in the camera's frame [m], shape (3,); None:
+                there is none.
         """
-        self._mesh, self._gravity = mesh, gravity
+        self._mesh, self._gravity, self._marker = mesh, gravity, marker
         self._coarse = ImageScore(depth, camera, max(1, round(camera.width / _COARSE)))
         self._fine = ImageScore(depth, camera, max(1, round(camera.width / _FINE)))
         points = self._coarse.surface_points()
@@ -109,23 +114,26 @@ class PlaceSearch:
         upright = turn_onto(shape.gravity, self._gravity)
         middle = self._places.mean(axis=0)
         view = middle / np.linalg.norm(middle)
+        held = shape.positions[shape.hold.vertices(self._mesh)].mean(axis=0)
         found = []
         for angle in np.arange(_TURNS) * (2.0 * np.pi / _TURNS):
             rotation = rotation_matrix(angle * self._gravity) @ upright
             sample = sampler.look(rotation, view, *_COARSELY)
             if sample is None:
                 continue
-            place, score = self._best_place(sample)
+            place, score = self._best_place(sample, rotation @ held - sample.origin)
             found.append(Candidate(shape, transform(rotation, place - sample.origin), score))
         return found
 
-    def _best_place(self, sample: ShapeSample) -> tuple[FloatArray, float]:
+    def _best_place(self, sample: ShapeSample, held: FloatArray) -> tuple[FloatArray, float]:
+        away = self._away_from_marker(self._places + held)
         rough = self._coarse.roughly_at(sample.surface[:_FIRST], self._places, _COARSE_TOLERANCE)
+        rough = rough - away
         count = max(1, int(_KEPT * len(rough)))
-        kept = self._places[np.argpartition(-rough, count - 1)[:count]]
-        scores = self._coarse.at(sample, kept, _COARSE_TOLERANCE)
+        kept = np.argpartition(-rough, count - 1)[:count]
+        scores = self._coarse.at(sample, self._places[kept], _COARSE_TOLERANCE) - away[kept]
         best = int(np.argmax(scores))
-        return kept[best], float(scores[best])
+        return self._places[kept[best]], float(scores[best])
 
     def _closer(self, candidate: Candidate) -> Candidate:
         """Move and turn a body by steps that become smaller until the image agrees no better."""
@@ -143,7 +151,7 @@ class PlaceSearch:
         return best
 
     def score(self, candidate: Candidate) -> float:
-        """Return how well the image agrees with a body in its place, 1 at best."""
+        """Return how well image and marker agree with a body in its place, 1 at best."""
         sampler = ShapeSampler(self._mesh, candidate.shape, 3 * _SAMPLED)
         return self._scored(sampler, candidate).score
 
@@ -155,7 +163,21 @@ class PlaceSearch:
         if sample is None:
             return replace(candidate, score=-np.inf)
         place = (sample.origin + pose[:3, 3])[None]
-        return replace(candidate, score=float(self._fine.at(sample, place, _FINE_TOLERANCE)[0]))
+        held = candidate.points[candidate.shape.hold.vertices(self._mesh)].mean(axis=0)
+        score = self._fine.at(sample, place, _FINE_TOLERANCE) - self._away_from_marker(held[None])
+        return replace(candidate, score=float(score[0]))
+
+    def _away_from_marker(self, held: FloatArray) -> FloatArray:
+        """Return what held parts lose that are beyond the reach of the marker, shape (P,).
+
+        Args:
+            held: their middles in the camera's frame [m], shape (P, 3).
+        """
+        if self._marker is None:
+            return np.zeros(len(held))
+        away = np.linalg.norm(held - self._marker, axis=1)
+        loss: FloatArray = _PER_METRE * np.maximum(0.0, away - _HAND)
+        return loss
 
 
 def turn_onto(source: FloatArray, target: FloatArray) -> FloatArray:

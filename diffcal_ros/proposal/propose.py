@@ -35,6 +35,9 @@ _ANY_MODULUS = 1e5
 _LEAST_MERIT = 0.1
 # A doubt about the clamp beyond this is told [m].
 _SURE = 0.003
+# A cantilever under its weight sags by the fourth power of its free length over the modulus, so
+# that so many times the share of a doubt about the length is one about the modulus; told beyond.
+_MODULUS_POWER, _MODULUS_SURE = 4.0, 0.05
 
 
 @dataclass(frozen=True)
@@ -276,8 +279,14 @@ def _clamp_doubts(found: FoundBody, mesh: TetMesh) -> list[str]:
             'a guess; measure how much of the body it holds'
         ]
     doubts = []
-    if clamp.doubt > _SURE:
-        doubts.append(f'the clamp may begin {1e3 * clamp.doubt:.0f} mm nearer or farther')
+    free = clamp.plane - float((mesh.rest_positions @ found.fit.hold.direction).min())
+    share = _MODULUS_POWER * clamp.doubt / free
+    if clamp.doubt > _SURE or share > _MODULUS_SURE:
+        doubts.append(
+            f'the clamp may begin {1e3 * clamp.doubt:.0f} mm nearer or farther, and the modulus '
+            f'be about {100.0 * share:.0f} % lower or higher with that, beside the error that a '
+            'fit states'
+        )
     if clamp.is_oblique:
         doubts.append(
             'the camera looks from behind the front of the clamp, which may hide some of the free '

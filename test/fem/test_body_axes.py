@@ -4,7 +4,12 @@
 
 from dataclasses import replace
 
+from diffcal_ros.errors import InputError
 from diffcal_ros.fem.body_axes import body_axes
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.motion.inputs import Release
+from diffcal_ros.fem.motion.moving_body import MovingBody
+from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.scene.model import HeldPart, ObservationSetup, Scene
 from diffcal_ros.scene.posing import object_axes
@@ -67,3 +72,22 @@ def test_axes_of_large_bodies_take_no_more_room_than_their_points():
     rest = np.random.default_rng(6).random((250_000, 3)) * [0.3, 0.1, 0.05]
     axes = body_axes(rest, np.flatnonzero(rest[:, 0] < 0.25).astype(np.int32))
     np.testing.assert_allclose(axes.section @ axes.section.T, np.eye(3), atol=1e-12)
+
+
+@pytest.mark.parametrize('free', [1, 2])
+def test_a_body_with_hardly_a_free_node_has_axes(free):
+    """A support may hold all but a few until it lets go."""
+    rest = beam_mesh((6, 3, 2)).rest_positions
+    axes = body_axes(rest, np.arange(free, len(rest), dtype=np.int32)).axes
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+
+
+def test_a_support_that_leaves_nothing_free_is_refused():
+    mesh = beam_mesh((3, 1, 1))
+    everything = np.arange(mesh.vertex_count, dtype=np.int32)
+    clamp = held_end(mesh)
+    support = np.setdiff1d(everything, clamp).astype(np.int32)
+    body = StaticBody(mesh, Element.LINEAR, clamp)
+    with pytest.raises(InputError, match='leave some of them free to deform'):
+        MovingBody(body, Release(support, 0.0))

@@ -104,3 +104,13 @@ def test_an_image_without_depth_shows_no_body(mesh, shape):
 
 def test_a_candidate_knows_where_its_vertices_are(shape, pose):
     assert Candidate(shape, pose, 0.0).points == pytest.approx(apply(pose, shape.positions))
+
+
+def test_a_clamp_beyond_the_reach_of_the_marker_counts_against_a_place(mesh, shape, pose, depth):
+    candidate = Candidate(shape, pose, 0.0)
+    held = apply(pose, shape.positions[HOLD.vertices(mesh)]).mean(axis=0)
+    free = PlaceSearch(mesh, depth, CAMERA, DOWN).score(candidate)
+    for away, loss in ((0.05, 0.0), (0.18, 0.1), (0.38, 0.3)):
+        marker = held + away * np.array([0.6, 0.0, 0.8])
+        score = PlaceSearch(mesh, depth, CAMERA, DOWN, marker).score(candidate)
+        assert score == pytest.approx(free - loss, abs=1e-9)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Fit the moduli that a simulator needs to the recordings that the material's were fitted to."""
+"""Fit what a simulator needs to the recordings that the material's numbers were fitted to."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,6 +8,8 @@ import math
 from typing import Any
 
 from diffcal_ros.calibration.calibrate import Calibration
+from diffcal_ros.calibration.forward.body_factory import instants
+from diffcal_ros.calibration.forward.moving_posture import MovingPosture
 from diffcal_ros.calibration.forward.posture import Posture, RestingPosture
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.parameters import Kind
@@ -17,9 +19,11 @@ from diffcal_ros.calibration.results.result import CalibrationResult, FittedPara
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError, NotSimulatedError
+from diffcal_ros.export.effective.effective_fit import EffectiveFit, EffectiveValue
+from diffcal_ros.export.effective.run_motion import RunMotion
 from diffcal_ros.export.effective.run_posture import RunPosture
-from diffcal_ros.export.effective.shape_match import choose, match_shapes
-from diffcal_ros.export.effective.simulators import find_run, Run, Simulator
+from diffcal_ros.export.effective.shape_match import choose, match_shapes, match_swing
+from diffcal_ros.export.effective.simulators import find_run, find_swing, Simulator
 from diffcal_ros.export.effective.target_scene import placed_observations, target_scene
 from diffcal_ros.export.exported_body import exported_body
 from diffcal_ros.fem.laws import USUAL_LAW
@@ -33,85 +37,6 @@ _NOTHING = Gap(float('nan'), float('nan'), 0.0, 0)
 
 
 @dataclass(frozen=True)
-class EffectiveModulus:
-    """One modulus as the material has it and as a simulator needs it.
-
-    Attributes:
-        name: as in the fit.
-        material: of the material, the mesh's error taken off, as a small stretch measures it [Pa].
-        material_std: standard error, the mesh's part included [Pa].
-        effective: for the simulator's elements on this very mesh [Pa].
-        effective_std: standard error [Pa].
-    """
-
-    name: str
-    material: float
-    material_std: float
-    effective: float
-    effective_std: float
-
-
-@dataclass(frozen=True)
-class EffectiveFit:
-    """What a simulator needs, and what it leaves.
-
-    Attributes:
-        simulator: its name.
-        way: what was simulated with, in words.
-        is_run: the simulator itself was.
-        moduli: one a fitted modulus.
-        poissons_ratios: of the material and for the simulator, by region.
-        gap_material: that the simulator leaves with the material's moduli.
-        gap_effective: with the effective ones.
-        gap_own: that the calibration left with its own elements.
-        off_material: how far its vertices are from the calibrated body's with the material's
-            moduli, the largest [m].
-        off_effective: with the effective ones.
-        outcome: how the fit ended.
-        notes: sentences for a person.
-    """
-
-    simulator: str
-    way: str
-    is_run: bool
-    moduli: tuple[EffectiveModulus, ...]
-    poissons_ratios: dict[str, tuple[float, float]]
-    gap_material: Gap
-    gap_effective: Gap
-    gap_own: Gap
-    off_material: float
-    off_effective: float
-    outcome: Outcome
-    notes: tuple[str, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return what `result.json` holds of it."""
-        return {
-            'simulated_with': self.way,
-            'simulator_was_run': self.is_run,
-            'outcome': self.outcome.value,
-            'moduli': {
-                own.name: {
-                    'material': {'value': own.material, 'std_error': own.material_std},
-                    'effective': {'value': own.effective, 'std_error': own.effective_std},
-                    'unit': 'Pa',
-                }
-                for own in self.moduli
-            },
-            'poissons_ratios': {
-                name: {'material': first, 'effective': second}
-                for name, (first, second) in self.poissons_ratios.items()
-            },
-            'gap_with_material': self.gap_material.as_dict(),
-            'gap_with_effective': self.gap_effective.as_dict(),
-            'gap_of_calibration': self.gap_own.as_dict(),
-            'largest_offset_with_material_mm': 1e3 * self.off_material,
-            'largest_offset_with_effective_mm': 1e3 * self.off_effective,
-            'notes': list(self.notes),
-        }
-
-
-@dataclass(frozen=True)
 class _TargetFit:
     """What every fit with a simulator's elements shares.
 
@@ -120,25 +45,37 @@ class _TargetFit:
         observations: of the calibration, with the cameras where that found them.
         own: the calibrated vertices as each camera sees them [m], shape (V, 3) each.
         names: of the moduli.
-        run: the simulator; None: this package's model of its elements.
+        dampings: names of what the simulator's swings are fitted by besides.
+        simulator: the moduli are for.
+        is_run: the simulator itself is; else this package's model of its elements stands in.
     """
 
     settings: CalibrationSettings
     observations: tuple[Observation, ...]
     own: list[FloatArray]
     names: tuple[str, ...]
-    run: Run | None
+    dampings: tuple[str, ...]
+    simulator: Simulator
+    is_run: bool
 
     @classmethod
     def after(
-        cls, calibration: Calibration, result: CalibrationResult, run: Run | None
+        cls,
+        calibration: Calibration,
+        result: CalibrationResult,
+        simulator: Simulator,
+        *,
+        is_run: bool,
     ) -> '_TargetFit':
         """Prepare them after a calibration and its result."""
         names, given = _fitted_moduli(calibration), calibration.settings
         final = _coordinates(calibration, result)
+        dampings = tuple(
+            own.name for own in calibration.parameters if is_run and own.kind is Kind.DAMPING
+        )
         return cls(
             CalibrationSettings(
-                fit=names,
+                fit=(*names, *dampings),
                 solver=given.solver,
                 device=given.device,
                 with_mesh_error=False,
@@ -147,20 +84,35 @@ class _TargetFit:
             placed_observations(calibration, final),
             calibrated_points(calibration, final),
             names,
-            run,
+            dampings,
+            simulator,
+            is_run,
         )
 
     def prepared(self, scene: Scene) -> Calibration:
-        """Return a fit of the moduli in the simulator's scene."""
+        """Return a fit of moduli, and dampings, in the simulator's scene."""
 
         def stand_in(index: int, own: Posture[Any]) -> Posture[Any]:
-            assert isinstance(own, RestingPosture)
-            assert self.run is not None
-            return RunPosture(own, exported_body(scene, scene.observations[index]), self.run)
+            return self._stand_in(scene, index, own)
 
         return Calibration(
-            scene, self.observations, self.settings, stand_in=stand_in if self.run else None
+            scene, self.observations, self.settings, stand_in=stand_in if self.is_run else None
         )
+
+    def _stand_in(self, scene: Scene, index: int, own: Posture[Any]) -> Posture[Any]:
+        """Return the simulator in the place of one observation's body."""
+        setup = scene.observations[index]
+        body = exported_body(scene, setup)
+        if isinstance(own, RestingPosture):
+            run = find_run(self.simulator)
+            assert run is not None
+            return RunPosture(own, body, run)
+        assert isinstance(own, MovingPosture)
+        swing = find_swing(self.simulator)
+        assert swing is not None
+        times = instants(self.observations, index)
+        own_law = replace(scene, law=self.simulator.law)
+        return RunMotion(own, own_law, setup, times, body, swing)
 
     def matched(self, material: Scene) -> tuple[Scene, dict[str, float]]:
         """Return the scene with ratios for linear elements, and moduli to start from [Pa]."""
@@ -176,6 +128,24 @@ class _TargetFit:
         values = linear.parameters.values(chosen.coordinates)
         regions = tuple(_lowered(region, chosen.ceiling) for region in material.regions)
         return replace(material, regions=regions), values
+
+    def swung(self, target: Calibration, start: FloatArray) -> tuple[Outcome, dict[str, float]]:
+        """Match the calibrated motion by the simulator's; return how that went, and its numbers.
+
+        Not by images: linear elements leave millimetres in them, of which a robust loss makes
+        little, and a swing that is too fast or too lively less still.
+        """
+        found = match_swing(target, self.own, start)
+        if found is None:
+            raise InputError(
+                f"{self.simulator.name} finds no motion with the numbers that this package's "
+                'linear elements need: take a finer mesh'
+            )
+        target.go_to(found.coordinates)
+        values = target.parameters.values(found.coordinates)
+        names = (*self.names, *self.dampings)
+        outcome = Outcome.CONVERGED if found.is_settled else Outcome.NOT_CONVERGED
+        return outcome, {name: values[name] for name in names}
 
     def look(self, target: Calibration, coordinates: FloatArray) -> tuple[Gap, float]:
         """Return the gap that the simulator leaves, and how far it is from the calibrated body."""
@@ -222,12 +192,12 @@ def fit_effective(
         InputError: when no modulus was fitted, the loss has no likelihood, or the simulator finds
             no state to start from.
     """
-    run, notes = _choose(fitted, simulator)
-    target_fit = _TargetFit.after(calibration, result, run)
-    way = _way(simulator, is_run=run is not None)
+    is_run, notes = _choose(fitted, simulator)
+    target_fit = _TargetFit.after(calibration, result, simulator, is_run=is_run)
+    way = _way(simulator, is_run=is_run)
     report(f'{simulator.name}: the gap with the material, by {way}')
     # Where the simulator itself is run, the law only says where it begins.
-    material = target_scene(fitted, simulator.law if run is None else USUAL_LAW)
+    material = target_scene(fitted, USUAL_LAW if is_run else simulator.law)
     target = target_fit.prepared(material)
     start = _materials(target, result)
     gap_material, off_material = target_fit.look(target, start)
@@ -235,23 +205,32 @@ def fit_effective(
     scene, begin = target_fit.matched(material)
     report(f'{simulator.name}: fitting the effective modulus')
     fitter = target_fit.prepared(scene)
-    fitter.go_to(_begin(fitter, begin))
-    found = fitter.run()
+    start_there = _begin(fitter, begin)
+    if target_fit.dampings:
+        outcome, values = target_fit.swung(fitter, start_there)
+        errors = dict.fromkeys(values, 0.0)
+    else:
+        fitter.go_to(start_there)
+        found = fitter.run()
+        outcome, values = found.outcome, found.values()
+        errors = {name: found[name].std_error for name in target_fit.names}
     gap_effective, off_effective = target_fit.look(fitter, fitter.coordinates)
     return EffectiveFit(
         simulator=simulator.name,
         way=way,
-        is_run=run is not None,
+        is_run=is_run,
         moduli=tuple(
-            _modulus(target, start, result[name], found[name]) for name in target_fit.names
+            _modulus(target, start, result[name], values[name], errors[name])
+            for name in target_fit.names
         ),
+        dampings=tuple(_damping(result[name], values[name]) for name in target_fit.dampings),
         poissons_ratios=_ratios(material, scene),
         gap_material=gap_material,
         gap_effective=gap_effective,
         gap_own=result.gap_end,
         off_material=off_material,
         off_effective=off_effective,
-        outcome=found.outcome,
+        outcome=outcome,
         notes=notes,
     )
 
@@ -290,26 +269,26 @@ def _fitted_moduli(calibration: Calibration) -> tuple[str, ...]:
     return names
 
 
-def _choose(scene: Scene, simulator: Simulator) -> tuple[Run | None, tuple[str, ...]]:
-    """Return how the simulator is run, or None and why not."""
-    run = find_run(simulator)
-    if run is None:
+def _choose(scene: Scene, simulator: Simulator) -> tuple[bool, tuple[str, ...]]:
+    """Tell whether the simulator itself is run, or why not."""
+    if find_run(simulator) is None:
         if not simulator.package:
-            return None, (f'{simulator.name} itself was not run: only its elements are modelled',)
-        return None, (
+            return False, (f'{simulator.name} itself was not run: only its elements are modelled',)
+        return False, (
             f'{simulator.name} is not installed, so only its elements are modelled: '
             f"`pip install 'diffcal_ros[{simulator.package}]'` runs it",
         )
     reason = _beyond_runs(scene)
     if reason:
-        return None, (f'{simulator.name} itself was not run: {reason}',)
-    return run, ()
+        return False, (f'{simulator.name} itself was not run: {reason}',)
+    return True, ()
 
 
 def _beyond_runs(scene: Scene) -> str:
     """Say what of a scene no simulator is given; empty for nothing."""
-    if any(setup.motion is not None for setup in scene.observations):
-        return 'the body moves, and simulators are run to rest only'
+    motions = [own.motion for own in scene.observations if own.motion is not None]
+    if any(motion.is_slow for motion in motions):
+        return 'the body creeps, and simulators are given no creep'
     if any(part.turn is not None for setup in scene.observations for part in setup.held):
         return 'the clamp turns, and simulators are given one that stays'
     if scene.cables:
@@ -343,21 +322,34 @@ def _fine(fitted: FittedParameter) -> float:
 
 
 def _modulus(
-    target: Calibration, start: FloatArray, material: FittedParameter, found: FittedParameter
-) -> EffectiveModulus:
+    target: Calibration, start: FloatArray, material: FittedParameter, value: float, error: float
+) -> EffectiveValue:
     """Put both moduli together.
 
     The simulator's own fit knows cameras as the calibration found them, so its error lacks their
     doubt. What moves one modulus moves the other in proportion: the relative error is at least
     the statistical one of the material.
     """
-    index = target.parameters.names.index(found.name)
-    value = target.parameters.parameters[index].value(start[index])
-    relative = max(material.error_in_model / material.value, found.std_error / found.value)
-    return EffectiveModulus(
-        name=found.name,
-        material=value,
-        material_std=material.std_error * value / material.value,
-        effective=found.value,
-        effective_std=relative * found.value,
+    index = target.parameters.names.index(material.name)
+    own = target.parameters.parameters[index].value(start[index])
+    relative = max(material.error_in_model / material.value, error / value)
+    return EffectiveValue(
+        name=material.name,
+        material=own,
+        material_std=material.std_error * own / material.value,
+        effective=value,
+        effective_std=relative * value,
+        unit='Pa',
+    )
+
+
+def _damping(material: FittedParameter, value: float) -> EffectiveValue:
+    """Put both dampings together; errors as for moduli."""
+    return EffectiveValue(
+        name=material.name,
+        material=_fine(material),
+        material_std=material.std_error,
+        effective=value,
+        effective_std=material.error_in_model / material.value * value,
+        unit='Pa s',
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Run Newton until a body is at rest.
+"""Run Newton until a body is at rest, or at given times after it was let go.
 
 By `SolverSemiImplicit`: `SolverVBD` stops each step far from its solution with usual numbers of
 iterations. Its steps are short, so that the way to rest is dynamic relaxation with kinetic damping
@@ -13,6 +13,7 @@ import math
 from diffcal_ros.export.exported_body import ExportedBody
 from diffcal_ros.export.players import play_newton
 from diffcal_ros.export.targets.newton import arrays
+from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 import numpy as np
 from numpy.typing import NDArray
@@ -55,3 +56,27 @@ def come_to_rest(body: ExportedBody, start: FloatArray) -> FloatArray:
                 return positions
         energy = now
     raise EquilibriumError(f'Newton did not come to rest within {_MOST_STEPS} steps')
+
+
+def swing(body: ExportedBody, start: FloatArray, times: FloatArray) -> FloatArray:
+    """Return where Newton's vertices are at some times, shape (S, V, 3); see `simulators.Swing`.
+
+    Args:
+        body: to be simulated.
+        start: vertices where it is let go [m], shape (V, 3).
+        times: since then [s], ascending, shape (S,).
+
+    Raises:
+        MotionError: when it falls apart.
+    """
+    stepper = play_newton.Stepper(arrays(body), start)
+    frames, taken = np.empty((len(times), *start.shape)), 0
+    for frame, time in zip(frames, times, strict=True):
+        due = int(time / stepper.step)
+        stepper.advance(due - taken)
+        taken = due
+        # The rest of the way is less than a step.
+        frame[:] = stepper.positions + (time - due * stepper.step) * stepper.velocities
+    if not np.isfinite(frames).all():
+        raise MotionError('Newton: the body fell apart after it was let go')
+    return frames

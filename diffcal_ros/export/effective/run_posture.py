@@ -80,7 +80,7 @@ class RunPosture:
         inputs, rates = states.inputs, []
         for change in changes:
             low, high = (
-                self._rest(replace(inputs, material=_changed(inputs, change, step)))
+                self._rest(replace(inputs, material=changed_material(inputs, change, step)))
                 for step in (-self._difference, self._difference)
             )
             rates.append((high - low) / (2.0 * self._difference))
@@ -104,20 +104,28 @@ class RunPosture:
             start = self._settled.positions[0]
         except EquilibriumError:
             start = self._exported.mesh.rest_positions if self._last is None else self._last
-        modulus, ratio = constants_at_rest(inputs.material)
-        body = replace(
-            self._exported,
-            youngs_modulus=modulus,
-            poissons_ratio=ratio,
-            density=inputs.material.density,
-            gravity=inputs.gravity,
-        )
-        self._last = self._run(body, start)
+        self._last = self._run(body_with(self._exported, inputs), start)
         return self._last
 
 
-def _changed(inputs: PostureInputs, change: Change, step: float) -> Material:
-    """Return the material a step along a change."""
+def body_with(body: ExportedBody, inputs: PostureInputs) -> ExportedBody:
+    """Return a body with the material and the gravity of some inputs."""
+    modulus, ratio = constants_at_rest(inputs.material)
+    return replace(
+        body,
+        youngs_modulus=modulus,
+        poissons_ratio=ratio,
+        density=inputs.material.density,
+        gravity=inputs.gravity,
+    )
+
+
+def changed_material(inputs: PostureInputs, change: Change, step: float) -> Material:
+    """Return the material a step along a change.
+
+    Raises:
+        NotImplementedError: for a change of gravity or conditions.
+    """
     if change.gravity is not None or change.conditions is not None or change.beyond_gradient:
         raise NotImplementedError('a simulator that is run follows the material alone')
     material = inputs.material

@@ -26,6 +26,7 @@ CEILINGS = (0.45, 0.4, 0.35, 0.3, 0.2, 0.1, 0.0)
 _WORTH = 1.2
 _MOST_EVALUATIONS = 12
 _SETTLED = 1e-3  # Of the change in the moduli's logarithms.
+_MOTION = 0.99  # So much of a motion, of its squares, is followed.
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,14 @@ class ShapeMatch:
     Attributes:
         ceiling: no region's Poisson's ratio is above it.
         coordinates: of the moduli and ratios, shape (k,).
-        distance: of the vertices from the calibrated ones, RMS [m].
+        distance: of the vertices from the calibrated ones, RMS; of a swing, of that along it [m].
+        is_settled: the numbers moved no more at the end.
     """
 
     ceiling: float
     coordinates: FloatArray
     distance: float
+    is_settled: bool = True
 
 
 def match_shapes(target: Calibration, wanted: Sequence[FloatArray]) -> list[ShapeMatch]:
@@ -72,41 +75,88 @@ def choose(matches: Sequence[ShapeMatch]) -> ShapeMatch:
     return next(own for own in matches if own.distance <= _WORTH * best)
 
 
-def _match(
-    target: Calibration, wanted: Sequence[FloatArray], ceiling: float, coordinates: FloatArray
+def match_swing(
+    target: Calibration, wanted: Sequence[FloatArray], coordinates: FloatArray
 ) -> ShapeMatch | None:
-    """Fit the moduli; None where the body finds no equilibrium to start from."""
-    moduli = target.parameters.find(Kind.YOUNGS_MODULUS)
+    """Match a motion by moduli and dampings; None where none is found to start from.
+
+    What is compared is how far the body is along the motions that the calibrated one makes.
+    Linear tetrahedra bend a body sideways as well, where their diagonals lie all one way; the
+    calibrated one does not, and more damping would be found only to quench that.
+
+    Args:
+        target: whose bodies the simulator lets swing.
+        wanted: calibrated vertices as each observation's camera sees them [m], shape (V, 3) each.
+        coordinates: of its parameters to start from, shape (k,).
+    """
+    kinds = (Kind.YOUNGS_MODULUS, Kind.DAMPING)
+    return _match(target, wanted, 0.5, coordinates, kinds, _ways(target, wanted))
+
+
+def _ways(target: Calibration, wanted: Sequence[FloatArray]) -> list[FloatArray | None]:
+    """Return directions of each observation's motion, shape (m, 3V); None of a body at rest."""
+    owners = [own.setup_index for own in target.model.observations]
+    ways: dict[int, FloatArray | None] = {}
+    for owner in set(owners):
+        pairs = zip(wanted, owners, strict=True)
+        frames = np.array([points.reshape(-1) for points, own in pairs if own == owner])
+        _, sizes, directions = np.linalg.svd(frames - frames.mean(axis=0), full_matrices=False)
+        shares = np.cumsum(sizes**2) / max(float((sizes**2).sum()), 1e-300)
+        count = int(np.searchsorted(shares, _MOTION)) + 1
+        ways[owner] = directions[:count] if sizes[0] > 0.0 else None
+    return [ways[owner] for owner in owners]
+
+
+def _match(
+    target: Calibration,
+    wanted: Sequence[FloatArray],
+    ceiling: float,
+    coordinates: FloatArray,
+    kinds: Sequence[Kind] = (Kind.YOUNGS_MODULUS,),
+    ways: Sequence[FloatArray | None] | None = None,
+) -> ShapeMatch | None:
+    """Fit moduli, and what else is asked for; None where the body finds no state to start from."""
+    fitted = [index for kind in kinds for index in target.parameters.find(kind)]
+    along = [None] * len(wanted) if ways is None else ways
 
     def moved(change: FloatArray) -> FloatArray:
         there = coordinates.copy()
-        there[moduli] += change
+        there[fitted] += change
         return there
 
     def residual(change: FloatArray) -> FloatArray:
         try:
-            return _residual(target, wanted, moved(change))
+            off = _off(target, wanted, moved(change))
         except NotSimulatedError:  # A step that ends so is shortened.
-            return np.full(3 * sum(map(len, wanted)), np.nan)
+            off = [np.full_like(own, np.nan) for own in wanted]
+        return np.concatenate([_along(own, way) for own, way in zip(off, along, strict=True)])
 
     def jacobian(change: FloatArray) -> FloatArray:
         tangents = target.model.tangents(moved(change))
-        return np.concatenate([own[moduli].reshape(len(moduli), -1) for own in tangents], axis=1).T
+        columns = [
+            np.array([_along(one, way) for one in own[fitted]])
+            for own, way in zip(tangents, along, strict=True)
+        ]
+        return np.concatenate(columns, axis=1).T
 
-    nothing = np.zeros(len(moduli))
+    nothing = np.zeros(len(fitted))
     if np.isnan(residual(nothing)).any():
         return None
     # From no change the trust region begins with a step of one in the logarithm of the moduli.
     found = least_squares(
         residual, nothing, jacobian, xtol=_SETTLED, gtol=None, max_nfev=_MOST_EVALUATIONS
     )
-    distance = float(np.sqrt(3.0 * np.mean(found.fun**2)))
-    return ShapeMatch(ceiling, moved(found.x), distance)
+    distance = float(np.sqrt((found.fun**2).sum() / sum(map(len, wanted))))
+    return ShapeMatch(ceiling, moved(found.x), distance, is_settled=found.status > 0)
 
 
-def _residual(
+def _along(off: FloatArray, way: FloatArray | None) -> FloatArray:
+    """Return vertices' offsets as numbers, or how far they are along some directions."""
+    return off.reshape(-1) if way is None else way @ off.reshape(-1)
+
+
+def _off(
     target: Calibration, wanted: Sequence[FloatArray], coordinates: FloatArray
-) -> FloatArray:
+) -> list[FloatArray]:
     views = target.model.views(coordinates)
-    pairs = zip(views, wanted, strict=True)
-    return np.concatenate([(view.points - own).reshape(-1) for view, own in pairs])
+    return [view.points - own for view, own in zip(views, wanted, strict=True)]

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
+from types import ModuleType
+from typing import cast
 
 from diffcal_ros.errors import InputError
 from diffcal_ros.export.exported_body import ExportedBody
@@ -19,6 +21,11 @@ FloatArray = NDArray[np.float64]
 # none.
 Run = Callable[[ExportedBody, FloatArray], FloatArray]
 
+# The same of a motion: a body, vertices where it is let go from rest [m], shape (V, 3), and times
+# since then [s], ascending, shape (S,), in; vertices at these times [m], shape (S, V, 3), out. It
+# raises MotionError where it finds none.
+Swing = Callable[[ExportedBody, FloatArray, FloatArray], FloatArray]
+
 
 @dataclass(frozen=True)
 class Simulator:
@@ -29,7 +36,8 @@ class Simulator:
         law: of this package that is nearest to its own.
         kinship: how near, in words.
         package: that is run where it is installed; empty: none is.
-        module: here, whose `come_to_rest` is a `Run`; empty where none is run.
+        module: here, whose `come_to_rest` is a `Run` and `swing` a `Swing`; empty where none is
+            run.
     """
 
     name: str
@@ -82,7 +90,17 @@ def find_simulator(name: str) -> Simulator:
 
 def find_run(simulator: Simulator) -> Run | None:
     """Return how a simulator is run; None where it is not installed or never is."""
+    module = _module(simulator)
+    return None if module is None else cast(Run, module.come_to_rest)
+
+
+def find_swing(simulator: Simulator) -> Swing | None:
+    """Return how a motion is run; None where the simulator is not installed or never run."""
+    module = _module(simulator)
+    return None if module is None else cast(Swing, module.swing)
+
+
+def _module(simulator: Simulator) -> ModuleType | None:
     if not simulator.package or find_spec(simulator.package) is None:
         return None
-    run: Run = import_module(f'diffcal_ros.export.effective.{simulator.module}').come_to_rest
-    return run
+    return import_module(f'diffcal_ros.export.effective.{simulator.module}')

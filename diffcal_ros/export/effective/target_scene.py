@@ -53,9 +53,14 @@ def _at_rest(region: Region, scene: Scene) -> Region:
     modulus, ratio = (float(column[0]) for column in constants_at_rest(material))
     return replace(
         region,
-        youngs_modulus=Quantity(modulus, modulus / _REACH, modulus * _REACH),
+        youngs_modulus=_unbounded(modulus),
         poissons_ratio=Quantity(ratio, min(ratio, 0.0), 0.4999),
+        damping=None if region.damping is None else _unbounded(region.damping.start),
     )
+
+
+def _unbounded(value: float) -> Quantity:
+    return Quantity(value, value / _REACH, value * _REACH)
 
 
 def placed_observations(

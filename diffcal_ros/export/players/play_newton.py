@@ -3,8 +3,9 @@
 """Build the body of body.npz in Newton and let it sink: `python play_newton.py`.
 
 Needs `pip install newton`. `SolverSemiImplicit` is given the constants of Smith et al. 2018 and as
-short a step as is stable; `--solver vbd` takes Lame's parameters and longer steps, which it ends
-far from their solution unless it has many iterations.
+short a step as is stable, and damps the slowest swing as the material does; `--solver vbd` takes
+Lame's parameters and longer steps, which it ends far from their solution unless it has many
+iterations, and has no damping of the material.
 """
 
 import argparse
@@ -30,7 +31,9 @@ def load(path: Path) -> dict[str, np.ndarray]:
 
 
 def build(
-    body: Mapping[str, np.ndarray], solver: str = _SEMI_IMPLICIT, damping: float = 0.0
+    body: Mapping[str, np.ndarray],
+    solver: str = _SEMI_IMPLICIT,
+    damping: float | np.ndarray = 0.0,
 ) -> newton.ModelBuilder:
     """Return a builder with the body, its clamp and gravity, in a solver's own constants."""
     kind = 'neo_hookean' if solver == _SEMI_IMPLICIT else 'lame'
@@ -67,7 +70,9 @@ def stable_step(body: Mapping[str, np.ndarray]) -> float:
     slopes = np.concatenate([gradients, -gradients.sum(axis=1, keepdims=True)], axis=1)
     heights = 1.0 / np.linalg.norm(slopes, axis=2).max(axis=1)
     speeds = np.sqrt((body['lame_lambda'] + 2.0 * body['lame_mu']) / body['density'])
-    return float(_STABLE * (heights / speeds).min())
+    # What damps such a wave holds its step down, too.
+    slowed = body['gradient_damping'] / (body['density'] * heights * speeds)
+    return float(_STABLE * (heights / speeds / (1.0 + slowed)).min())
 
 
 class Stepper:
@@ -78,7 +83,7 @@ class Stepper:
     """
 
     def __init__(
-        self, body: Mapping[str, np.ndarray], start: np.ndarray, smoothing: float = 0.0
+        self, body: Mapping[str, np.ndarray], start: np.ndarray, smoothing: float | None = None
     ) -> None:
         """Build the body where a simulation begins.
 
@@ -86,11 +91,14 @@ class Stepper:
             body: arrays of the file.
             start: vertices [m], shape (V, 3).
             smoothing: damping of waves by the rate of the deformation gradient, as Rayleigh's
-                factor in steps.
+                factor in steps, in place of the material's damping.
         """
         self.step = stable_step(body)
         stiffness = float((body['lame_lambda'] + 2.0 * body['lame_mu']).min())
-        model = build(body, damping=smoothing * self.step * stiffness).finalize()
+        damping = (
+            body['gradient_damping'] if smoothing is None else smoothing * self.step * stiffness
+        )
+        model = build(body, damping=damping).finalize()
         self._solver = newton.solvers.SolverSemiImplicit(model, enable_tri_contact=False)
         self._now, self._next = model.state(), model.state()
         self._control = model.control()

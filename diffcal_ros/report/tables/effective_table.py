@@ -91,4 +91,10 @@ def _millimetres(length: float) -> str:
 def _notes(fits: Mapping[str, Any]) -> Iterator[str]:
     for simulator, fit in fits.items():
         yield f'{simulator}: by {fit["simulated_with"]}; {fit["outcome"].replace("_", " ")}'
+        for own in fit.get('dampings', {}).values():
+            needed, has = (
+                shown(own[which]['value'], own[which]['std_error'], own['unit']).text()
+                for which in ('effective', 'material')
+            )
+            yield f'{simulator}: damping {needed} for its swings, the material has {has}'
         yield from (f'note: {note}' for note in fit['notes'])

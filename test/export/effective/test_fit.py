@@ -67,7 +67,18 @@ def test_the_exported_body_sags_as_far_as_the_calibrated_one(beam, modelled):
     assert sag(settle_linear(body, SVK), body) < 0.9 * calibrated_sag
     assert sag(settle_linear(effective, SVK), body) == pytest.approx(calibrated_sag, rel=0.03)
     assert effective.mass == body.mass
-    np.testing.assert_array_equal(effective.damping, body.damping)
+
+
+def test_swings_die_out_as_fast_whatever_the_elements_need(beam):
+    """Rayleigh's factor is damping over stiffness: of bodies that are as stiff it is the same."""
+    body = exported_body(beam.fitted, beam.fitted.observations[0])
+    body = replace(body, damping=np.full(body.mesh.tet_count, 90.0))
+    moduli, ratios = {'': 0.6 * body.region_moduli[0]}, {'part_0': 0.2}
+    softer = with_effective(body, EffectiveNumbers(moduli, ratios))
+    np.testing.assert_allclose(softer.stiffness_damping, body.stiffness_damping, rtol=1e-12)
+    assert softer.damping.max() < 0.8 * body.damping.min()
+    found = with_effective(body, EffectiveNumbers(moduli, ratios, {'': 70.0}))
+    np.testing.assert_array_equal(found.damping, np.full(body.mesh.tet_count, 70.0))
 
 
 def test_errors_are_carried_over_in_proportion(beam, modelled):
@@ -135,8 +146,8 @@ def test_linear_elements_that_were_calibrated_need_no_other_modulus():
 def test_a_scene_beyond_a_run_is_modelled_and_that_is_said(beam, monkeypatch, change, words):
     monkeypatch.setattr(fit_module, 'find_run', lambda _: lambda body, start: start)
     scene = replace(beam.fitted, **change)
-    run, notes = fit_module._choose(scene, find_simulator('mujoco'))
-    assert (run is None) == bool(change)
+    is_run, notes = fit_module._choose(scene, find_simulator('mujoco'))
+    assert is_run == (not change)
     assert len(notes) == len(change)
     assert all(words.replace('\\', '') in note for note in notes)
 

@@ -3,13 +3,15 @@
 """Linear elements are matched to a shape, and to themselves exactly."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.export.effective.shape_match import choose, match_shapes, ShapeMatch
+from diffcal_ros.export.effective.shape_match import choose, match_shapes, match_swing, ShapeMatch
 from diffcal_ros.fem.elements.element import Element
 import numpy as np
 import pytest
+from support.moving_beams import moving_model, moving_scene
 from support.scenes import beam_scene, observation, true_depth
 
 FIT = ('youngs_modulus', 'poissons_ratio')
@@ -76,3 +78,29 @@ def test_ratios_without_an_equilibrium_are_left_out(monkeypatch, ceiling):
     calibration = prepared(beam_scene(element=Element.LINEAR, gravity=np.array([0.0, -9.8e6, 0])))
     wanted = [np.zeros((calibration.scene.mesh.vertex_count, 3))]
     assert match_shapes(calibration, wanted) == []
+
+
+def test_a_swing_is_matched_along_itself_and_not_by_what_shakes_it():
+    """Moduli and damping from off by half, with a shiver across that the elements cannot make."""
+    times = (0.0, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3)
+    scene = moving_scene(element=Element.LINEAR, damping=120.0, fit=('youngs_modulus', 'damping'))
+    model = moving_model(scene, times)
+    target = SimpleNamespace(model=model, parameters=model.parameters)
+    truth = model.parameters.start()
+    wanted = [view.points.copy() for view in model.views(truth)]
+    moved = np.array(wanted) - np.mean(wanted, axis=0)
+    _, _, ways = np.linalg.svd(moved.reshape(len(times), -1), full_matrices=False)
+    shiver = np.random.default_rng(5).normal(size=wanted[0].size)
+    shiver -= ways.T @ (ways @ shiver)
+    shiver *= 5e-5 / np.abs(shiver).max()
+    shaken = [
+        points + (-1) ** number * shiver.reshape(points.shape)
+        for number, points in enumerate(wanted)
+    ]
+    names = model.parameters.names
+    start = truth.copy()
+    start[names.index('youngs_modulus')] += 0.15
+    start[names.index('damping')] -= 0.4
+    found = match_swing(target, shaken, start)
+    assert found.is_settled
+    np.testing.assert_allclose(found.coordinates[:2], truth[:2], atol=0.02)

@@ -5,7 +5,7 @@
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.calibration.results.result import CalibrationResult
-from diffcal_ros.export.effective.fit import EffectiveFit, EffectiveModulus
+from diffcal_ros.export.effective.effective_fit import EffectiveFit, EffectiveValue
 from diffcal_ros.report.tables.effective_table import effective_lines, effective_section
 import numpy as np
 
@@ -15,9 +15,10 @@ FOUND = EffectiveFit(
     way='mujoco itself',
     is_run=True,
     moduli=(
-        EffectiveModulus('youngs_modulus.tip', 60e3, 3e3, 41e3, 1.5e3),
-        EffectiveModulus('youngs_modulus.root', 90e3, 4e3, 71e3, 2e3),
+        EffectiveValue('youngs_modulus.tip', 60e3, 3e3, 41e3, 1.5e3, 'Pa'),
+        EffectiveValue('youngs_modulus.root', 90e3, 4e3, 71e3, 2e3, 'Pa'),
     ),
+    dampings=(EffectiveValue('damping', 151.0, 4.0, 120.0, 3.0, 'Pa s'),),
     poissons_ratios={'tip': (0.49, 0.2), 'root': (0.4, 0.2)},
     gap_material=NOWHERE,
     gap_effective=Gap(0.00087, 0.0016, 0.97, 100),
@@ -47,6 +48,7 @@ def test_a_line_for_the_material_and_one_for_the_simulator():
     assert effective.endswith('3.5 mm')
     assert '0.2 / 0.3 mm' in own
     assert 'note: it rained < 2 mm' in text
+    assert 'damping 120.0 +- 3.0 Pa s for its swings, the material has 151.0 +- 4.0 Pa s' in text
 
 
 def test_the_report_has_the_same_and_is_escaped():
