@@ -27,9 +27,10 @@ def add_effective_option(group: Any) -> None:
         nargs='+',
         action='extend',
         default=[],
-        help="also fit the modulus that a simulator's linear elements need on this mesh, with "
-        'the gap that it leaves; `diffcal export` takes it. mujoco itself is run where it is '
-        'installed, the others are modelled',
+        help="also fit the modulus that a simulator's linear elements need on this mesh, and for "
+        'a body that is let go its damping, with the gap that it leaves; `diffcal export` takes '
+        'them. mujoco and newton themselves are run where they are installed, the others are '
+        'modelled',
     )
 
 
