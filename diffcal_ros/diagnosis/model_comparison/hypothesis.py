@@ -208,11 +208,16 @@ def try_effects(
         least = least_log_evidence if best is None else max(least_log_evidence, best.log_evidence)
         begin = {**starts, **more}
         found = _refit_from(evaluator, base, begin, max_iterations, is_robust, least)
-        if found is None:
-            continue
-        if best is None or found.log_evidence > best.log_evidence:
+        if found is not None and (best is None or _is_better(evaluator, found, best)):
             best = found
     return None if best is None else Hypothesis(tuple(added), scene, evaluator, best)
+
+
+def _is_better(evaluator: PatchEvaluator, one: Refit, other: Refit) -> bool:
+    """Tell which of two fits of one model is the better one, by what it was fitted to."""
+    if evaluator.is_measured:
+        return one.log_evidence > other.log_evidence
+    return evaluator.misfit(one.coordinates) < evaluator.misfit(other.coordinates)
 
 
 def with_tolerance(

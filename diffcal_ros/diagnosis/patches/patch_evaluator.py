@@ -212,6 +212,15 @@ class PatchEvaluator:
         )
         return found.coordinates
 
+    def misfit(self, coordinates: FloatArray) -> float:
+        """Return how badly the model explains the pixels there, as calibrations compare places.
+
+        Args:
+            coordinates: shape (c,).
+        """
+        objective = RobustObjective(self.model, comparers=self.comparers)
+        return objective.misfit_at_start(coordinates).above_absence
+
     def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
         """Compare every view with its observation, pixel by pixel."""
         return self._objective.comparisons(coordinates)
