@@ -7,9 +7,10 @@ from pathlib import Path
 import subprocess
 import sys
 
-from diffcal_ros import kernel_cache, user_folders
+from diffcal_ros import user_folders
 from diffcal_ros.errors import InputError
 from diffcal_ros.user_folders import cache_home, settle_home
+from diffcal_ros.warp_runtime import kernel_cache
 from diffcal_ros.warp_runtime.kernel_cache import settle_kernel_cache
 import pytest
 

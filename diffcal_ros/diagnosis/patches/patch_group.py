@@ -76,10 +76,12 @@ def strange_patches(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
     return frozenset(found)
 
 
-def names_of(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
-    """Return the names of all patches."""
+def patches_beyond(groups: Sequence[PatchGroup], distance: float) -> frozenset[PatchName]:
+    """Return the body's patches that are farther off than a distance [m]."""
     return frozenset(
-        (group.view, group.kind, int(cell)) for group in groups for cell in group.patches.cells
+        (group.view, group.kind, int(cell))
+        for group in of_the_body(groups)
+        for cell in group.patches.cells[np.abs(group.patches.values) > distance]
     )
 
 
