@@ -17,7 +17,7 @@ from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.hypothesis import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
-from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit, robust_refit
+from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
@@ -206,6 +206,5 @@ def with_smooth_error(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchE
 def _fit_patches(evaluator: PatchEvaluator, robust: FloatArray) -> Refit:
     """Fit patches from where a robust fit of pixels ended."""
     # What noise to fit them by is a guess where it was not measured: the robust fit stands.
-    if evaluator.stays_robust:
-        return robust_refit(evaluator, robust)
-    return refit(evaluator, robust)
+    most = 1 if evaluator.stays_robust else MAX_ITERATIONS
+    return refit(evaluator, robust, max_iterations=most)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
-from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit, robust_refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.starts import more_starts
 from diffcal_ros.effects.effect import Component
@@ -207,16 +208,11 @@ def try_effects(
         least = least_log_evidence if best is None else max(least_log_evidence, best.log_evidence)
         begin = {**starts, **more}
         found = _refit_from(evaluator, base, begin, max_iterations, is_robust, least)
-        if found is not None and (best is None or _is_better(evaluator, found, best)):
+        if found is None:
+            continue
+        if best is None or found.log_evidence > best.log_evidence:
             best = found
     return None if best is None else Hypothesis(tuple(added), scene, evaluator, best)
-
-
-def _is_better(evaluator: PatchEvaluator, one: Refit, other: Refit) -> bool:
-    """Tell which of two fits of one model is the better one, by what it was fitted to."""
-    if evaluator.is_measured:
-        return one.log_evidence > other.log_evidence
-    return evaluator.misfit(one.coordinates) < evaluator.misfit(other.coordinates)
 
 
 def with_tolerance(
@@ -282,7 +278,7 @@ def _refit_from(
         try:
             if is_robust:
                 # What noise to fit patches by is a guess: the robust fit stands as it is.
-                return robust_refit(evaluator, evaluator.robust_fit(begin))
+                return _robust_refit(evaluator, base, begin)
             return refit(
                 evaluator,
                 begin,
@@ -292,6 +288,20 @@ def _refit_from(
         except NotSimulatedError:
             continue
     return None
+
+
+def _robust_refit(evaluator: PatchEvaluator, base: Refit, begin: FloatArray) -> Refit:
+    """Fit as a calibration does, and judge by what shows the body.
+
+    A model that reaches farther than the nominal one has patches that this one never saw. Those
+    that are not the body, such as a fixture before it, are told as they were in the nominal fit.
+    """
+    ended = evaluator.robust_fit(begin)
+    fit = refit(evaluator, ended, max_iterations=1)
+    new = strange_patches(fit.groups) - names_of(base.groups)
+    if not new:
+        return fit
+    return refit(evaluator.without(evaluator.left_out | new), ended, max_iterations=1)
 
 
 def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:

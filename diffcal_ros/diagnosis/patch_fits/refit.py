@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.patch_group import patches_beyond, PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part
 import numpy as np
@@ -121,23 +121,6 @@ def refit(
         evaluations=fit.evaluations,
         is_converged=max_iterations == 1 or fit.is_done or fit.is_exhausted,
     )
-
-
-def robust_refit(evaluator: PatchEvaluator, coordinates: FloatArray) -> Refit:
-    """Return the patches where a robust fit of pixels ended, without those that it gave up.
-
-    What is farther off than its truncation is something else to it, such as a fixture before the
-    body; a few such patches would outvote all others, whose noise is a guess.
-
-    Args:
-        evaluator: of the model.
-        coordinates: where it ended, shape (k,).
-    """
-    fit = refit(evaluator, coordinates, max_iterations=1)
-    beyond = patches_beyond(fit.groups, evaluator.model.scene.masks.truncation)
-    if not beyond:
-        return fit
-    return refit(evaluator.without(evaluator.left_out | beyond), coordinates, max_iterations=1)
 
 
 def _log_volumes(information: FloatArray, precision: FloatArray) -> float:

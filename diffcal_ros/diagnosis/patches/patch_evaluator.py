@@ -173,10 +173,6 @@ class PatchEvaluator:
         """Return the same evaluator with some patches left out."""
         return self._changed(left_out=patches)
 
-    def beside(self, strip: BoundaryStrip) -> 'PatchEvaluator':
-        """Return the same evaluator, which compares nothing in a strip."""
-        return self._changed(strip=strip)
-
     def _changed(
         self,
         *,
@@ -184,7 +180,6 @@ class PatchEvaluator:
         discretisation_error: DiscretisationError | None = None,
         left_out: frozenset[PatchName] | None = None,
         noises: Sequence[NoiseModel] | None = None,
-        strip: BoundaryStrip | None = None,
     ) -> 'PatchEvaluator':
         return PatchEvaluator(
             model or self.model,
@@ -194,7 +189,7 @@ class PatchEvaluator:
             self.left_out if left_out is None else left_out,
             self._references,
             noises or self._noises,
-            strip or self._strip,
+            self._strip,
         )
 
     def robust_fit(self, start: FloatArray) -> FloatArray:
@@ -216,15 +211,6 @@ class PatchEvaluator:
             max_iterations=_ROBUST_STEPS,
         )
         return found.coordinates
-
-    def misfit(self, coordinates: FloatArray) -> float:
-        """Return how badly the model explains the pixels there, as calibrations compare places.
-
-        Args:
-            coordinates: shape (c,).
-        """
-        objective = RobustObjective(self.model, comparers=self.comparers)
-        return objective.misfit_at_start(coordinates).above_absence
 
     def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
         """Compare every view with its observation, pixel by pixel."""
@@ -375,11 +361,12 @@ def make_patch_evaluator(model: ForwardModel, coordinates: FloatArray) -> PatchE
     frames = max(Counter(pose_owners(model.observations)).values())
     cell = cell_size(int(np.median(pixels)), frames)
     evaluator = PatchEvaluator(
-        model, comparers, discretisation_error, cell, references=make_references(model)
+        model,
+        comparers,
+        discretisation_error,
+        cell,
+        references=make_references(model),
+        strip=BoundaryStrip(model, comparers) if knows_boundary(model.scene) else None,
     )
-    # Where noise is a guess one patch of the other material outvotes many: the strip is left out
-    # wherever such a border may be.
-    if knows_boundary(model.scene) or not evaluator.is_measured:
-        evaluator = evaluator.beside(BoundaryStrip(model, comparers))
     evaluator = evaluator.without(strange_patches(evaluator.groups(coordinates)))
     return evaluator.with_measured_noise(coordinates)

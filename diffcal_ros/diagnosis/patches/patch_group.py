@@ -76,12 +76,10 @@ def strange_patches(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
     return frozenset(found)
 
 
-def patches_beyond(groups: Sequence[PatchGroup], distance: float) -> frozenset[PatchName]:
-    """Return the body's patches that are farther off than a distance [m]."""
+def names_of(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
+    """Return the names of all patches."""
     return frozenset(
-        (group.view, group.kind, int(cell))
-        for group in of_the_body(groups)
-        for cell in group.patches.cells[np.abs(group.patches.values) > distance]
+        (group.view, group.kind, int(cell)) for group in groups for cell in group.patches.cells
     )
 
 
