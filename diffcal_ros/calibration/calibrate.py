@@ -193,6 +193,8 @@ class Calibration:
                 values=self.parameters.values(iteration.coordinates),
                 seconds=time.perf_counter() - begun,
             )
+            if not history:
+                self.model.keep(iteration.coordinates)
             history.append(record)
             return on_iteration is None or on_iteration(record)
 
@@ -240,6 +242,7 @@ class Calibration:
         self, end: FitEnd, history: list[IterationRecord], seconds: float
     ) -> CalibrationResult:
         minimum = end.minimum
+        self.model.keep(minimum.coordinates)
         doubts = self._method.doubts(minimum.coordinates)
         uncertainty = estimate_uncertainty(
             minimum.linearisation,

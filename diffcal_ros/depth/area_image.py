@@ -10,6 +10,7 @@ from diffcal_ros.warp_runtime.device_array import (
     download,
     float_array,
     int_array,
+    shared,
     zero_ints,
     zero_points,
 )
@@ -51,7 +52,7 @@ class AreaImage:
         self._sample(np.concatenate([marked[~is_straight], straight[~is_cut]]), side)
 
     def _start(self) -> tuple[IntArray, BoolArray, Any]:
-        """Fill the image, and find the pixels on the outline.
+        """Take depth at pixel centres, NaN beside the body, and find the pixels on the outline.
 
         Returns:
             The pixels; which of them one segment crosses; and the last segment that crosses each
@@ -59,23 +60,16 @@ class AreaImage:
         """
         trace, buffers, segments = self._trace, self._trace.buffers, self._trace.segments
         count, device = trace.pixel_count, buffers.device
-        self._image = wp.empty(count, dtype=wp.float64, device=device)
-        self._marks, crossings, last_segment = (
-            wp.empty(count, dtype=wp.int32, device=device) for _ in range(3)
-        )
-        buffers.launch(
-            area_kernels.start_image,
-            count,
-            [trace.device_depth, wp.float64(self._background)],
-            [self._image, self._marks, crossings],
-        )
+        self._image = wp.clone(trace.device_depth)
+        self._marks, crossings = (zero_ints(count, device) for _ in range(2))
+        last_segment = wp.empty(count, dtype=wp.int32, device=device)
         buffers.launch(
             area_kernels.list_crossings,
             segments.count,
             [segments, trace.window],
             [self._marks, crossings, last_segment],
         )
-        marked = np.flatnonzero(self._marks.numpy())
+        marked = np.flatnonzero(self._marks.numpy() != 0)  # Of booleans: five times as fast.
         return marked, crossings.numpy()[marked] == 1, last_segment
 
     def _cut_straight(self, pixels: IntArray, last_segment: Any) -> BoolArray:
@@ -120,7 +114,9 @@ class AreaImage:
     @cached_property
     def image(self) -> FloatArray:
         """Mean depth of each pixel of the window [m], shape `Trace.shape`."""
-        return download(self._image).reshape(self._trace.shape)
+        image = download(self._image).reshape(self._trace.shape)
+        np.copyto(image, self._background, where=np.isnan(image))
+        return image
 
     def pull_back(self, by_image: FloatArray) -> FloatArray:
         """Pull a derivative by the window's pixels back to the vertices.
@@ -133,7 +129,7 @@ class AreaImage:
             rigid motion of the camera is its sum, see `pose_gradient`.
         """
         trace, buffers = self._trace, self._trace.buffers
-        weights = float_array(np.ascontiguousarray(by_image.ravel()), buffers.device)
+        weights = shared(np.asarray(by_image, np.float64).ravel(), wp.float64, buffers.device)
         gradient = buffers.gradient
         gradient.zero_()
         surface = [buffers.triangles, trace.points, trace.screen, trace.planes]

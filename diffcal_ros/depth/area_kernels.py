@@ -31,26 +31,6 @@ CROWDED = wp.constant(-2)
 
 
 @wp.kernel(enable_backward=False)
-def start_image(
-    # In:
-    depth: wp.array[wp.float64],  # (window pixels,) NaN beside the body
-    background: wp.float64,
-    # Out:
-    image: wp.array[wp.float64],  # (window pixels,)
-    marks: wp.array[wp.int32],  # (window pixels,) zeroed
-    crossings: wp.array[wp.int32],  # (window pixels,) zeroed
-):
-    """Start from the depth at pixel centres."""
-    pixel = wp.tid()
-    value = depth[pixel]
-    if wp.isnan(value):
-        value = background
-    image[pixel] = value
-    marks[pixel] = 0
-    crossings[pixel] = 0
-
-
-@wp.kernel(enable_backward=False)
 def list_crossings(
     # In:
     segments: Segments,

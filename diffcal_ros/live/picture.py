@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 import numpy as np

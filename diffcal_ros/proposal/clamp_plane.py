@@ -8,7 +8,7 @@ towards the clamp something nearer hides it, and the clamp begins in between.
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.proposal.hold import Hold
 from diffcal_ros.rigid_transform import apply, inverse

@@ -10,7 +10,7 @@ dense, are eliminated: what is left is what the data know of the field whatever 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.robust_loss import robust_channel
 from diffcal_ros.calibration.residuals.robust_residual import Comparison

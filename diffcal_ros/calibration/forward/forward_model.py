@@ -3,8 +3,8 @@
 """From parameters to positions in the camera frame, with tangents: where fem and depth meet."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from diffcal_ros.calibration.forward.body_inputs import BodyInputs
@@ -12,11 +12,10 @@ from diffcal_ros.calibration.forward.effect_model import EffectModel, SensorMode
 from diffcal_ros.calibration.forward.posture import Posture, PostureInputs, PostureStates
 from diffcal_ros.calibration.forward.shared_bodies import SharedBodies
 from diffcal_ros.calibration.forward.side_by_side import side_by_side
+from diffcal_ros.calibration.forward.solution import KnownSolutions, Solution, View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.camera_offsets import CameraOffsets
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.depth.trace import Trace
-from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
@@ -28,51 +27,12 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class View:
-    """The body as one observation's camera is predicted to see it.
-
-    Attributes:
-        points: node positions in the camera frame [m], shape (N, 3).
-        tracer: of that camera.
-    """
-
-    points: FloatArray
-    tracer: DepthTracer
-
-    @cached_property
-    def trace(self) -> Trace:
-        """The traced view.
-
-        Raises:
-            OutOfViewError: when the camera does not see the body.
-        """
-        return self.tracer.trace(self.points)
-
-
-@dataclass(frozen=True)
-class Solution:
-    """What a model predicts at some coordinates, and where the next one may start.
-
-    Attributes:
-        coordinates: of the parameters, shape (k,).
-        states: of each body, by number of the scene's observation.
-        views: one an observation.
-        tangents: how all states of each body follow the coordinates, world frame [m], shape
-            (k, S, N, 3), zero for camera parameters; None: not asked for, see `with_tangents`.
-    """
-
-    coordinates: FloatArray
-    states: Mapping[int, PostureStates]
-    views: tuple[View, ...]
-    tangents: Mapping[int, FloatArray] | None = None
-
-
 class ForwardModel:
     """Simulates every posture of a scene and traces it for every observation.
 
     `solve` and `with_tangents` take what they start from and return what they found. All else asks
-    for coordinates and remembers the last solution, from which the next one starts.
+    for coordinates and remembers the last solutions, so that none is found twice while a fit goes
+    back and forth, and the next one starts from the last.
     """
 
     def __init__(
@@ -109,6 +69,7 @@ class ForwardModel:
         self.inputs = BodyInputs(scene, parameters, self.effects)
         self._warm = warm
         self._last: Solution | None = None
+        self._known = KnownSolutions()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what it is made of: another process has bodies of its own."""
@@ -117,7 +78,7 @@ class ForwardModel:
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'ForwardModel':
         """Return a model of the same bodies and cameras with other parameters or effects."""
         # Its tangents are by other parameters, and its views take memory.
-        warm = None if self._last is None else replace(self._last, tangents=None, views=())
+        warm = None if self._last is None else self._last.states_only()
         return self._make(
             scene, self.observations, parameters, shared=self._shared, warm=warm or self._warm
         )
@@ -156,6 +117,10 @@ class ForwardModel:
             return posture.solve(inputs[index], warm.states[index], prediction)
 
         states = side_by_side(simulate, self.bodies, self.device)
+        return self._solution(states, coordinates)
+
+    def _solution(self, states: Mapping[int, PostureStates], coordinates: FloatArray) -> Solution:
+        """Place states before the cameras."""
         views = tuple(
             View(self.cameras.points(number, shown, coordinates), self.tracers[number])
             for number, shown in enumerate(self._shown(states))
@@ -175,8 +140,18 @@ class ForwardModel:
         """Return the solution at some coordinates, found from the last one; see `solve`."""
         last = self._last
         if last is None or not np.array_equal(coordinates, last.coordinates):
-            self._last = last = self.solve(coordinates, last or self._warm)
+            known = self._known.find(coordinates)
+            if known is None:
+                last = self.solve(coordinates, last or self._warm)
+            else:
+                last = self._solution(known.states, coordinates)
+            self._known.add(last)
+            self._last = last
         return last
+
+    def keep(self, coordinates: FloatArray) -> None:
+        """Remember what is found at some coordinates, shape (k,), until two others are kept."""
+        self._known.keep(self.at(coordinates))
 
     def views(self, coordinates: FloatArray) -> tuple[View, ...]:
         """Return what every observation is predicted to show, see `solve`."""

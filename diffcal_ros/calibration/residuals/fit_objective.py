@@ -4,7 +4,8 @@
 
 from typing import Protocol
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.least_squares.levenberg_marquardt import Objective
 import numpy as np

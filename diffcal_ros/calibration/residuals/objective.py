@@ -5,7 +5,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
 from diffcal_ros.calibration.residuals.residual_scales import FINAL_WIDTH, Scale, Scales

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Instant
 from diffcal_ros.calibration.residuals.correlation import correlation_lengths
 from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales, spread, WIDE_REACH

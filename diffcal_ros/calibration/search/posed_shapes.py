@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import LONGEST_CORRELATION, Scale, Scales
 from diffcal_ros.calibration.residuals.robust_residual import Reach

@@ -11,7 +11,8 @@ body, so they say little about the fit; they are here to reproduce and to compar
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.pixel_masks import make_view_mask
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.depth.area_image import AreaImage

@@ -10,7 +10,8 @@ border, and what is left there says nothing about the body.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.residuals.robust_residual import Residuals, ViewComparer
 from diffcal_ros.effects.registry import boundary_effects
 from diffcal_ros.scene.model import Scene

@@ -10,7 +10,8 @@ them: no load, clamp or material moves it.
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.effect_model import SensorModel
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, View
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import pixels_left_out, ViewMask
 from diffcal_ros.calibration.residuals.robust_residual import (

@@ -161,19 +161,23 @@ class ElasticBody:
 
 
 class Stiffness:
-    """Assembles the energy's Hessian straight into a fixed pattern."""
+    """Assembles the energy's Hessian straight into a fixed pattern.
+
+    Attributes:
+        foresees: the law wants pressures foreseen, see `values`.
+    """
 
     def __init__(self, body: ElasticBody, pattern: SparsePattern) -> None:
         self._body = body
         self._slots = shared(pattern.slots, wp.int32, body.device)
         self._values = zero_floats(pattern.entry_count, body.device)
         self._growths = zero_floats(body.discretisation.weights.shape, body.device)
-        self._foresees = bool(getattr(body.law, 'PRESSES_BY_VOLUME', False))
+        self.foresees = bool(getattr(body.law, 'PRESSES_BY_VOLUME', False))
         self._last_step: FloatArray | None = None
 
     def foresee(self, before: FloatArray, step: FloatArray) -> None:
         """Keep a step [m] and where it began, for `values` of `is_foreseen`; shape (N, 3) each."""
-        if self._foresees:
+        if self.foresees:
             self._last_step = np.stack([before, step])
 
     @property

@@ -107,6 +107,7 @@ class EquilibriumSolver:
         *,
         held_positions: FloatArray | None = None,
         is_warm: bool = False,
+        is_foreseen: bool = True,
     ) -> Equilibrium:
         """Find the equilibrium; the body's material must be set before.
 
@@ -116,6 +117,8 @@ class EquilibriumSolver:
             held_positions: where the held nodes are to be [m], shape (H, 3); default: as in
                 `start`.
             is_warm: `start` is close, so try the last factorisation before making a new one.
+            is_foreseen: each stiffness has the pressures that the last step foresaw, see
+                `Stiffness.values`.
 
         Raises:
             EquilibriumError: when no equilibrium was found.
@@ -127,7 +130,8 @@ class EquilibriumSolver:
                 positions = self._step.advance(positions, self._step.extend(change), 1.0)
         tolerance = self._tolerance(loads)
         with during(f'equilibrium of {self._size:,} unknowns', self._size):
-            return self._newton(positions, loads, tolerance, is_warm and self.stiffness.has_factor)
+            is_warm = is_warm and self.stiffness.has_factor
+            return self._newton(positions, loads, tolerance, is_warm, is_foreseen)
 
     def advance(self, positions: FloatArray, displacement: FloatArray) -> FloatArray:
         """Add a displacement [m], shape (N, 3), turning elements instead of stretching them."""
@@ -146,7 +150,12 @@ class EquilibriumSolver:
         return (loads - self.stiffness.forces(positions))[self._free].ravel()
 
     def _newton(
-        self, positions: FloatArray, loads: FloatArray, tolerance: float, is_warm: bool
+        self,
+        positions: FloatArray,
+        loads: FloatArray,
+        tolerance: float,
+        is_warm: bool,
+        is_foreseen: bool,
     ) -> Equilibrium:
         """Step until forces balance; a factorisation is held while each step pays."""
         energy = self._potential(positions, loads)
@@ -176,8 +185,9 @@ class EquilibriumSolver:
                 step = self._step_by_last_factor(positions, force, goal)
             counts.add(is_held=step is not None)
             if step is None:
+                is_rough = promise > _FORESEEN_PROMISE * abs(energy)
                 step = self.stiffness.solve_by_new_factor(
-                    positions, force, is_foreseen=promise > _FORESEEN_PROMISE * abs(energy)
+                    positions, force, is_foreseen=is_foreseen and is_rough
                 )
             before, slope = largest, float(force @ step)
             if slope < _LEAST_PROMISE * abs(energy):

@@ -164,6 +164,11 @@ class TangentStiffness:
             and np.array_equal(self._factor_positions, positions)
         )
 
+    @property
+    def foresees(self) -> bool:
+        """Tell whether pressures can be foreseen, see `Stiffness.values`."""
+        return self._stiffness.foresees
+
     def foresee(self, before: FloatArray, step: FloatArray) -> None:
         """Keep a step [m] and where it began for the next factorisation, shape (N, 3) each."""
         self._stiffness.foresee(before, step)

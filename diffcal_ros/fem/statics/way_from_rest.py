@@ -63,7 +63,7 @@ class WayFromRest:
         self, loads: FloatArray, held: HeldPath | None, linear: LinearShape | None
     ) -> Equilibrium:
         if held is None:
-            return self._solver.solve(loads, self._rest)
+            return self._load(loads, None)
         if linear is not None:
             # Where a soft part takes nearly the whole turn, the two elements end far apart.
             with suppress(EquilibriumError):
@@ -74,9 +74,22 @@ class WayFromRest:
         end = None if held is None else held(1.0)
         return self._solver.solve(loads, start, held_positions=end)
 
+    def _load(self, loads: FloatArray, held: FloatArray | None) -> Equilibrium:
+        """Load the body at rest, its held nodes at places [m], shape (H, 3); None: they stay.
+
+        With pressures foreseen some bodies that are far too soft for their load come to rest that
+        do not without, and the other way round.
+        """
+        try:
+            return self._solver.solve(loads, self._rest, held_positions=held)
+        except EquilibriumError:
+            if not self._solver.stiffness.foresees:
+                raise
+        return self._solver.solve(loads, self._rest, held_positions=held, is_foreseen=False)
+
     def _follow(self, loads: FloatArray, held: HeldPath) -> Equilibrium:
         """Load the body at rest, then move the clamp in steps that grow while they succeed."""
-        state = self._solver.solve(loads, self._rest, held_positions=held(0.0))
+        state = self._load(loads, held(0.0))
         fraction, step = 0.0, _FIRST_FRACTION
         while fraction < 1.0:
             step = min(step, 1.0 - fraction)

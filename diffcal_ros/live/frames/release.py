@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.depth.tracer import OutOfViewError

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.results.result import CalibrationResult
@@ -52,16 +51,12 @@ class MotionGaps:
 
 def motion_gaps(calibration: Calibration, result: CalibrationResult) -> list[MotionGaps]:
     """Measure every frame of every motion; empty for bodies at rest."""
-    # Frames that were fitted come first, so that camera poses keep their owners.
     seen = (*calibration.model.observations, *calibration.held_out)
     moving = sorted({frame.setup_index for frame in seen if frame.instant is not None})
     if not moving:
         return []
-    settings, parameters = calibration.settings, calibration.parameters
-    model = ForwardModel(
-        calibration.scene, seen, parameters, solver=settings.solver, device=settings.device
-    )
-    objective = RobustObjective(model, device=settings.device)
+    model, parameters = calibration.model_of_all(), calibration.parameters
+    objective = RobustObjective(model, device=calibration.settings.device)
     fitted = {p.name: p.value for p in result.parameters}
     start = result.history[0].values if result.history else fitted
     gaps, ends = [], np.zeros(0)
@@ -77,7 +72,7 @@ def motion_gaps(calibration: Calibration, result: CalibrationResult) -> list[Mot
     for index in moving:
         frames = [
             FrameGap(frame.instant.time, frame.instant.is_held_out, *pair)
-            for frame, *pair in zip(seen, *gaps, strict=True)
+            for frame, *pair in zip(model.observations, *gaps, strict=True)
             if frame.instant is not None and frame.setup_index == index
         ]
         name = calibration.scene.observations[index].name

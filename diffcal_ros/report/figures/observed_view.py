@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward.effect_model import SensorModel
-from diffcal_ros.calibration.forward.forward_model import View
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import ViewMask
 from diffcal_ros.calibration.residuals.robust_residual import make_comparers, Reach
@@ -80,7 +80,12 @@ class ObservedView:
 
 
 def observed_views(calibration: Calibration, result: CalibrationResult) -> list[ObservedView]:
-    """Simulate observations at the start and at the fitted values; of a motion, a few frames."""
+    """Draw observations at the start and at the fitted values; of a motion, a few frames.
+
+    Args:
+        calibration: its model remembers where its last fit began and ended; else it simulates.
+        result: gives the values.
+    """
     fitted = {p.name: p.value for p in result.parameters}
     return _views(calibration, result.history[0].values if result.history else fitted, fitted)
 

@@ -62,7 +62,7 @@ def write_report(
 
     Args:
         path: HTML file.
-        calibration: that made the result; its model is simulated again at start and end.
+        calibration: that made the result; its model knows start and end.
         result: what it found.
         field: a modulus that varies over the body, with which the result was found.
 

@@ -4,7 +4,8 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.forward_model import ForwardModel, Solution
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import Solution
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.scene.model import QUASI_STATIC
 import numpy as np
@@ -90,3 +91,23 @@ def test_tangents_make_a_warm_start_cheaper() -> None:
 def _steps(solution: Solution) -> int:
     own = solution.states[0].solved.own
     return own.newton_steps + own.held_steps
+
+
+def test_kept_and_latest_solutions_are_not_found_again(monkeypatch) -> None:
+    model, asked = _resting(), []
+    solve = model.solve
+    monkeypatch.setattr(model, 'solve', lambda at, warm=None: asked.append(at) or solve(at, warm))
+    start, along = model.parameters.start(), np.eye(len(model.parameters))[0]
+    model.keep(start)
+    points = model.views(start)[0].points
+    places = [start + 0.1 * count * along for count in range(1, 5)]
+    for at in places:
+        model.at(at)
+    assert len(asked) == 5
+    values = [p.value(own) for p, own in zip(model.parameters, start, strict=True)]
+    again = np.array([p.coordinate(v) for p, v in zip(model.parameters, values, strict=True)])
+    np.testing.assert_array_equal(model.views(again)[0].points, points)
+    model.at(places[-1])
+    assert len(asked) == 5
+    model.at(places[0])
+    assert len(asked) == 6

@@ -190,6 +190,53 @@ def test_a_hopelessly_soft_body_says_so() -> None:
         body.solve_equilibrium(uniform_material(mesh, 0.02), GRAVITY * 100.0)
 
 
+# Far too soft for their weight: with pressures foreseen Newton's method stalls on the way.
+@pytest.mark.parametrize(
+    ('cells', 'size', 'modulus', 'nu', 'gravity'),
+    [
+        ((6, 1, 1), (0.2, 0.015, 0.02), 5e3, 0.3, (0.0, -9.8, 0.0)),
+        ((8, 2, 1), (0.2, 0.06, 0.02), 2e3, 0.4, (4.0, -8.0, 3.0)),
+    ],
+)
+def test_very_soft_bodies_settle_from_rest(cells, size, modulus, nu, gravity, make_beam) -> None:
+    body = hanging_beam(Element.QUADRATIC, make_beam(cells, size))
+    state = body.solve_equilibrium(uniform_material(body.mesh, modulus, nu), np.array(gravity))
+    weight = 1080.0 * body.mesh.volumes.sum() * np.array(gravity)
+    np.testing.assert_allclose(
+        state.reactions.sum(axis=0), -weight, atol=1e-6 * np.linalg.norm(weight)
+    )
+    sag = np.linalg.norm(state.positions - body.discretisation.rest_nodes, axis=1).max()
+    assert sag > 0.75 * size[0]
+
+
+def test_a_way_from_rest_that_fails_is_gone_without_foreseen_pressures(monkeypatch) -> None:
+    body, material = hanging_beam(), uniform_material(beam_mesh(), 30e3, 0.49)
+    expected = body.solve_equilibrium(material, GRAVITY).positions
+    solve, ways = body.solver.solve, []
+
+    def failing_first(*args, is_foreseen=True, **kwargs):
+        ways.append(is_foreseen)
+        if is_foreseen:
+            raise EquilibriumError('it stalled')
+        return solve(*args, is_foreseen=is_foreseen, **kwargs)
+
+    monkeypatch.setattr(body.solver, 'solve', failing_first)
+    factor, foreseen = body.solver.stiffness.factor, []
+    monkeypatch.setattr(
+        body.solver.stiffness,
+        'factor',
+        lambda at, is_foreseen: (
+            foreseen.append(is_foreseen) or factor(at, is_foreseen=is_foreseen)
+        ),
+    )
+    body.forget()
+    found = body.solve_equilibrium(material, GRAVITY).positions
+    assert ways == [True, False]
+    assert len(foreseen) > 3
+    assert not any(foreseen)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
 @pytest.mark.parametrize('modulus', [1e6, 5e6, 50e6])
 def test_stiff_bodies_of_uneven_meshes_settle(modulus, random) -> None:
     # Nearly incompressible: where the rounding of one mesh stays below the tolerance, that of
