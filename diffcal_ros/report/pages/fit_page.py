@@ -31,6 +31,7 @@ from diffcal_ros.report.tables.effective_table import effective_section
 from diffcal_ros.report.tables.page_tables import (
     correlation_table,
     details_table,
+    interval_ends,
     number_text,
     parameter_table,
     plain,
@@ -123,8 +124,7 @@ def _parameter_card(parameter: FittedParameter) -> str:
 def _interval(parameter: FittedParameter) -> str:
     if not np.isfinite(parameter.interval_95).all():
         return ''
-    ends = [f'{shown(end, 0.0, parameter.unit).value:.3g}' for end in parameter.interval_95]
-    text = f'95 % {number_text(" to ".join(ends))}; '
+    text = f'95 % {" to ".join(interval_ends(parameter))}; '
     if parameter.has_mesh_correction:
         here = shown(parameter.value, parameter.error_in_model, parameter.unit)
         text += f'{number_text(here.text("±"))} makes this mesh right; '

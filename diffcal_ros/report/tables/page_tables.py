@@ -81,8 +81,13 @@ def _parameter_row(fitted: FittedParameter, parameter: Parameter) -> list[str]:
 def _interval(fitted: FittedParameter) -> str:
     if not np.isfinite(fitted.interval_95).all():
         return '–'
+    return ' … '.join(interval_ends(fitted))
+
+
+def interval_ends(fitted: FittedParameter) -> list[str]:
+    """Return both ends of a finite 95 % interval for people, to two digits of the error."""
     ends = [shown(end, fitted.std_error, fitted.unit) for end in fitted.interval_95]
-    return f'{_rounded(ends[0])} … {_rounded(ends[1])}'
+    return [_rounded(end) for end in ends]
 
 
 def _rounded(end: Shown) -> str:

@@ -8,8 +8,10 @@ from html.parser import HTMLParser
 import re
 
 from diffcal_ros.calibration.results.outcome import Outcome
+from diffcal_ros.calibration.results.result import FittedParameter
 from diffcal_ros.report.naming import title
 from diffcal_ros.report.pages.fit_page import write_report
+from diffcal_ros.report.tables.page_tables import interval_ends
 import numpy as np
 import pytest
 
@@ -143,3 +145,16 @@ def test_warnings_are_shown_and_no_text_becomes_markup(fitted, tmp_path):
     assert page.text.count(nasty) >= 3
     assert 'not identifiable' in page.text
     assert Outcome.NOT_IDENTIFIABLE.remedy in page.text
+
+
+def test_ends_of_an_interval_are_written_without_exponents():
+    stiff = FittedParameter(
+        name='youngs_modulus',
+        value=1.428e6,
+        std_error=82e3,
+        mesh_error=4e3,
+        unit='Pa',
+        start=1.96e6,
+        interval_95=(1.2741e6, 1.5939e6),
+    )
+    assert interval_ends(stiff) == ['1274', '1594']
