@@ -39,8 +39,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 # A clamp that gives way has come to rest when its turn changes by less [rad].
-_YIELD_TOLERANCE = 1e-8
-_MAX_YIELDS = 60
+_COMPLIANCE_TOLERANCE = 1e-8
+_MAX_CLAMP_STEPS = 60
 # A clamp's response is found again where a step with it leaves more than this share.
 _SLOW = 0.1
 
@@ -275,10 +275,10 @@ class StaticBody:
     def _solve_compliant_clamp(self, loads: FloatArray) -> None:
         """Move the clamp until that is what the load on it asks for, by Newton's method."""
         per_load, before, response = self._conditions.now.clamp_compliance, np.inf, None
-        for _ in range(_MAX_YIELDS):
+        for _ in range(_MAX_CLAMP_STEPS):
             missing = per_load @ self.clamp_wrench() - self.clamp.gave_way
             left = float(np.abs(missing).max())
-            if left < _YIELD_TOLERANCE:
+            if left < _COMPLIANCE_TOLERANCE:
                 return
             if response is None or left > _SLOW * before:
                 response = self._derivatives().clamp_response()
