@@ -15,7 +15,17 @@ from support.watched import watched
 
 @pytest.fixture(scope='session')
 def screened():
-    scene, seen = beam_scene((6, 2, 2)), watched(seed=3, tilt=0.06)
+    return _screened(0.06)
+
+
+@pytest.fixture(scope='session')
+def clearly_screened():
+    """A tilt that closes more of the gap than a name asks for, whatever the last digits are."""
+    return _screened(0.09)
+
+
+def _screened(tilt: float):
+    scene, seen = beam_scene((6, 2, 2)), watched(seed=3, tilt=tilt)
     settings = CalibrationSettings(with_mesh_error=False)
     calibration = Calibration(scene, [seen], settings)
     calibration.run()

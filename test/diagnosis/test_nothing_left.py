@@ -16,8 +16,8 @@ from diffcal_ros.report.tables.verdict_text import verdict_lines
 import pytest
 
 
-def test_without_any_hypothesis_the_effect_is_unknown(screened):
-    evaluator, fit, scores = screened
+def test_without_any_hypothesis_the_effect_is_unknown(clearly_screened):
+    evaluator, fit, scores = clearly_screened
     disagreement = replace(
         measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.DISAGREE
     )
@@ -29,8 +29,8 @@ def test_without_any_hypothesis_the_effect_is_unknown(screened):
     assert any('unknown effect' in line for line in verdict_lines(diagnosis))
 
 
-def test_below_the_margin_nothing_need_be_said(screened):
-    evaluator, fit, scores = screened
+def test_below_the_margin_nothing_need_be_said(clearly_screened):
+    evaluator, fit, scores = clearly_screened
     disagreement = replace(
         measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.BELOW_MARGIN
     )
@@ -38,9 +38,9 @@ def test_below_the_margin_nothing_need_be_said(screened):
     assert diagnosis.unknown_class is None
 
 
-def test_a_name_is_for_what_matters(screened):
+def test_a_name_is_for_what_matters(clearly_screened):
     """The same model, the same confidence: above the margin a name, below it what is nearest."""
-    evaluator, fit, scores = screened
+    evaluator, fit, scores = clearly_screened
     right = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
     tried = try_effects(evaluator, fit, [right.candidate], starts_of(right))
     choice = Choice(tried, 1.0, tried.identifiers, None)
@@ -66,8 +66,8 @@ def test_a_name_is_for_what_matters(screened):
     assert any('nearest comes gravity_tilt: it closes' in line for line in lines)
 
 
-def test_what_comes_nearest_to_an_unknown_effect_is_told(screened):
-    evaluator, fit, scores = screened
+def test_what_comes_nearest_to_an_unknown_effect_is_told(clearly_screened):
+    evaluator, fit, scores = clearly_screened
     disagreement = replace(
         measure_disagreement(fit, scores, margin=1e-5), verdict=Verdict.DISAGREE
     )
@@ -84,9 +84,9 @@ def test_what_comes_nearest_to_an_unknown_effect_is_told(screened):
 
 
 @pytest.fixture
-def loud_plane(screened):
+def loud_plane(clearly_screened):
     """Scores in which the forces that stand in for a plane explain far more than all else."""
-    evaluator, fit, scores = screened
+    evaluator, fit, scores = clearly_screened
     louder = tuple(
         replace(s, gain=1e6, log_evidence=1e6) if s.candidate.identifier == 'contact_plane' else s
         for s in scores.scores

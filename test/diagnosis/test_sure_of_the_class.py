@@ -17,22 +17,22 @@ import pytest
 
 
 @pytest.fixture(scope='module')
-def tilted(screened) -> Hypothesis:
-    evaluator, fit, scores = screened
+def tilted(clearly_screened) -> Hypothesis:
+    evaluator, fit, scores = clearly_screened
     score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
     return try_effects(evaluator, fit, [score.candidate], starts_of(score))
 
 
-def _concluded(screened, tilted: Hypothesis, confidence: float, *alike: str) -> Diagnosis:
-    evaluator, fit, scores = screened
+def _concluded(clearly_screened, tilted: Hypothesis, confidence: float, *alike: str) -> Diagnosis:
+    evaluator, fit, scores = clearly_screened
     found = measure_disagreement(fit, scores, margin=1e-5)
     disagreement = replace(found, verdict=Verdict.DISAGREE)
     choice = Choice(tilted, confidence, alike, None)
     return conclude(evaluator, fit, scores, disagreement, Selection((tilted,)), choice, 1.0)
 
 
-def test_a_tilt_is_said_to_be_imitated_by_a_steady_push(screened, tilted):
-    diagnosis = _concluded(screened, tilted, 0.95, 'gravity_tilt')
+def test_a_tilt_is_said_to_be_imitated_by_a_steady_push(clearly_screened, tilted):
+    diagnosis = _concluded(clearly_screened, tilted, 0.95, 'gravity_tilt')
     assert [effect.identifier for effect in diagnosis.effects] == ['gravity_tilt']
     (told,) = [note for note in diagnosis.notes if 'steady push' in note]
     assert ROLLED in told
@@ -44,9 +44,9 @@ def test_a_tilt_is_said_to_be_imitated_by_a_steady_push(screened, tilted):
 @pytest.mark.parametrize(
     ('other', 'group'), [('added_mass', 'load'), ('camera_offset', None), (None, None)]
 )
-def test_a_class_is_told_where_the_name_is_not_sure(screened, tilted, other, group):
+def test_a_class_is_told_where_the_name_is_not_sure(clearly_screened, tilted, other, group):
     alike = ('gravity_tilt',) if other is None else ('gravity_tilt', other)
-    diagnosis = _concluded(screened, tilted, 0.5, *alike)
+    diagnosis = _concluded(clearly_screened, tilted, 0.5, *alike)
     assert diagnosis.effects == ()
     told = [note for note in diagnosis.notes if note.startswith('whichever of them')]
     expected = f'whichever of them it is, it is of the class {group}'

@@ -28,9 +28,9 @@ def _off(fit, places: dict[int, float]):
 
 
 @pytest.fixture(scope='module')
-def clean(screened):
+def clean(clearly_screened):
     """A fit whose patches are off by noise alone."""
-    _, fit, _ = screened
+    _, fit, _ = clearly_screened
     random = np.random.default_rng(5)
     groups = [
         replace(
@@ -46,8 +46,8 @@ def clean(screened):
     return replace(fit, groups=groups)
 
 
-def test_one_place_is_found_with_its_size_and_part(screened, clean):
-    evaluator, _, _ = screened
+def test_one_place_is_found_with_its_size_and_part(clearly_screened, clean):
+    evaluator, _, _ = clearly_screened
     group = clean.groups[0]
     # The patch farthest along the body and whatever lies right beside it.
     tip = int(group.patches.centers[:, 0].argmax())
@@ -59,8 +59,8 @@ def test_one_place_is_found_with_its_size_and_part(screened, clean):
     assert found.where in found.sentence
 
 
-def test_weights_of_the_rest_are_those_of_all_less_what_was_left_out(screened):
-    _, fit, _ = screened
+def test_weights_of_the_rest_are_those_of_all_less_what_was_left_out(clearly_screened):
+    _, fit, _ = clearly_screened
     weights = precision_of(fit.groups)
     columns = np.concatenate(
         [np.column_stack([b.patches.values, b.patches.jacobian]) for b in fit.groups]
@@ -87,15 +87,15 @@ def test_weights_of_the_rest_are_those_of_all_less_what_was_left_out(screened):
     assert np.allclose(columns.T @ pulls - less, both.T @ both, rtol=1e-6, atol=1e-6)
 
 
-def test_what_moves_a_large_part_of_the_body_is_no_outlier(screened, clean):
-    evaluator, tilted, _ = screened
+def test_what_moves_a_large_part_of_the_body_is_no_outlier(clearly_screened, clean):
+    evaluator, tilted, _ = clearly_screened
     assert find_local_outlier(evaluator, tilted) is None
     everywhere = dict.fromkeys(range(len(clean.groups[0].patches.values)), 0.004)
     assert find_local_outlier(evaluator, _off(clean, everywhere)) is None
 
 
-def test_places_that_lie_apart_are_found_one_at_a_time(screened, clean):
-    evaluator, _, _ = screened
+def test_places_that_lie_apart_are_found_one_at_a_time(clearly_screened, clean):
+    evaluator, _, _ = clearly_screened
     group = clean.groups[0]
     order = np.argsort(group.patches.centers[:, 0])
     apart = [int(order[0]), int(order[len(order) // 2]), int(order[-1])]
@@ -131,8 +131,8 @@ def _along(evaluator):
 
 @pytest.mark.parametrize('begins', [0.4, 0.6, 0.75])
 @pytest.mark.parametrize('direction', [(0.0, 0.0, 1.0), (0.0, 1.0, 0.5)])
-def test_an_end_that_bends_on_its_own_is_the_body(screened, clean, begins, direction):
-    evaluator, _, _ = screened
+def test_an_end_that_bends_on_its_own_is_the_body(clearly_screened, clean, begins, direction):
+    evaluator, _, _ = clearly_screened
     beyond = np.clip((_along(evaluator) - begins) / (1.0 - begins), 0.0, 1.0)
     bent = (0.003 * beyond**2)[:, None] * np.array(direction)
     assert find_local_outlier(evaluator, _moved(evaluator, clean, bent)) is None
@@ -141,8 +141,8 @@ def test_an_end_that_bends_on_its_own_is_the_body(screened, clean, begins, direc
 @pytest.mark.parametrize(
     ('ends', 'where'), [((-0.1, 0.1), 'near the clamp'), ((0.45, 0.55), 'in the middle')]
 )
-def test_a_strip_that_jumps_at_its_borders_is_not(screened, clean, ends, where):
-    evaluator, _, _ = screened
+def test_a_strip_that_jumps_at_its_borders_is_not(clearly_screened, clean, ends, where):
+    evaluator, _, _ = clearly_screened
     along = _along(evaluator)
     jumped = (-0.002 * ((along > ends[0]) & (along < ends[1])))[:, None] * [0.0, 0.0, 1.0]
     found = find_local_outlier(evaluator, _moved(evaluator, clean, jumped))
@@ -181,8 +181,8 @@ def _with_held_out(tried, fit, share):
     return replace(tried, fit=replace(tried.fit, groups=groups))
 
 
-def test_nothing_is_named_that_does_not_lower_the_gap_or_may_be_zero(screened, clean):
-    evaluator, fit, scores = screened
+def test_nothing_is_named_that_does_not_lower_the_gap_or_may_be_zero(clearly_screened, clean):
+    evaluator, fit, scores = clearly_screened
     tilt = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
     tried = try_effects(evaluator, fit, [tilt.candidate], starts_of(tilt))
     assert doubts_about(tried, fit) == ()
