@@ -205,15 +205,7 @@ def fit_effective(
     scene, begin = target_fit.matched(material)
     report(f'{simulator.name}: fitting the effective modulus')
     fitter = target_fit.prepared(scene)
-    start_there = _begin(fitter, begin)
-    if target_fit.dampings:
-        outcome, values = target_fit.swung(fitter, start_there)
-        errors = dict.fromkeys(values, 0.0)
-    else:
-        fitter.go_to(start_there)
-        found = fitter.run()
-        outcome, values = found.outcome, found.values()
-        errors = {name: found[name].std_error for name in target_fit.names}
+    outcome, values, errors = _fitted_from(target_fit, fitter, _begin(fitter, begin))
     gap_effective, off_effective = target_fit.look(fitter, fitter.coordinates)
     return EffectiveFit(
         simulator=simulator.name,
@@ -233,6 +225,19 @@ def fit_effective(
         outcome=outcome,
         notes=notes,
     )
+
+
+def _fitted_from(
+    target_fit: _TargetFit, fitter: Calibration, start: FloatArray
+) -> tuple[Outcome, dict[str, float], dict[str, float]]:
+    """Fit from a start; return how it ended, values by name, and errors of the moduli."""
+    if target_fit.dampings:
+        outcome, values = target_fit.swung(fitter, start)
+        return outcome, values, dict.fromkeys(values, 0.0)
+    fitter.go_to(start)
+    found = fitter.run()
+    errors = {name: found[name].std_error for name in target_fit.names}
+    return found.outcome, found.values(), errors
 
 
 def _way(simulator: Simulator, *, is_run: bool) -> str:
