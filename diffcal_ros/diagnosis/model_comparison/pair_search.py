@@ -15,8 +15,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     within_reach,
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR_GAIN
-from diffcal_ros.diagnosis.patch_fits.patch_fit import HOPE
-from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
+from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
 from diffcal_ros.errors import NotSimulatedError
 
@@ -89,32 +88,12 @@ def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> l
             again = screen(one.evaluator, one.fit.coordinates, others)
         except NotSimulatedError:
             continue  # It was reached by small load steps, and is not found from rest.
-        tried = distinct(again.scores)[:_SECONDS]
-        if pool.nominal.is_measured:
-            tried = _worth_adding(one, tried, singles)
-        for score in tried:
+        for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             starts = {**_fitted(one), **starts_of(score)}
             request = first_request([first, score.candidate], starts, singles)
             found.setdefault(key, _Offer(request, one.fit.log_evidence, score.log_evidence))
     return list(found.values())
-
-
-def _worth_adding(
-    one: Hypothesis, scores: Sequence[Score], singles: Sequence[Hypothesis]
-) -> list[Score]:
-    """Return the second effects that may add enough, by their tangents where the first one ended.
-
-    With several times what these promise a pair must exceed each single effect by what is asked.
-    """
-    least = max(h.fit.log_evidence for h in singles) + PAIR_GAIN
-    return [
-        score
-        for score in scores
-        # What has no tangent at zero is not told by what stands in for it.
-        if not score.candidate.effect.has_tangent
-        or one.fit.log_evidence + HOPE * score.log_evidence > least
-    ]
 
 
 def halves(

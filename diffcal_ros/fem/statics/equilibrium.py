@@ -36,8 +36,6 @@ _HELD_PROMISE = 1e-6
 # Below this share a step puts volumes wrong by so little that pressures need not be foreseen, and
 # derivatives can use the factorisation.
 _FORESEEN_PROMISE = 1e-3
-# After a step that promised more than this share iterations with an old factorisation end nowhere.
-_FAR_PROMISE = 1e-2
 _ARMIJO = 1e-4
 _SHORTEST_STEP = 1e-6
 # A fall of the energy by less than this share may drown in its rounding, which grows with the
@@ -179,8 +177,7 @@ class EquilibriumSolver:
                 and promise < _HELD_PROMISE * abs(energy)
                 and largest < _HELD_CONTRACTION * before
             )
-            is_far = _FAR_PROMISE * abs(energy) < promise < float('inf')
-            if (is_close or (is_warm and not is_far)) and self.stiffness.is_patient:
+            if (is_warm or is_close) and self.stiffness.is_patient:
                 goal = _step_goal(largest, before, tolerance)
                 step = self._step_by_last_factor(positions, force, goal)
             counts.add(is_held=step is not None)
