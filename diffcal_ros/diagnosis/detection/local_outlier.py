@@ -28,7 +28,7 @@ from diffcal_ros.diagnosis.patch_fits.residual_location import (
     parts_of_nodes,
 )
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup, PatchName
+from diffcal_ros.diagnosis.patches.patch_group import names_of, of_the_body, PatchGroup, PatchName
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups
 import numpy as np
@@ -111,7 +111,7 @@ def find_local_outlier(evaluator: PatchEvaluator, fit: Refit) -> LocalOutlier | 
     if lead < 0.0 or lead < _gain_of_body(evaluator, fit, nothing, rest, nodes):
         return None
     place = places[likeliest]
-    names = [(b.view, b.kind, int(cell)) for b in groups for cell in b.patches.cells]
+    names = names_of(groups)
     values = np.concatenate([group.patches.values for group in groups])
     part = parts_of_nodes(model, groups[0].view)[nodes[place]]
     return LocalOutlier(

@@ -298,7 +298,7 @@ def _robust_refit(evaluator: PatchEvaluator, base: Refit, begin: FloatArray) -> 
     """
     ended = evaluator.robust_fit(begin)
     fit = refit(evaluator, ended, max_iterations=1)
-    new = strange_patches(fit.groups) - names_of(base.groups)
+    new = strange_patches(fit.groups).difference(names_of(base.groups))
     if not new:
         return fit
     return refit(evaluator.without(evaluator.left_out | new), ended, max_iterations=1)

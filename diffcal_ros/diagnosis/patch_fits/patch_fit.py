@@ -120,7 +120,7 @@ class PatchFit:
         return self.evaluations >= _FEWEST_LOOKS and self.cost - HOPE * gain > most_cost
 
     def _weigh(self, slack: float) -> None:
-        """RefitRequest at the patches with another allowance for a model that is far off [m]."""
+        """Weigh the patches with another allowance for a model that is far off [m]."""
         self._slack = slack
         self.seen = whiten(self.groups, self._part, slack)
         self.cost = self._cost(self.seen, self.here)

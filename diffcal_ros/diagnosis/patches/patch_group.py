@@ -76,11 +76,9 @@ def strange_patches(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
     return frozenset(found)
 
 
-def names_of(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
-    """Return the names of all patches."""
-    return frozenset(
-        (group.view, group.kind, int(cell)) for group in groups for cell in group.patches.cells
-    )
+def names_of(groups: Sequence[PatchGroup]) -> list[PatchName]:
+    """Return the names of all patches, in the order of the groups."""
+    return [(own.view, own.kind, int(cell)) for own in groups for cell in own.patches.cells]
 
 
 def _sizes(group: PatchGroup) -> FloatArray:
