@@ -84,7 +84,8 @@ class RobustFit:
         self._challenge(contest, starts[1:], search)
         alternatives = contest.alternatives(search.are_same)
         # Who bounds the iterations wants what so many find.
-        if settings.max_iterations is None and not self._may_be_used(contest, alternatives):
+        looks_farther = settings.looks_farther and settings.max_iterations is None
+        if looks_farther and not self._may_be_used(contest, alternatives):
             contest, alternatives = self._look_farther(contest, starts[0], search)
         notes = () if contest is first else (step_note(first, contest),)
         best = contest.best
@@ -159,7 +160,7 @@ class RobustFit:
         Either the camera reads one of the materials too far, or the placement is stated wrongly.
         """
         stepped = None
-        if self._settings.with_depth_step and may_have_step(self._model.scene, self._parameters):
+        if may_have_step(self._model.scene, self._parameters):
             stepped = contest_with_step(contest, search.are_same)
         if stepped is not None:
             # Another start is all that it may have been: a step must pay for itself.

@@ -28,8 +28,9 @@ class CalibrationSettings:
         search: look over the whole range of modulus and placement for where to start, and for
             other places that explain the data about as well; of bodies at rest and the robust
             loss.
-        with_depth_step: where the search ends at nothing that can be used, try whether the depth
-            camera reads one of several materials too far or too near.
+        looks_farther: where the search ends at nothing that can be used, try whether the depth
+            camera reads one of several materials too far or too near, and whether the placement
+            is stated wrongly.
     """
 
     fit: tuple[str, ...] | None = None
@@ -41,7 +42,7 @@ class CalibrationSettings:
     with_mesh_error: bool = True
     profile: tuple[str, ...] = ()
     search: bool = True
-    with_depth_step: bool = True
+    looks_farther: bool = True
 
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:

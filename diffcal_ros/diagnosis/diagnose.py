@@ -9,6 +9,7 @@ import time
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.depth_discontinuity import find_depth_discontinuity
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement, measure_disagreement
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
@@ -112,7 +113,9 @@ def diagnose(
     selection = choice = None
     if disagreement.is_worth_naming:
         with RefitPool(evaluator, nominal, report, jobs=settings.jobs) as pool:
-            selection = select(pool, scores)
+            # A gap that does not matter has no name, and no second one.
+            is_named = disagreement.verdict is Verdict.DISAGREE
+            selection = select(pool, scores, with_pairs=is_named)
         choice = choose(selection, evaluator, nominal)
     # A load that is held is as good as at rest.
     if choice is not None and not all(evaluator.discretisation_error.is_slow):
@@ -169,7 +172,7 @@ def fit_nominal(
     """Fit the model as it is: robustly first, then patch by patch."""
     names = None if fit is None else tuple(fit)
     # What is missing from the model is for the diagnosis to say.
-    settings = CalibrationSettings(fit=names, with_mesh_error=False, with_depth_step=False)
+    settings = CalibrationSettings(fit=names, with_mesh_error=False, looks_farther=False)
     calibration = Calibration(scene, observations, settings)
     calibration.run()
     model = calibration.model_of_all()

@@ -52,6 +52,8 @@ _BODY_SIZES = np.geomspace(0.0001, 0.010, 7)
 _EFFECT_SIZES = np.array([0.3, 1.0, 3.0])
 # Over which the body's movement changes, as shares of its diagonal.
 _LENGTHS = (0.25, 0.5)
+# From where on an end bends by itself, as shares of the way from clamp to tip.
+_BENDS_FROM = (0.5, 0.75)
 # Of the variance of a thing's error, what all its patches in one view have in common.
 _COMMON = 0.5
 # Directions that hardly move are left out, as a share of the largest.
@@ -192,14 +194,38 @@ def _gain_of_body(
         if set(one.names) <= set(names)
     ]
     gains = [nothing.gain(columns, _EFFECT_SIZES) for columns in ways]
-    moved = [np.tile(np.eye(3)[:, None], (1, len(rest), 1)) for _ in evaluator.model.observations]
-    slopes = _columns(evaluator.groups(fit.coordinates, moved), 3)
+    along = evaluator.model.effects.axes(0).fraction(rest)
+    slopes, seen_along = _seen_along(evaluator, fit, along)
     views = np.concatenate([np.full(len(b.patches.values), b.view) for b in of_the_body(wide)])
     diagonal = float(np.linalg.norm(np.ptp(rest, axis=0)))
-    for length in _LENGTHS:
-        fields = _fields(slopes, rest[nodes], views, length * diagonal)
-        gains.append(nothing.gain(fields, _BODY_SIZES))
+    apart = np.linalg.norm(rest[nodes][:, None] - rest[nodes], axis=-1)
+    kernels = [np.exp(-((apart / (length * diagonal)) ** 2)) for length in _LENGTHS]
+    kernels += [_bending(seen_along, begins) for begins in _BENDS_FROM]
+    gains += [nothing.gain(_fields(slopes, kernel, views), _BODY_SIZES) for kernel in kernels]
     return float(np.logaddexp.reduce(gains) - np.log(len(gains)))
+
+
+def _seen_along(
+    evaluator: PatchEvaluator, fit: Refit, along: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how patches follow movements along the camera's axes, and where on the body they lie.
+
+    Args:
+        evaluator: of the model.
+        fit: of it.
+        along: share of the way from clamp to tip of each node, shape (N,).
+
+    Returns:
+        Slopes, shape (n, 3), and the mean of that share over what is seen in each patch, (n,).
+    """
+    moved = np.concatenate([np.eye(3)[:, None] * one[:, None] for one in (along**0, along)])
+    count = len(evaluator.model.observations)
+    columns = _columns(evaluator.groups(fit.coordinates, [moved] * count), 6)
+    slopes, weighted = columns[:, :3], columns[:, 3:]
+    # Along the axis that moves a patch most.
+    clearest = np.abs(slopes).argmax(axis=1)[:, None]
+    means = np.take_along_axis(weighted, clearest, 1) / np.take_along_axis(slopes, clearest, 1)
+    return slopes, means[:, 0]
 
 
 def _columns(groups: Sequence[PatchGroup], count: int) -> FloatArray:
@@ -209,20 +235,33 @@ def _columns(groups: Sequence[PatchGroup], count: int) -> FloatArray:
     )[:, -count:]
 
 
-def _fields(slopes: FloatArray, places: FloatArray, views: IntArray, length: float) -> FloatArray:
-    """Return what smooth movements of size one, others in each view, do to the patches, (n, k).
+def _bending(along: FloatArray, begins: float) -> FloatArray:
+    """Return the covariance of how far a body stands off that bends anywhere from a place on.
+
+    Its curvature is white noise, so that the way is an integrated Wiener process (Wahba, J. R.
+    Stat. Soc. B 40, 1978), here of size one at the tip.
+
+    Args:
+        along: share of the way from clamp to tip of each patch, shape (n,).
+        begins: from where on it bends, likewise.
+    """
+    beyond = np.clip((along - begins) / (1.0 - begins), 0.0, 1.0)
+    near, far = np.minimum.outer(beyond, beyond), np.maximum.outer(beyond, beyond)
+    return np.asarray(0.5 * near**2 * (3.0 * far - near))
+
+
+def _fields(slopes: FloatArray, kernel: FloatArray, views: IntArray) -> FloatArray:
+    """Return what random movements, others in each view, do to the patches, shape (n, k).
 
     Args:
         slopes: what moves along the camera's axes do to each patch, shape (n, 3).
-        places: of the patches on the body at rest [m], shape (n, 3).
+        kernel: covariance of the movements along each axis, shape (n, n).
         views: number of the view of each, shape (n,).
-        length: over which the movement changes [m].
     """
     found = []
     for view in np.unique(views):
         own = np.flatnonzero(views == view)
-        apart = np.linalg.norm(places[own, None] - places[own], axis=-1)
-        covariance = np.exp(-((apart / length) ** 2)) * (slopes[own] @ slopes[own].T)
+        covariance = kernel[np.ix_(own, own)] * (slopes[own] @ slopes[own].T)
         values, turns = np.linalg.eigh(covariance)
         kept = values > _LEAST * values.max()
         columns = np.zeros((len(views), int(kept.sum())))

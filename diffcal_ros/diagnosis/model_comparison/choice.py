@@ -73,8 +73,8 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     if not evaluator.is_measured:
         # The log evidence rests on a floor that is a guess: what is left must tell.
         near |= _as_near(best, rivals)
-    if has_one_pose or not evaluator.is_measured:
-        confidence = min(confidence, 1.0 / (1 + len(near)))
+    # A name that shares the answer with others is no surer than one of them.
+    confidence = min(confidence, 1.0 / (1 + len(near)))
     alike = [best.identifiers, *(key for key in others if key in near)]
     if selection.rival is not None:
         # One effect or two others: no recording at hand tells.

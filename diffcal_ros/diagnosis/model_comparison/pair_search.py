@@ -27,16 +27,22 @@ _MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
 # near it must come to one that leaves noise.
 _TANGENTS_MISS, _STAND_INS_MISS = 1.25, 2.5
 _NEAR = 10.0
+# What is left is small beside its noise where noise leaves as much with this chance: there
+# tangents tell what a second effect may add.
+_AS_NOISE = 0.05
 
 
 def best_pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[Hypothesis]:
     """Add a second effect to the best single ones, by the scores around each.
 
-    What promises most comes first: where that leaves noise, others need not be tried whose
-    tangents lead nowhere near.
+    Beside a single effect that leaves noise only what may add enough is tried. What promises
+    most comes first: where that leaves noise, others need not be tried whose tangents lead nowhere
+    near.
     """
     most = _MOST_PAIRS if pool.nominal.is_measured else _MOST_PAIRS_GUESSED
-    offers = _offers(pool, singles, scores)[:most]
+    least = max(h.fit.log_evidence for h in singles) + PAIR_GAIN
+    listed = _offers(pool, singles, scores)
+    offers = [offer for offer in listed if offer.at_most > least or not offer.is_linear][:most]
     if not pool.nominal.is_measured or len(offers) < 2:
         return finished(pool, pool.refit_all([offer.request for offer in offers]), rivals=singles)
     first = max(offers, key=lambda offer: offer.expected)
@@ -59,11 +65,13 @@ class _Offer:
         request: to refit it.
         start: log evidence of the single effect that it adds to.
         gain: what tangents there promise of it.
+        is_linear: whether that effect leaves noise, so that tangents hold.
     """
 
     request: RefitRequest
     start: float
     gain: float
+    is_linear: bool
 
     @property
     def expected(self) -> float:
@@ -84,6 +92,7 @@ def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> l
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
+        is_linear = pool.nominal.is_measured and one.chance_of_noise > _AS_NOISE
         try:
             again = screen(one.evaluator, one.fit.coordinates, others)
         except NotSimulatedError:
@@ -92,7 +101,8 @@ def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> l
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             starts = {**_fitted(one), **starts_of(score)}
             request = first_request([first, score.candidate], starts, singles)
-            found.setdefault(key, _Offer(request, one.fit.log_evidence, score.log_evidence))
+            offer = _Offer(request, one.fit.log_evidence, score.log_evidence, is_linear)
+            found.setdefault(key, offer)
     return list(found.values())
 
 

@@ -139,12 +139,13 @@ def _closed(one: Refit, two: Refit) -> float:
     return closed_fraction(before.most, after.most, floor)
 
 
-def select(pool: RefitPool, scores: Screen) -> Selection:
+def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selection:
     """Refit candidates, and pairs where no single one is enough.
 
     Args:
         pool: who refit, and what the nominal model is.
         scores: of all candidates.
+        with_pairs: whether two effects may be named; else only which one comes nearest is asked.
     """
     is_measured = pool.nominal.is_measured
     singles = _singles(pool, scores)
@@ -153,7 +154,7 @@ def select(pool: RefitPool, scores: Screen) -> Selection:
         singles = _singles(pool, with_tangents(scores))
     singles = _judged(pool, singles)
     pairs: list[Hypothesis] = []
-    if singles and _is_poor(pool, singles[0]):
+    if with_pairs and singles and _is_poor(pool, singles[0]):
         pairs = best_pairs(pool, singles, scores)
         singles = sorted([*singles, *halves(pool, singles, pairs)], key=by_evidence)
     singles = _judged(pool, [h for h in singles if not h.has_idle_effect])

@@ -18,14 +18,16 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _MAX_REJECTIONS = 4
-# A step that promises less than this (half chi-square) is a fifth of a standard error.
-_SMALL_GAIN = 0.02
+# A step that promises less than this (half chi-square, in units of what is left of each patch) is
+# a third of a standard error.
+_SMALL_GAIN = 0.05
 _SMALL_FRACTION = 1e-4
 # Share of the present residual that is allowed for while a fit is on its way.
 _SLACK = 0.3
 # Where it shrinks by less, costs before and after can be compared.
 _MUCH_LESS = 0.9
-_FIRST_DAMPING, _LEAST_DAMPING = 1e-2, 1e-3
+# A step that failed is not tried once more as hardly another one.
+_FIRST_DAMPING, _LEAST_DAMPING = 0.1, 1e-3
 # Patches join and leave: a step is not refused for less than this share.
 _ROUGHNESS = 0.01
 # So many evaluations on end that win less than a share of the cost lead nowhere. While it is
@@ -100,12 +102,22 @@ class PatchFit:
             step, gain = self._step(self._damping)
             if self._is_lost(gain, most_cost):
                 break
-            if gain < _SMALL_GAIN or self._idle >= _MOST_IDLE or self._is_stuck(gain):
+            if gain < self._least_gain or self._idle >= _MOST_IDLE or self._is_stuck(gain):
                 self._come_to_rest()
             else:
                 self._try(np.clip(self.here + step, *self._bounds))
         if self._slack:
             self._weigh(0.0)
+
+    @property
+    def _least_gain(self) -> float:
+        """What a step must promise. While patches weigh less the fit is only on its way."""
+        return _ROUGHNESS * self.cost if self._slack else self._small_gain
+
+    @property
+    def _small_gain(self) -> float:
+        """What is not worth a step: where no noise alone is left, errors are larger."""
+        return _SMALL_GAIN * max(1.0, 2.0 * _per_patch(self.cost, self.seen))
 
     def _is_stuck(self, gain: float) -> bool:
         """Tell whether steps led nowhere that promised no more than the roughness."""
@@ -146,7 +158,7 @@ class PatchFit:
         if not _per_patch(cost, seen) < allowed:
             self._reject()
             return
-        is_small = abs(cost - self.cost) < max(_SMALL_GAIN, _SMALL_FRACTION * cost)
+        is_small = abs(cost - self.cost) < max(self._small_gain, _SMALL_FRACTION * cost)
         self.here, self.groups, self.seen, self.cost = trial, groups, seen, cost
         self._damping = 0.1 * self._damping if self._damping > _LEAST_DAMPING else 0.0
         self.rejections = 0

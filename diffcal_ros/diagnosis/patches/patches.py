@@ -21,8 +21,9 @@ _SMALLEST_CELL, _LARGEST_CELL = 8, 40
 _LEAST_PIXELS, _LEAST_OUTLINE = 12, 3.0
 # A surface seen too flat beside the outline is no harm when it is thinner than this [px].
 _HARMLESS = 0.25
-# Pixels off their patch's median by more are not the body.
-_OUTLIER_SPREADS, _OUTLIER_SLACK = 4.0, 0.0004
+# Pixels off their patch's median by more are not the body [spreads, m]; nor is an edge that is off
+# by more than so many spreads and this, which is found to a pixel [px].
+_OUTLIER_SPREADS, _OUTLIER_SLACK, _EDGE_SLACK = 4.0, 0.0004, 1.0
 
 
 @dataclass(frozen=True)
@@ -94,14 +95,19 @@ def cell_size(pixel_count: int, frame_count: int = 1) -> int:
 def depth_patches(
     residuals: Residuals, jacobian: FloatArray, noise: NoiseModel, cell: int
 ) -> Patches:
-    """Average residuals of depth over cells of the image."""
+    """Average residuals of depth over cells of the image.
+
+    Where they differ within a cell by more than their noise the average depends on which pixels
+    the cell happens to hold, and is known as well as that of so many draws.
+    """
     numbers = cell_numbers(residuals.pixels, cell)
-    kept = _near_median(residuals.values, numbers)
-    weights = np.where(kept, residuals.weights, 0.0)
+    weights = residuals.weights * _trust(residuals.values, numbers, _OUTLIER_SLACK)
     values, slopes, centers, cells, totals = averaged_by_cell(
         residuals, jacobian, numbers, weights, _LEAST_PIXELS
     )
-    covariance = noise.depth_covariance(centers, totals)
+    uneven = _spreads(residuals.values, weights, numbers, cells) ** 2
+    further = np.maximum(uneven - noise.pixel**2, 0.0) / totals
+    covariance = noise.depth_covariance(centers, totals) + np.diag(further)
     common = noise.depth_common(len(values))
     standing = noise.depth_standing(len(values)) if noise.standing else None
     return Patches(values, slopes, covariance, centers, cells, totals, common, standing)
@@ -129,11 +135,16 @@ def edge_patches(
     wide = np.hstack([jacobian, pixel_sizes[:, None], doubt[:, None]])
     # Pieces in doubt say little beside others of the same cell.
     weights = residuals.weights / (1.0 + (doubt / _HARMLESS) ** 2)
+    slack = _EDGE_SLACK * float(np.median(pixel_sizes)) if len(pixel_sizes) else 0.0
+    weights *= _trust(residuals.values, numbers, slack)
     values, slopes, centers, cells, totals = averaged_by_cell(
         residuals, wide, numbers, weights, _LEAST_OUTLINE
     )
     sizes, doubts = slopes[:, -2], slopes[:, -1]
-    covariance = noise.edge_covariance(centers, totals, sizes) + np.diag((doubts * sizes) ** 2)
+    uneven = _spreads(residuals.values, weights, numbers, cells) ** 2
+    further = np.maximum(uneven - (noise.edge_pixels * sizes) ** 2, 0.0) / totals
+    own = np.diag((doubts * sizes) ** 2 + further)
+    covariance = noise.edge_covariance(centers, totals, sizes) + own
     common = noise.edge_common(sizes)
     return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common)
 
@@ -149,17 +160,40 @@ def cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:
     return rows * 100_000 + columns
 
 
-def _near_median(values: FloatArray, numbers: IntArray) -> NDArray[np.bool_]:
-    """Tell which residuals are no outliers of their cell."""
-    kept = np.ones(len(values), dtype=bool)
+def _trust(values: FloatArray, numbers: IntArray, slack: float) -> FloatArray:
+    """Return how far each residual is trusted beside the others of its cell, shape (M,).
+
+    Wholly up to half way to an outlier, from there down to nothing: a pixel that becomes one as
+    the model moves makes no step (Hampel et al., *Robust Statistics*, 1986, on such weights).
+
+    Args:
+        values: [m], shape (M,).
+        numbers: cell of each, shape (M,).
+        slack: beyond the spreads [m].
+    """
+    trust = np.ones(len(values))
     order = np.argsort(numbers, kind='stable')
     _, starts = np.unique(numbers[order], return_index=True)
     for members in np.split(order, starts[1:]):
         own = values[members]
-        middle = np.median(own)
-        spread = 1.4826 * np.median(np.abs(own - middle))
-        kept[members] = np.abs(own - middle) <= _OUTLIER_SPREADS * spread + _OUTLIER_SLACK
-    return kept
+        off = np.abs(own - np.median(own))
+        most = _OUTLIER_SPREADS * 1.4826 * np.median(off) + slack
+        beyond = np.clip(2.0 * off / most - 1.0, 0.0, 1.0)
+        trust[members] = 1.0 - beyond**2 * (3.0 - 2.0 * beyond)
+    return trust
+
+
+def _spreads(
+    values: FloatArray, weights: FloatArray, numbers: IntArray, cells: IntArray
+) -> FloatArray:
+    """Return the weighted standard deviation of the residuals in some cells, shape (n,)."""
+    own = np.isin(numbers, cells)
+    places = np.searchsorted(cells, numbers[own])
+    chosen, shares = values[own], weights[own]
+    totals, sums, squares = (
+        np.bincount(places, shares * chosen**power, minlength=len(cells)) for power in range(3)
+    )
+    return np.sqrt(np.maximum(squares / totals - (sums / totals) ** 2, 0.0))
 
 
 def averaged_by_cell(

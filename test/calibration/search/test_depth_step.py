@@ -59,7 +59,7 @@ def test_a_step_beyond_a_robust_fit_is_found_and_told(step: float, start: float)
 
 @pytest.mark.slow
 def test_without_it_half_of_the_body_is_left_out() -> None:
-    _, result = _fit(_STEP, settings=replace(_QUICK, with_depth_step=False))
+    _, result = _fit(_STEP, settings=replace(_QUICK, looks_farther=False))
     assert result.outcome is not Outcome.CONVERGED
     assert _NAME not in result.values()
 

@@ -42,3 +42,24 @@ def test_where_a_pair_leaves_noise_others_that_lead_nowhere_near_are_left(screen
     pair_search.best_pairs(pool, [wrong], scores)
     # It is three that are tried at most, and no promise of the others reaches as far.
     assert (len(pool.asked) == 1) == leaves_noise
+
+
+@pytest.mark.parametrize('leaves_noise', [True, False])
+def test_beside_an_effect_that_leaves_noise_only_what_may_add_enough_is_tried(
+    screened, leaves_noise
+):
+    """Where much is left tangents say little, and all are tried."""
+    evaluator, nominal, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine')
+    one = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    chi_square = 0.7 if leaves_noise else 3.0
+    # No promise of a second effect reaches so far.
+    good = replace(one.fit, log_evidence=5e3, chi_square=chi_square * one.fit.patch_count)
+    names = {
+        tuple(sorted(('depth_affine', c.identifier))) for c in candidates(evaluator.model.scene)
+    }
+    pool = _Pool(evaluator, nominal, dict.fromkeys(names, one))
+    best = replace(one, fit=good)
+    other = replace(one, fit=replace(one.fit, log_evidence=5e3 + 1e3))
+    pair_search.best_pairs(pool, [best, other], scores)
+    assert (len(pool.asked) == 0) == leaves_noise

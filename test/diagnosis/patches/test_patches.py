@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Patches: means with their Jacobian, and a covariance that says how far they may be off."""
 
+from dataclasses import replace
+
 from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
 from diffcal_ros.diagnosis.patches.patches import depth_patches, edge_patches
@@ -42,6 +44,45 @@ def test_flying_pixels_do_not_move_a_patch(random):
     given.values[::25] += 0.05
     spoilt = depth_patches(given, np.zeros((4000, 1)), NOISE, 20).values
     np.testing.assert_allclose(spoilt, clean, atol=3e-5)
+
+
+def test_a_pixel_that_becomes_an_outlier_makes_no_step(random):
+    """The average follows one pixel smoothly from the body to far before it."""
+    given = residuals(random, 100)
+    given.pixels[:] %= 10
+    ways = np.arange(-0.003, 0.003, 2e-6)
+    means = []
+    for way in ways:
+        values = given.values.copy()
+        values[0] += way
+        moved = replace(given, values=values)
+        means.append(depth_patches(moved, np.zeros((100, 1)), NOISE, 10).values[0])
+    followed = np.diff(means) / np.diff(ways)
+    assert followed.max() > 0.5 / 100  # Near the others it counts like any of them,
+    assert np.abs(followed).max() < 2.0 / 100  # at no place does it jump,
+    assert means[-1] == pytest.approx(means[0], abs=2e-6)  # and far off it says nothing.
+
+
+def test_of_an_uneven_patch_the_average_is_known_as_well_as_its_pixels_tell(random):
+    """Where residuals run over 6 mm in a cell, other pixels of it give another average."""
+    count, cells = 60, 400
+    rows = np.arange(cells) * 20
+    pixels = random.integers(0, 20, size=(cells, count, 2))
+    pixels[..., 1] += rows[:, None]
+    values = 0.0003 * (pixels[..., 0] - 9.5) + random.normal(scale=1e-4, size=(cells, count))
+    given = Residuals(
+        kind=ResidualKind.DEPTH,
+        values=values.ravel(),
+        weights=np.ones(values.size),
+        pixels=pixels.reshape(-1, 2).astype(np.int32),
+        indices=np.arange(values.size, dtype=np.int32),
+        missing=0.0,
+    )
+    exact = NoiseModel(pixel=1e-4, smooth=0.0, rough=0.0)
+    patches = depth_patches(given, np.zeros((values.size, 1)), exact, 20)
+    assert len(patches.values) == cells
+    assert patches.values.std() == pytest.approx(np.sqrt(patches.variances.mean()), rel=0.15)
+    assert patches.variances.mean() > 100.0 * (1e-4**2 / count)
 
 
 def test_covariance_is_that_of_errors_drawn_from_it(random):
