@@ -181,7 +181,6 @@ def coverage(count: int) -> dict[str, Any]:
                 'turn_deg': round(float(np.rad2deg(np.linalg.norm(error[3:]))), 3),
                 'stated_mm': round(1e3 * float(np.linalg.norm(spread[:3])), 3),
                 'stated_deg': round(float(np.rad2deg(np.linalg.norm(spread[3:]))), 3),
-                'smooth_mm': round(1e3 * fit.smooth, 3),
                 'true_smooth_mm': round(1e3 * filmed.setup.sensor.bias, 3),
             }
         )

@@ -7,6 +7,7 @@ from diffcal_ros.proposal.find_body import FoundBody
 from diffcal_ros.proposal.hold import Hold, possible_holds
 from diffcal_ros.proposal.place_fit import fit_place, PlaceFit
 from diffcal_ros.scene.model import Fixture, Scene
+from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -27,7 +28,7 @@ def body_in_fixture(scene: Scene, observation: Observation) -> FoundBody | None:
         observation: the depth image, with the camera's pose from the fixture.
     """
     assert scene.fixture is not None
-    hold = fixture_hold(scene, scene.fixture)
+    hold = fixture_hold(scene.mesh, scene.fixture)
     quick = [
         fit
         for modulus in _MODULI
@@ -45,14 +46,13 @@ def body_in_fixture(scene: Scene, observation: Observation) -> FoundBody | None:
     return FoundBody(fit, _merit(fit), (), ())
 
 
-def fixture_hold(scene: Scene, fixture: Fixture) -> Hold:
+def fixture_hold(mesh: TetMesh, fixture: Fixture) -> Hold:
     """Return the end of the body that lies in the fixture, held from where that ends.
 
     Args:
-        scene: with the body.
+        mesh: the body.
         fixture: in the same frame.
     """
-    mesh = scene.mesh
     tree = cKDTree(fixture.positions[fixture.triangles].mean(axis=1))
     low, high = fixture.positions.min(axis=0), fixture.positions.max(axis=0)
 

@@ -9,7 +9,7 @@ from diffcal_ros.calibration.residuals.correlation import correlation_lengths
 from diffcal_ros.calibration.residuals.robust_residual import Reach
 from diffcal_ros.depth.tracer import OutOfViewError
 from diffcal_ros.registration.rigid_view import RigidImage, Sights
-from diffcal_ros.registration.sensor_errors import outline_columns, SmoothField
+from diffcal_ros.registration.sensor_errors import IMAGE_SHIFT, outline_columns, SIZE, SmoothField
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 # Steps go from far to near: how far depth and outline are looked for [m], [px].
 _FAR = (Reach(0.03, 0.03, 12), Reach(0.012, 0.02, 8))
 _NEAR = Reach(0.005, 0.015, 5)
-_STEPS, _SMALL, _ROUNDS = 10, 2e-6, 2
+_STEPS, _SMALL, _ROUNDS = 10, 2e-6, 3
 # Rounds of steps with scales anew, until the part moves by less [m].
 _RESCALED, _SETTLED = 4, 2e-5
 # A step shifts no more than this share of the reach, and turns no more than that [rad].
@@ -28,14 +28,13 @@ _LONGEST, _TURN = 0.5, 0.15
 _WIDTH = 2.385
 # Fewer pixels than that say nothing; so near is the part's own depth [m].
 _FEWEST, _AGREES = 100, 0.003
+# No more pixels than that are alike beside the smooth error: what is longer is of that.
+_MOST_ALIKE = 30.0
 # What is known of a pose beforehand [m], [rad]: a direction that nothing determines has that
 # variance.
 _ANYWHERE, _ANYHOW = 0.3, 1.5
 # No pixel, and no piece of an outline, is better than this [m], [px].
 _FINEST, _FINEST_EDGE = 5e-5, 0.3
-# Sizes of a sensor's smooth error that are weighed [m], and their prior: see docs/diagnosis.md.
-_SIZES = np.linspace(0.0002, 0.0004, 9)
-_PRIOR_SIZE, _PRIOR_SPREAD = 0.0002, np.log(2.0)
 
 
 @dataclass(frozen=True)
@@ -47,14 +46,12 @@ class RigidFit:
         covariance: of a shift of the part's middle [m] and a turn about it [rad], in the camera's
             frame, shape (6, 6).
         noise: of one pixel of depth beside the smooth error [m].
-        smooth: size of the smooth error that was taken [m].
         pixels: of depth that agree.
     """
 
     depth_from_object: FloatArray
     covariance: FloatArray
     noise: float
-    smooth: float
     pixels: float
 
 
@@ -90,9 +87,7 @@ def settle(image: RigidImage, start: FloatArray) -> RigidFit | None:
         if len(sights.values[0]) < _FEWEST:
             return None
         field = SmoothField.over(sights.pixels[0].min(axis=0), sights.pixels[0].max(axis=0))
-        pose, design = _descend(image, pose, _NEAR, Shared(field, _PRIOR_SIZE))
-        size = _smooth_size(design)
-        pose, design = _descend(image, pose, _NEAR, Shared(field, size))
+        pose, design = _descend(image, pose, _NEAR, field)
     except OutOfViewError:
         return None
     covariance = np.linalg.inv(design.curvature)[:6, :6]
@@ -100,22 +95,8 @@ def settle(image: RigidImage, start: FloatArray) -> RigidFit | None:
         pose,
         0.5 * (covariance + covariance.T),
         design.scales.noise[0],
-        size,
         design.agreeing,
     )
-
-
-@dataclass(frozen=True)
-class Shared:
-    """What pixels are off by together.
-
-    Attributes:
-        field: of depth.
-        size: one standard deviation of that [m].
-    """
-
-    field: SmoothField
-    size: float
 
 
 @dataclass(frozen=True)
@@ -157,7 +138,7 @@ class Design:
 
 
 def _descend(
-    image: RigidImage, start: FloatArray, reach: Reach, shared: Shared | None
+    image: RigidImage, start: FloatArray, reach: Reach, shared: SmoothField | None
 ) -> tuple[FloatArray, Design]:
     """Take Gauss-Newton steps until they are small, and again with the scales found there."""
     pose, design = _steps(image, start, reach, shared)
@@ -170,7 +151,7 @@ def _descend(
 
 
 def _steps(
-    image: RigidImage, start: FloatArray, reach: Reach, shared: Shared | None
+    image: RigidImage, start: FloatArray, reach: Reach, shared: SmoothField | None
 ) -> tuple[FloatArray, Design]:
     """Take steps with the scales of the first one; return where they end.
 
@@ -201,24 +182,24 @@ def _distance(image: RigidImage, first: FloatArray, second: FloatArray) -> float
 
 
 def expand(
-    sights: Sights, shared: Shared | None, reach: Reach, scales: Scales | None = None
+    sights: Sights, shared: SmoothField | None, reach: Reach, scales: Scales | None = None
 ) -> Design:
     """Expand the cost about a pose.
 
     Args:
         sights: there.
-        shared: what pixels are off by together; None: each is off by itself.
+        shared: the smooth error of depth, other common ones beside it; None: none at all.
         reach: how far was looked.
         scales: to use; None: those that the values show.
     """
     columns = _columns(sights, shared)
     counts = [own.shape[1] for own in columns]
     size = 6 + sum(counts)
-    smooth = slice(6, 6 + counts[0])
+    smooth = slice(6, 6 + (0 if shared is None else shared.count))
     precision = np.ones(size)
     precision[:3], precision[3:6] = _ANYWHERE**-2, _ANYHOW**-2
     if shared is not None:
-        precision[smooth] = shared.size**-2
+        precision[smooth] = SIZE**-2
     designs = []
     for kind, first in ((0, 6), (1, 6 + counts[0])):
         design = np.zeros((len(sights.values[kind]), size))
@@ -226,7 +207,7 @@ def expand(
         design[:, first : first + counts[kind]] = columns[kind]
         designs.append(design)
     is_free = np.arange(size) >= 6
-    unknowns, used = np.zeros(size), scales or _scales(sights, sights.values)
+    unknowns, used = np.zeros(size), scales or _scales(sights, sights.values, 1.0)
     for number in range(1 if shared is None else _ROUNDS):
         # What the pose is off by stays in what is weighed.
         left = [
@@ -234,7 +215,7 @@ def expand(
             for values, design in zip(sights.values, designs, strict=True)
         ]
         if scales is None and number:
-            used = _scales(sights, left)
+            used = _scales(sights, left, _patch(sights.pixels[0], left[0]))
         weights = [_weights(sights, kind, left[kind], used) for kind in (0, 1)]
         curvature = np.diag(precision) + sum(
             (design * own[:, None]).T @ design
@@ -258,22 +239,23 @@ def expand(
     )
 
 
-def _columns(sights: Sights, shared: Shared | None) -> tuple[FloatArray, FloatArray]:
+def _columns(sights: Sights, shared: SmoothField | None) -> tuple[FloatArray, FloatArray]:
     """Return what unknowns of the sensor do to depth and to outline, (M, k) and (L, k)."""
     if shared is None:
         return np.zeros((len(sights.values[0]), 0)), np.zeros((len(sights.values[1]), 0))
+    aside = IMAGE_SHIFT * sights.pixel_size * sights.jacobian[0][:, :2]
     return (
-        shared.field.columns(sights.pixels[0]),
+        np.hstack([shared.columns(sights.pixels[0]), aside]),
         outline_columns(sights.pixels[1], sights.normals, sights.scale),
     )
 
 
-def _scales(sights: Sights, left: Sequence[FloatArray]) -> Scales:
-    """Return what each value is off by alone."""
+def _scales(sights: Sights, left: Sequence[FloatArray], alike: float) -> Scales:
+    """Return what each value is off by alone, where so many pixels say the same."""
     depth, edge = (1.4826 * float(np.median(np.abs(own))) if len(own) else 0.0 for own in left)
     return Scales(
         (max(depth, _FINEST), max(edge, _FINEST_EDGE * sights.pixel_size)),
-        (_patch(sights.pixels[0], left[0]), 1.0),
+        (alike, 1.0),
     )
 
 
@@ -288,7 +270,7 @@ def _patch(pixels: FloatArray, left: FloatArray) -> float:
     image[rows, columns] = np.clip(left, -limit, limit)
     mask[rows, columns] = True
     side, _ = correlation_lengths(image, mask)
-    return max(1.0, side**2)
+    return float(np.clip(side**2, 1.0, _MOST_ALIKE))
 
 
 def _weights(sights: Sights, kind: int, left: FloatArray, scales: Scales) -> FloatArray:
@@ -306,21 +288,3 @@ def _cost(sights: Sights, kind: int, left: FloatArray, scales: Scales, reach: Re
     total = sights.weights[kind] @ np.log1p((left / width) ** 2)
     total += sights.missing[kind] * np.log1p((limit / width) ** 2)
     return 0.5 * _WIDTH**2 * float(total) / scales.alike[kind]
-
-
-def _smooth_size(design: Design) -> float:
-    """Return the size of the smooth error [m]: all other unknowns are integrated out.
-
-    As in the diagnosis it lies between 0.2 and 0.4 mm: of less nobody is sure from one image.
-    """
-    levels = []
-    for size in _SIZES:
-        curvature = design.curvature.copy()
-        own = np.arange(design.smooth.start, design.smooth.stop)
-        curvature[own, own] += size**-2 - design.precision[own]
-        _, level = np.linalg.slogdet(curvature)
-        gain = float(design.pull @ np.linalg.solve(curvature, design.pull))
-        prior = (np.log(size / _PRIOR_SIZE) / _PRIOR_SPREAD) ** 2
-        levels.append(0.5 * (gain - level - 2.0 * len(own) * np.log(size) - prior))
-    chances = np.exp(np.array(levels) - max(levels))
-    return float(np.sqrt(chances @ _SIZES**2 / chances.sum()))

@@ -145,11 +145,12 @@ class RigidImage:
         depth, edge = compared.depth, compared.edge
         inside = np.arange(len(depth.values))
         outline = np.arange(len(edge.values))
-        covered = self._covered(view, depth_from_object) if is_final else None
-        if covered is not None:
+        shown = self._body_pixels(view, depth_from_object) if is_final else None
+        if shown is not None:
+            body, covered = shown
             near = binary_dilation(covered, iterations=_BESIDE)
             inside = inside[~near[depth.pixels[:, 1], depth.pixels[:, 0]]]
-            near = binary_dilation(covered, iterations=_BESIDE_EDGE)
+            near = binary_dilation(body, iterations=_BESIDE_EDGE)
             height, width = near.shape
             columns, rows = edge.pixels.T
             outline = outline[~near[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]]
@@ -181,11 +182,19 @@ class RigidImage:
         """Return how points follow a shift and a turn about a pivot, shape (6, N, 3)."""
         return np.stack([moved_by(points, np.zeros(6), pivot, axis) for axis in range(6)])
 
-    def _covered(self, view: View, depth_from_object: FloatArray) -> BoolArray | None:
-        """Tell where the body at rest stands before the part, shape (H, W); None: no body."""
+    def _body_pixels(
+        self, view: View, depth_from_object: FloatArray
+    ) -> tuple[BoolArray, BoolArray] | None:
+        """Tell where the body at rest is, hidden or not, and where it stands before the part.
+
+        An edge of the part near the body may be taken for the body's, also where that lies behind.
+
+        Returns:
+            Shape (H, W) each; None: there is no body.
+        """
         body = self.body_trace(depth_from_object)
         if body is None:
             return None
+        depth = body.full_depth()
         far = np.nan_to_num(view.trace.full_depth(), nan=np.inf)
-        covered: BoolArray = np.nan_to_num(body.full_depth(), nan=np.inf) < far
-        return covered
+        return np.isfinite(depth), np.nan_to_num(depth, nan=np.inf) < far

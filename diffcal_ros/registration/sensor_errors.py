@@ -16,11 +16,16 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Length of a smooth error, and distance of knots [px].
-LENGTH, _SPACING = 80.0, 48.0
+# Size of a smooth error [m], its lengths, each with a third of its variance [px], and the distance
+# of knots in lengths. One image of one small part tells neither: of the sizes that the diagnosis
+# goes by the largest is taken, and its lengths alike: an error of the camera that is taken for
+# none becomes one of the material.
+SIZE, _LENGTHS, _SPACING = 0.0004, (40.0, 80.0, 160.0), 0.6
 # Standard deviations of what an outline is off by: everywhere, in a direction, at a place [px].
 _EVERYWHERE, _DIRECTION, _PLACE = 0.5, 0.2, 0.2
 _CELL = 40.0
+# What the whole depth image may be off by in each direction, beside its outlines [px].
+IMAGE_SHIFT = 0.15
 _OCTANTS = 8
 
 
@@ -29,30 +34,42 @@ class SmoothField:
     """A depth error that is smooth over a part of the image.
 
     Attributes:
-        knots: column and row [px], shape (K, 2).
+        knots: column and row [px], shape (K, 2), for each length.
     """
 
-    knots: FloatArray
+    knots: tuple[FloatArray, ...]
 
     @classmethod
     def over(cls, low: FloatArray, high: FloatArray) -> 'SmoothField':
         """Return one over the pixels between two corners, shape (2,) each."""
-        ticks = [
-            np.linspace(first, last, max(2, int(np.ceil((last - first) / _SPACING)) + 1))
-            for first, last in zip(low - 0.5 * _SPACING, high + 0.5 * _SPACING, strict=True)
-        ]
-        return cls(np.stack(np.meshgrid(*ticks), axis=-1).reshape(-1, 2))
+        return cls(tuple(_knots(low, high, _SPACING * length) for length in _LENGTHS))
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns."""
+        return sum(len(own) for own in self.knots)
 
     def columns(self, pixels: FloatArray) -> FloatArray:
         """Return what independent unknowns of variance one do to pixels, shape (M, K)."""
-        own = _kernel(self.knots, self.knots) + 1e-6 * np.eye(len(self.knots))
-        factor = np.linalg.cholesky(own)
-        return np.linalg.solve(factor, _kernel(self.knots, pixels)).T
+        columns = []
+        for knots, length in zip(self.knots, _LENGTHS, strict=True):
+            own = _kernel(knots, knots, length) + 1e-6 * np.eye(len(knots))
+            factor = np.linalg.cholesky(own)
+            columns.append(np.linalg.solve(factor, _kernel(knots, pixels, length)).T)
+        return np.hstack(columns) / np.sqrt(len(_LENGTHS))
 
 
-def _kernel(first: FloatArray, second: FloatArray) -> FloatArray:
+def _knots(low: FloatArray, high: FloatArray, spacing: float) -> FloatArray:
+    ticks = [
+        np.linspace(first, last, max(2, int(np.ceil((last - first) / spacing)) + 1))
+        for first, last in zip(low - 0.5 * spacing, high + 0.5 * spacing, strict=True)
+    ]
+    return np.stack(np.meshgrid(*ticks), axis=-1).reshape(-1, 2)
+
+
+def _kernel(first: FloatArray, second: FloatArray, length: float) -> FloatArray:
     square = ((first[:, None] - second[None]) ** 2).sum(axis=2)
-    return np.asarray(np.exp(-square / LENGTH**2))
+    return np.asarray(np.exp(-square / length**2))
 
 
 def outline_columns(pixels: FloatArray, normals: FloatArray, scale: FloatArray) -> FloatArray:
