@@ -14,8 +14,8 @@ IntArray = NDArray[np.int32]
 
 # The body's root reaches so far from the part: a share of the body's length, at least [m].
 _ROOT, _LEAST_ROOT = 0.15, 0.01
-# Angles by which its end may hang [rad].
-_BENDS = np.linspace(0.0, 1.8, 10)
+# Angles by which its end may hang, from next to nothing [rad].
+_BENDS = np.linspace(1e-6, 1.8, 10)
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,8 @@ class BodyAtRest:
         across = self.positions - start - free[:, None] * along
         shapes = []
         for bend in _BENDS:
-            angle = bend * free / free.max()
-            curvature = max(bend, 1e-9) / free.max()
+            curvature = bend / free.max()
+            angle = curvature * free
             axis = (np.sin(angle) / curvature)[:, None] * along
             axis += ((1.0 - np.cos(angle)) / curvature)[:, None] * down
             # Sections turn with the axis, in the plane of the bend.
