@@ -74,15 +74,16 @@ def body_merit(
     seen = is_shown & (depth < far)
     if np.count_nonzero(seen) < _FEWEST:
         return float('nan')
-    return _agreement((image.depth - depth)[seen], _NEAR_BODY)
+    # Before a background that gives no depth the body is missed where nothing is measured.
+    return _agreement((image.depth - depth)[seen], _NEAR_BODY, invalid=1.0)
 
 
-def _agreement(difference: FloatArray, near: float) -> float:
+def _agreement(difference: FloatArray, near: float, invalid: float = _INVALID) -> float:
     """Return the share of pixels that agree; measured less expected depth [m], shape (M,)."""
     is_valid = np.isfinite(difference)
     valid = difference[is_valid]
     weights = np.where(valid < -3.0 * near, _HIDDEN, 1.0)
-    total = weights.sum() + _INVALID * np.count_nonzero(~is_valid)
+    total = weights.sum() + invalid * np.count_nonzero(~is_valid)
     if total == 0.0:
         return 0.0
     return float(weights @ (1.0 / (1.0 + (valid / near) ** 2)) / total)
