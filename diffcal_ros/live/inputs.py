@@ -15,6 +15,8 @@ from diffcal_ros.observing.observe import observe_film, Take
 from diffcal_ros.observing.pose_sources import (
     ASKED_SOURCES,
     ESTIMATED,
+    FIXTURE,
+    from_fixture,
     from_scene,
     from_seen_marker,
     from_tf,
@@ -178,10 +180,14 @@ class LiveInputs:
         self._setup = scene.observations[self.setup_index]
         asked = None if pose_source == SCENE else pose_source
         self.source = source_in_force(self._setup, asked)
+        self._fixture: PoseSource | None = None
         if self.source == 'stored':
             stored_pose(self._setup)
         elif self.source == 'tf':
             world_frame_of(self._setup.pose)
+        elif self.source == FIXTURE:
+            # Kept: it is found again faster where it was.
+            self._fixture = from_fixture(scene, self._setup)
         elif self.source == ESTIMATED:
             required_marker(
                 scene,
@@ -277,6 +283,9 @@ class LiveInputs:
         newest, pose = frames[-1], self.pose
         if self.source == 'stored':
             return from_scene(self._setup)
+        if self.source == FIXTURE:
+            assert self._fixture is not None
+            return self._fixture
         if self.source == 'tf':
             assert self.lookup is not None
             world = self._setup.pose.world_frame

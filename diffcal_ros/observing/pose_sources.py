@@ -17,13 +17,16 @@ from diffcal_ros.calibration.observations.camera_pose import (
     steady_pose,
     stored_pose,
 )
+from diffcal_ros.calibration.observations.observation import measured_depth
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import PoseError
 from diffcal_ros.marker import Marker
 from diffcal_ros.pose.marker_depth import DepthEvidence, marker_distance_check
 from diffcal_ros.pose.target import target_of
+from diffcal_ros.registration.held_body import BodyAtRest
+from diffcal_ros.registration.register import register_part, RegisteredPart
 from diffcal_ros.rigid_transform import inverse
-from diffcal_ros.scene.model import ObservationSetup, PoseSetup, Scene
+from diffcal_ros.scene.model import Fixture, ObservationSetup, PoseSetup, Scene
 from diffcal_ros.stamped_pose import StampedPose
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +35,8 @@ FloatArray = NDArray[np.float64]
 
 # What may be asked for in place of what the scene says; `estimated` is from the scene's marker.
 ESTIMATED = 'estimated'
-ASKED_SOURCES = (ESTIMATED, 'stored', 'tf', 'topic')
+FIXTURE = 'fixture'
+ASKED_SOURCES = (ESTIMATED, 'stored', 'tf', 'topic', FIXTURE)
 # A pose so long before or after a frame is told [ns].
 _LATE = 1_000_000_000
 
@@ -74,6 +78,68 @@ def source_in_force(setup: ObservationSetup, asked: str | None) -> str:
 def from_scene(setup: ObservationSetup) -> PoseSource:
     """Take the pose that the scene stores."""
     return lambda sight: stored_pose(setup)
+
+
+def from_fixture(scene: Scene, setup: ObservationSetup) -> PoseSource:
+    """Take the pose that puts the scene's fixture where the depth image shows it.
+
+    The fixture goes where the observation places the body; gravity is the scene's. Asked again, it
+    first looks where the fixture was.
+
+    Raises:
+        PoseError: when the scene has no fixture.
+    """
+    fixture = required_fixture(scene)
+    placed = setup.world_from_object
+    body = body_at_rest(scene, placed[:3, :3].T @ setup.gravity)
+    known: list[RegisteredPart] = []
+
+    def find(sight: Sight) -> CameraPose:
+        found = register_part(
+            fixture,
+            measured_depth(sight.depth, scene.sensor),
+            sight.camera,
+            body=body,
+            masks=scene.masks,
+            noise=scene.sensor.noise,
+            known=known[0] if known else None,
+        )
+        known[:] = [found]
+        return CameraPose(
+            found.depth_from_object @ inverse(placed),
+            covariance=found.covariance,
+            pivot=found.pivot,
+            notes=found.notes,
+        )
+
+    return find
+
+
+def body_at_rest(scene: Scene, gravity: FloatArray | None) -> BodyAtRest:
+    """Return the surface of the scene's body.
+
+    Args:
+        scene: with a mesh.
+        gravity: its direction in the object frame, shape (3,), or None.
+    """
+    triangles = scene.mesh.surface_triangles
+    used, numbers = np.unique(triangles, return_inverse=True)
+    corners = np.asarray(numbers, dtype=np.int32).reshape(-1, 3)
+    return BodyAtRest(scene.mesh.rest_positions[used], corners, gravity)
+
+
+def required_fixture(scene: Scene) -> Fixture:
+    """Return the scene's fixture.
+
+    Raises:
+        PoseError: when it has none.
+    """
+    if scene.fixture is None:
+        raise PoseError(
+            "the scene has no 'fixture' to find in the depth images: add its box or file in the "
+            "mesh's frame, or take the camera's pose from elsewhere, see `pose`"
+        )
+    return scene.fixture
 
 
 def from_tf(pose: PoseSetup, lookup: Lookup) -> PoseSource:

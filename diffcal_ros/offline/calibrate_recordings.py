@@ -63,8 +63,8 @@ def open_inputs(
         scene: loaded.
         bags: one an observation of the scene, in its order, or in any where the scene names them;
             or any number for a scene with one. Empty: the bags that the scene names.
-        pose_source: `estimated` from the marker, `stored`, `tf` or `topic`; None: as the scene
-            says, or else `estimated`.
+        pose_source: `estimated` from the marker, `stored`, `tf`, `topic` or `fixture`; None: as
+            the scene says, or else `estimated`.
         depth_topic: where a recording has several.
         allow_truncated: read what is left of damaged, cut-off and missing files; notes say what
             is lost.

@@ -14,6 +14,8 @@ from diffcal_ros.errors import PoseError
 from diffcal_ros.observing.observe import observe_film, Take
 from diffcal_ros.observing.pose_sources import (
     ESTIMATED,
+    FIXTURE,
+    from_fixture,
     from_scene,
     from_tf,
     from_topic,
@@ -102,6 +104,8 @@ def _source(scene: Scene, setup_index: int, recording: Recording, asked: str | N
         return lambda sight: _estimated_pose(scene, recording, sight)
     if source == 'stored':
         return from_scene(setup)
+    if source == FIXTURE:
+        return from_fixture(scene, setup)
     # Long recordings carry much TF: it is read once, and only where it is asked.
     frames = cache(lambda: read_frames(recording.messages, recording.leave_out))
 

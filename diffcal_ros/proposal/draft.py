@@ -24,6 +24,8 @@ _HEADER = """\
 # `diffcal check` draws the scene, and docs/scenes.md tells what every key means.
 """
 _AXES = 'xyz'
+# How far a body may sit from where the CAD of its clamp has it [m], [degrees].
+_SEAT, _SEAT_TURN = 0.001, 0.5
 # Bounds of a modulus [Pa]: from gels to hard rubber.
 _SOFTEST, _STIFFEST = 5.0e3, 1.0e7
 
@@ -48,6 +50,8 @@ class Draft:
         pose_frame: TF's name of the world, or empty. With neither marker nor frame the world is
             the depth camera's frame.
         sensor: name of a depth camera, or empty.
+        fixture_file: surface of a rigid part in the mesh's coordinates, which gives the camera's
+            pose, or None.
         remarks: sentences for comments above a section, by its key.
     """
 
@@ -65,6 +69,7 @@ class Draft:
     marker: Marker | None = None
     pose_frame: str = ''
     sensor: str = ''
+    fixture_file: Path | None = None
     remarks: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def text(self, folder: Path) -> str:
@@ -89,7 +94,7 @@ class Draft:
             'regions': {'body': self._material()},
             'gravity': _rounded(self.gravity, 4),
         }
-        document |= self._pose()
+        document |= self._pose(folder)
         if self.sensor:
             document['sensor'] = {'model': self.sensor}
         if len(self.bags) > 1:
@@ -120,7 +125,16 @@ class Draft:
             'density': self.density,
         }
 
-    def _pose(self) -> dict[str, Any]:
+    def _pose(self, folder: Path) -> dict[str, Any]:
+        if self.fixture_file is not None:
+            return {
+                'fixture': {'file': _relative(self.fixture_file, folder), 'unit': self.unit},
+                'pose': {'source': 'fixture'},
+                'rigid_offset': {
+                    'translation_std': _SEAT,
+                    'rotation_std_deg': _SEAT_TURN,
+                },
+            }
         if self.marker is not None:
             marker = self.marker
             return {

@@ -51,7 +51,7 @@ def gravity_of(
     """
     if stated is not None:
         return Gravity(np.array(stated), ())
-    usual, why = _usual(marker, pose_frame)
+    usual, why = _usual(observation, marker, pose_frame)
     felt, problems = _felt(recording, observation)
     if felt is None:
         return Gravity(GRAVITY * usual, (why, *problems))
@@ -66,7 +66,9 @@ def gravity_of(
     return Gravity(GRAVITY * down, (told,))
 
 
-def _usual(marker: Marker | None, pose_frame: str) -> tuple[FloatArray, str]:
+def _usual(
+    observation: Observation, marker: Marker | None, pose_frame: str
+) -> tuple[FloatArray, str]:
     if marker is not None:
         return np.array([0.0, -1.0, 0.0]), (
             "the marker is taken to hang upright, gravity along its frame's -y; no IMU says so"
@@ -76,7 +78,8 @@ def _usual(marker: Marker | None, pose_frame: str) -> tuple[FloatArray, str]:
             f'gravity is taken to be along -z of {pose_frame}, as is usual in ROS (REP 103); no '
             'IMU says so'
         )
-    return np.array([0.0, 1.0, 0.0]), (
+    # The world is the camera's frame, or that of a fixture in any direction.
+    return observation.depth_from_world[:3, :3].T @ np.array([0.0, 1.0, 0.0]), (
         "gravity is not known: it is taken to point down in the depth image, the camera's +y; "
         'measure it, or record an IMU'
     )

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.proposal.bent_shape import BentShape
-from diffcal_ros.proposal.image_score import ImageScore
-from diffcal_ros.proposal.shape_sample import ShapeSample, ShapeSampler
+from diffcal_ros.proposal.shape_sample import ShapeSampler
+from diffcal_ros.registration.image_score import ImageScore
+from diffcal_ros.registration.surface_sample import ShapeSample
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np

@@ -14,19 +14,23 @@ from diffcal_ros.marker import Marker
 from diffcal_ros.offline.calibrate_recordings import OfflineInputs, open_inputs
 from diffcal_ros.proposal.draft import Draft
 from diffcal_ros.proposal.find_body import find_body, FoundBody
+from diffcal_ros.proposal.fixture_hold import body_in_fixture
 from diffcal_ros.proposal.gravity import Gravity, gravity_of
 from diffcal_ros.proposal.hold import possible_holds
 from diffcal_ros.proposal.level import level_placement, tilt
 from diffcal_ros.proposal.mesh_unit import fitting_units, sizes
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.recording import Recording
+from diffcal_ros.rigid_transform import angle_between, apply
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.scene.sections.mesh_files import read_mesh
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
+from numpy.typing import NDArray
 
 Tell = Callable[[str], None]
+FloatArray = NDArray[np.float64]
 
 SILICONE_DENSITY, SILICONE_RATIO = 1080.0, 0.49
 # Where a modulus is not known yet [Pa].
@@ -35,6 +39,8 @@ _ANY_MODULUS = 1e5
 _LEAST_MERIT = 0.1
 # A doubt about the clamp beyond this is told [m].
 _SURE = 0.003
+# So far from its place in the fixture a body is told to sit [mm], [degrees].
+_SEAT, _SEAT_TURN = 2.0, 1.0
 # A cantilever under its weight sags by the fourth power of its free length over the modulus, so
 # that so many times the share of a doubt about the length is one about the modulus; told beyond.
 _MODULUS_POWER, _MODULUS_SURE = 4.0, 0.05
@@ -54,6 +60,8 @@ class Question:
         depth_topic: where a recording has several.
         sensor: name of a depth camera.
         pixel: column and row of a pixel on the soft body.
+        fixture: closed surface of the clamp in the mesh's own coordinates, which gives the
+            camera's pose.
     """
 
     unit: str | None = None
@@ -65,6 +73,7 @@ class Question:
     depth_topic: str | None = None
     sensor: str = ''
     pixel: tuple[float, float] | None = None
+    fixture: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -120,7 +129,11 @@ def propose(
     gravity = gravity_of(recording, observation, known.gravity, known.marker, known.pose_frame)
     draft = replace(draft, gravity=gravity.vector)
     scene = _with_gravity(inputs.scene, gravity)
-    found = find_body(scene, observation, pixel=known.pixel, tell=tell)
+    if known.fixture is None:
+        found = find_body(scene, observation, pixel=known.pixel, tell=tell)
+    else:
+        tell('fitting the body where the fixture holds it')
+        found = body_in_fixture(scene, observation)
     if found is None or found.merit < _LEAST_MERIT:
         raise InputError(
             f'nothing in {bags[0]} looks like {mesh_file.name} hanging from a clamp at one of its '
@@ -173,7 +186,7 @@ def _first_draft(
         mesh_file=mesh_file,
         unit=unit,
         bags=tuple(bags),
-        gravity=np.array([0.0, -9.81, 0.0]),
+        gravity=_first_gravity(known),
         world_from_object=np.eye(4),
         hold=hold,
         held=hold.vertices(scaled),
@@ -183,7 +196,15 @@ def _first_draft(
         marker=known.marker,
         pose_frame=known.pose_frame,
         sensor=known.sensor,
+        fixture_file=known.fixture,
     )
+
+
+def _first_gravity(known: Question) -> FloatArray:
+    """Return gravity before any is read; none where it would tell how a fixture stands."""
+    if known.fixture is None:
+        return np.array([0.0, -9.81, 0.0])
+    return np.zeros(3) if known.gravity is None else np.array(known.gravity)
 
 
 def _inputs(draft: Draft, known: Question) -> OfflineInputs:
@@ -219,12 +240,17 @@ def _finished(
         hold = hold.moved(fit.clamp.plane).at_row(scene.mesh, fit.clamp.doubt)
     held = hold.vertices(scene.mesh)
     pivot = scene.mesh.rest_positions[held].mean(axis=0)
-    level = level_placement(fit.world_from_object, hold.direction, gravity.vector, pivot)
-    turned = float(np.rad2deg(tilt(fit.world_from_object, level)))
+    if known.fixture is None:
+        level = level_placement(fit.world_from_object, hold.direction, gravity.vector, pivot)
+    else:
+        level = np.eye(4)
+    turned = 0.0 if known.fixture else float(np.rad2deg(tilt(fit.world_from_object, level)))
     doubts: dict[str, list[str]] = {'gravity': list(gravity.doubts)}
     if unit_doubt:
         doubts['mesh'] = [unit_doubt]
     doubts['placement'] = _placement_doubts(found, turned, camera)
+    if known.fixture is not None:
+        doubts['placement'] += _seat_doubts(fit.world_from_object, pivot)
     doubts['held'] = _clamp_doubts(found, scene.mesh)
     doubts['regions'] = _material_doubts(known)
     remarks = {
@@ -232,8 +258,11 @@ def _finished(
     }
     length = 1e3 * float(np.ptp(scene.mesh.rest_positions, axis=0).max())
     remarks['mesh'] = (f'The body is {length:.4g} mm long.', *remarks.get('mesh', ()))
+    where = 'found in the depth image.'
+    if known.fixture is not None:
+        where = 'the world is the frame of mesh and fixture; gravity stands in it as well.'
     remarks['placement'] = (
-        'world_from_object [m]: found in the depth image.',
+        f'world_from_object [m]: {where}',
         *remarks.get('placement', ()),
     )
     draft = replace(
@@ -269,6 +298,18 @@ def _placement_doubts(found: FoundBody, turned: float, camera: PinholeCamera) ->
             f'{100 * gap.explained:.0f} % explained'
         )
     return doubts
+
+
+def _seat_doubts(fitted: FloatArray, pivot: FloatArray) -> list[str]:
+    """Say where the image has the body elsewhere than the CAD of its clamp."""
+    shift = 1e3 * float(np.linalg.norm(apply(fitted, pivot) - pivot))
+    turn = float(np.rad2deg(angle_between(fitted, np.eye(4))))
+    if shift <= _SEAT and turn <= _SEAT_TURN:
+        return []
+    return [
+        f'in the image the held part is {shift:.1f} mm and {turn:.1f} degrees from where mesh and '
+        'fixture have it; see that both are in one frame, and how the body sits in the clamp'
+    ]
 
 
 def _clamp_doubts(found: FoundBody, mesh: TetMesh) -> list[str]:

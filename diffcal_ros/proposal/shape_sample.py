@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bent body reduced to a few points: of its surface in view, and of the space beside it."""
 
-from dataclasses import dataclass
-
 from diffcal_ros.proposal.bent_shape import BentShape
+from diffcal_ros.registration.surface_sample import ShapeSample, spread
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -21,25 +20,6 @@ _CELLS = 60
 _BESIDE = (1.6, 3.2)
 # The end of a body is this share of its free length.
 _END = 0.12
-
-
-@dataclass(frozen=True)
-class ShapeSample:
-    """Points of a body in the camera's orientation, from a point in its middle that is in view.
-
-    Attributes:
-        surface: of the free part in view [m], shape (N, 3); the first one is the origin.
-        beside: just outside of its outline, at the body's depth [m], shape (M, 3).
-        beyond: those of the latter that are beyond the free end [m], shape (L, 3).
-        held: of the held part towards the camera [m], shape (K, 3).
-        origin: of these points in the object frame, turned into the camera's axes [m], shape (3,).
-    """
-
-    surface: FloatArray
-    beside: FloatArray
-    beyond: FloatArray
-    held: FloatArray
-    origin: FloatArray
 
 
 class ShapeSampler:
@@ -91,7 +71,7 @@ class ShapeSampler:
             return None
         seen = points[in_view]
         middle = seen[np.argmin(np.linalg.norm(seen - seen.mean(axis=0), axis=1))]
-        chosen = seen[_spread(len(seen), surface)]
+        chosen = seen[spread(len(seen), surface)]
         around, owners = _beside(points, self._is_free, view, middle)
         end = points[self._is_end].mean(axis=0)
         along = end - points[~self._is_end & self._is_free].mean(axis=0)
@@ -99,16 +79,11 @@ class ShapeSampler:
         beyond = around[is_beyond]
         return ShapeSample(
             np.vstack([middle, chosen]) - middle,
-            around[_spread(len(around), beside)] - middle,
-            beyond[_spread(len(beyond), beside // 2)] - middle,
-            held[_spread(len(held), beside // 2)] - middle,
+            around[spread(len(around), beside)] - middle,
+            beyond[spread(len(beyond), beside // 2)] - middle,
+            held[spread(len(held), beside // 2)] - middle,
             middle,
         )
-
-
-def _spread(count: int, wanted: int) -> NDArray[np.int64]:
-    """Return at most so many numbers, evenly spread over a random order that never changes."""
-    return np.random.default_rng(11).permutation(count)[:wanted]
 
 
 def _beside(

@@ -31,7 +31,8 @@ SETTINGS = (
         "marker's on marker_pose/pose, checked against the depth on it (estimated); another on "
         "that topic, or the one that the scene names: the camera's own where its frame_id is the "
         "scene's world_frame, else the world's (topic); from TF, from world_frame to the depth "
-        "images (tf); the scene's (stored)",
+        "images (tf); the scene's (stored); from where the depth images show the scene's fixture "
+        '(fixture)',
         choices=POSE_SOURCES,
     ),
     Setting(

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 # Name of the integrator that leaves inertia out.
 QUASI_STATIC = 'quasi_static'
-# Where the camera's pose may come from: the marker in the colour images, the scene itself, TF, or
-# a topic.
-POSE_SOURCES = ('marker', 'stored', 'tf', 'topic')
+# Where the camera's pose may come from: the marker in the colour images, the scene itself, TF, a
+# topic, or the fixture in the depth images.
+POSE_SOURCES = ('marker', 'stored', 'tf', 'topic', 'fixture')
 # How well a pose is known where nobody says: as by a careful hand-eye calibration [m], [rad].
 USUAL_POSITION_STD = 0.001
 USUAL_ROTATION_STD = float(np.deg2rad(0.3))

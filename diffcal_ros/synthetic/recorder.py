@@ -175,7 +175,7 @@ def _stored_poses(scene: Scene, rigs: Sequence[Rig]) -> dict[str, Any]:
         for rig, setup in zip(rigs, scene.observations, strict=True)
         if scene.marker is None
         or setup.stored_depth_from_world is not None
-        or setup.pose.source in ('stored', 'tf', 'topic')
+        or setup.pose.source in ('stored', 'tf', 'topic', 'fixture')
     }
 
 

@@ -6,9 +6,9 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.proposal.bent_shape import BentShape
 from diffcal_ros.proposal.hold import Hold
-from diffcal_ros.proposal.image_score import ImageScore
 from diffcal_ros.proposal.place_search import Candidate, PlaceSearch, turn_onto
 from diffcal_ros.proposal.shape_sample import ShapeSampler
+from diffcal_ros.registration.image_score import ImageScore
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 import numpy as np
 import pytest

@@ -68,6 +68,14 @@ def _add_world_options(parser: argparse.ArgumentParser) -> None:
         help='printed marker on the rig, such as DICT_6X6_250:0:0.025, its side in metres',
     )
     world.add_argument(
+        '--fixture',
+        metavar='SURFACE',
+        type=path_argument,
+        help='closed surface of the rigid clamp, .stl .obj .ply, in the coordinates and unit of '
+        'the mesh: found in the depth images, it gives pose and place with no marker; the world '
+        'is then their frame',
+    )
+    world.add_argument(
         '--pose-frame',
         metavar='FRAME',
         default='',
@@ -78,7 +86,9 @@ def _add_world_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_known_options(parser: argparse.ArgumentParser) -> None:
     known = parser.add_argument_group('what files do not tell')
-    known.add_argument('--unit', choices=_UNITS, help='of the mesh (default: by its size)')
+    known.add_argument(
+        '--unit', choices=_UNITS, help='of mesh and fixture (default: by the size of the mesh)'
+    )
     known.add_argument('--density', metavar='KG_M3', type=float, help='default 1080, silicone')
     known.add_argument('--poissons-ratio', metavar='NU', type=float, help='default 0.49, rubber')
     known.add_argument(
@@ -137,6 +147,7 @@ def _propose(args: argparse.Namespace) -> 'Proposal':
         depth_topic=args.depth_topic,
         sensor=args.sensor,
         pixel=args.at,
+        fixture=args.fixture,
     )
     proposal = propose(args.body, args.takes, known, ask_unit=_ask_unit, tell=say)
     for note in proposal.notes:

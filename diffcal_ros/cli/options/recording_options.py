@@ -38,10 +38,11 @@ def add_input_options(group: Any) -> None:
     """Add how recordings are read."""
     group.add_argument(
         '--pose',
-        choices=('estimated', 'stored', 'tf', 'topic'),
+        choices=('estimated', 'stored', 'tf', 'topic', 'fixture'),
         help="the camera's pose: estimated from the marker, as the scene stores it, from /tf and "
-        '/tf_static, or from a PoseStamped or PoseWithCovarianceStamped topic (default: what '
-        '`pose: {source: ..}` of the scene says, or else estimated)',
+        '/tf_static, from a PoseStamped or PoseWithCovarianceStamped topic, or from where the '
+        "depth images show the scene's `fixture` (default: what `pose: {source: ..}` of the scene "
+        'says, or else estimated)',
     )
     group.add_argument('--depth-topic', metavar='TOPIC', help='where a recording has several')
     group.add_argument(

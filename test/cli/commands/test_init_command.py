@@ -12,6 +12,7 @@ from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.scene.load import load_scene
 import numpy as np
 import pytest
+from support.held_beam import film_in_bracket, FRONT, write_surface
 from support.recorded_beam import MODULUS
 
 MARKER = ('--marker', 'DICT_6X6_250:7:0.03')
@@ -143,3 +144,20 @@ def test_a_marker_that_cannot_be_is_refused(capsys, tmp_path, given, told):
     with pytest.raises(SystemExit):
         main(['init', 'body.stl', 'take', '--marker', given, '--out', str(tmp_path)])
     assert told in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_cad_of_a_clamp_stands_in_for_a_marker(recorded_beam, tmp_path):
+    held = film_in_bracket(recorded_beam, tmp_path / 'bag')
+    write_surface(held.scene.fixture, tmp_path / 'bracket.obj')
+    mesh, out = recorded_beam.scene.parent / 'beam.tet', tmp_path / 'out'
+    given = ['--fixture', str(tmp_path / 'bracket.obj'), '--unit', 'mm', '--gravity=0,-9.81,0']
+    # The recorder's Poisson's ratio; that of rubber is the command's own.
+    given += ['--poissons-ratio', '0.45', '--density', '1080']
+    assert main(['init', str(mesh), str(held.bag), *given, '--out', str(out)]) == EXIT_DONE
+    scene = load_scene(out / 'scene.yaml')
+    assert scene.observations[0].pose.source == 'fixture'
+    np.testing.assert_allclose(scene.observations[0].world_from_object, np.eye(4), atol=1e-12)
+    assert scene.document['held']['clamp']['box']['x'][0] == pytest.approx(FRONT, abs=0.003)
+    fitted = calibrate(scene, open_inputs(scene, []).observations)['youngs_modulus']
+    assert fitted.value == pytest.approx(MODULUS, rel=0.08)

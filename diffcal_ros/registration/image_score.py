@@ -8,7 +8,7 @@ surface there is something larger. What is hidden behind something nearer says l
 """
 
 from diffcal_ros.camera import PinholeCamera
-from diffcal_ros.proposal.shape_sample import ShapeSample
+from diffcal_ros.registration.surface_sample import ShapeSample
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,13 +54,21 @@ class ImageScore:
             axis=1,
         )
 
-    def at(self, sample: ShapeSample, places: FloatArray, tolerance: float) -> FloatArray:
+    def at(
+        self,
+        sample: ShapeSample,
+        places: FloatArray,
+        tolerance: float,
+        *,
+        goes_on: bool = False,
+    ) -> FloatArray:
         """Return how well each place agrees, 1 at best, shape (P,).
 
         Args:
             sample: points of the body.
             places: of its origin in the camera's frame [m], shape (P, 3).
             tolerance: depths that differ by less are the same [m].
+            goes_on: surfaces are taken to go on where the image ends.
         """
         seen, depth = self._look_up(places, sample.surface)
         with np.errstate(invalid='ignore'):
@@ -74,6 +82,8 @@ class ImageScore:
                 seen, depth = self._look_up(places, points)
                 with np.errstate(invalid='ignore'):
                     larger = np.abs(seen - depth) <= _BESIDE_REACH * tolerance
+                if goes_on:
+                    larger |= np.isneginf(seen)
                 score = score - weight * larger.mean(axis=1)
         if len(sample.held):
             seen, depth = self._look_up(places, sample.held)
