@@ -34,30 +34,34 @@ class Faults:
             [1/m].
         contrast: log E of the tip less that of the clamp's end; the mean stays.
         contrast_mode: `split` at half the free length, `linear` along it, `smooth` about two
-            fifths of it, in `thirds`, of the `skin` against the core, or a `cosine` over the
-            whole length.
+            fifths of it, in `thirds`, of the `skin` against the core, a `cosine` over the whole
+            length, `late` at seven tenths, or with the `square` of the place.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin` or `ogden` (of power four).
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, C3 / C1, or the share of the
             shear modulus at rest that the form has [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
-            the surface, `smear` over half the length, `point` on one side, or `two` rings, the
-            other one half as far out.
+            the surface, `smear` over half the length, `point` on one side, `two` rings, the other
+            one half as far out, or a `coat` from there to the tip.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
-            only, `shear` along the force [m/N], `jaw`, a soft root, or `hardening`, by the root of
-            the moment.
+            only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
+            by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
+            -0.4.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
-            place along the body as well.
-        curvature_form: `arc`, `tip` (the outer half alone), or `twist` about the body's length.
+            place along the body as well, `outer_push` on the outer two fifths alone.
+        curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), or `twist`
+            about the body's length.
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
-        contact_form: `hard`, or `foam`, whose pressure grows with the square of the dent.
+        contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, or a
+            `shelf` that ends before the inner half.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
-            square of the distance from the image's middle), `drift` from pose to pose, or
-            `disparity` (with the square of the depth).
+            square of the distance from the image's middle), `drift` from pose to pose,
+            `disparity` (with the square of the depth), `ramp` across the image, or `settling` by
+            three tenths from pose to pose.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.

@@ -240,6 +240,33 @@ FORMS: dict[str, tuple[Form, ...]] = {
             },
         ),
     ),
+    'fifth': (
+        _contrast('late'),
+        _contrast('square'),
+        _mass('coat'),
+        _give('softening'),
+        _tilt('outer_push'),
+        _curvature('root'),
+        _depth('ramp'),
+        _depth('settling'),
+        _border('near the tip', 0.78),
+        Form(
+            'camera_offset',
+            'focal and centre',
+            lambda size, setup, random: {
+                'focal_scale': signed((0.003, 0.008, 0.02)[size], random),
+                'center_shift': direction((3.0, 7.0, 15.0)[size], 2, random),
+            },
+        ),
+        Form(
+            'contact_plane',
+            'shelf',
+            lambda size, setup, random: {
+                'contact_form': 'shelf',
+                'contact_height': number((2.0, 5.0, 11.0)[size], random),
+            },
+        ),
+    ),
 }
 BY_KEY = {form.key: form for forms in FORMS.values() for form in forms}
 

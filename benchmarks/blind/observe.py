@@ -69,7 +69,12 @@ def _bias_share(
         distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
         return np.asarray((seen / distance) ** 2)
+    if faults.depth_form == 'ramp':
+        columns = rendering.column + np.arange(width) - setup.camera.cx
+        return np.broadcast_to(0.7 + columns / setup.camera.width, (height, width))[..., None]
     share = 1.0
+    if faults.depth_form == 'settling':
+        share = 0.7 ** [one.name for one in setup.observations].index(observation.name)
     if faults.depth_form == 'drift':
         names = [other.name for other in setup.observations]
         share = (1.0 + names.index(observation.name)) / len(names)

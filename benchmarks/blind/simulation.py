@@ -96,6 +96,8 @@ def _log_modulus(
         'thirds': np.where(np.abs(share - 0.5) < 1.0 / 6.0, 0.5, -0.5),
         'skin': np.where(outward.max(axis=1) > 0.6, 0.5, -0.5),
         'cosine': -0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)),
+        'late': np.where(share > 0.7, 0.5, -0.5),
+        'square': np.clip(share, 0.0, 1.0) ** 2 - 0.5,
     }[faults.contrast_mode]
     change = faults.contrast * mode
     if faults.clamp_form == 'jaw':
@@ -110,6 +112,9 @@ def _stress_free(mesh: HexMesh, shape: Shape, faults: Faults) -> FloatArray:
     curvature = np.array([0.0, *faults.rest_curvature])
     if faults.curvature_form == 'tip':
         return bend(mesh.nodes, 0.5 * (shape.clamp + shape.length), 2.0 * curvature)
+    if faults.curvature_form == 'root':
+        straight_on = bend(mesh.nodes, 0.5 * (shape.clamp + shape.length), -2.0 * curvature)
+        return bend(straight_on, shape.clamp, 2.0 * curvature)
     if faults.curvature_form == 'twist':
         rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
         angles = rate * np.maximum(mesh.nodes[:, 0] - shape.clamp, 0.0)
@@ -144,11 +149,14 @@ def _added_mass(
         'smear': (_SMEAR_REACH, 1.0),
         'point': (_POINT_REACH, across[:, 0] > 0.5),
         'two': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
+        'coat': (_POINT_REACH, 1.0),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)
     if faults.mass_form == 'two':
         away = np.minimum(away, np.abs(share - 0.5 * faults.added_mass_at))
+    if faults.mass_form == 'coat':
+        away = np.where(share > faults.added_mass_at, 0.0, away)
     nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
     weights = nearness * where * (share > 0.0) * quadrature.volumes
     masses = 1e-3 * faults.added_mass * weights / max(float(weights.sum()), 1e-30)
@@ -180,6 +188,9 @@ def settle(
     if faults.tilt_form == 'growing':
         side = object_from_world @ _side(faults)
         forces = forces + (masses * np.maximum(specimen.shares, 0.0))[:, None] * side
+    if faults.tilt_form == 'outer_push':
+        side = object_from_world @ _side(faults)
+        forces = forces + 2.0 * (masses * (specimen.shares > 0.6))[:, None] * side
     load = Load(forces, _contact(specimen, observation, faults))
     slipped = _slipped(setup, observation, faults)
     nominal = about(
@@ -192,11 +203,12 @@ def settle(
         return _settle_sliding(specimen, load, nominal, give)
     axes = {'uneven': np.diag([0.0, 1.0, 0.0]), 'jaw': np.zeros((3, 3))}
     compliance = give * axes.get(faults.clamp_form, np.eye(3))
-    if faults.clamp_form != 'hardening':
+    power = {'hardening': 0.5, 'softening': -0.4}.get(faults.clamp_form)
+    if power is None:
         return _settle_clamped(specimen, load, nominal, compliance)
     _, usual = weight_moment(setup)
     return _settle_clamped(
-        specimen, load, nominal, compliance, lambda moment: np.sqrt(max(moment / usual, 1e-6))
+        specimen, load, nominal, compliance, lambda moment: max(moment / usual, 1e-6) ** power
     )
 
 
@@ -206,7 +218,7 @@ def _gravity(setup: Setup, object_from_world: FloatArray, faults: Faults) -> Flo
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)
-    if faults.tilt_form == 'growing':
+    if faults.tilt_form in ('growing', 'outer_push'):
         return np.asarray(object_from_world @ down)
     if faults.tilt_form == 'side_force':
         return np.asarray(object_from_world @ (down + side))
@@ -310,6 +322,8 @@ def _contact(
     normal = matrix[:3, :3].T @ world_normal
     height = faults.contact_height - float(world_normal @ matrix[:3, 3])
     stiffness = _CONTACT_STIFFNESS * specimen.areas
+    if faults.contact_form == 'shelf':
+        stiffness = stiffness * (specimen.shares > 0.55)
     outer = np.outer(normal, normal)
     if faults.contact_form == 'foam':
         return (_foam(normal, height, _FOAM_STIFFNESS * specimen.areas),)

@@ -19,7 +19,7 @@ from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.scene_file import scene_text
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.setups import draw_setup, Setup
-from benchmarks.blind.simulation import make_specimen, settle
+from benchmarks.blind.simulation import _contact, _stress_free, make_specimen, settle
 
 COARSE = 0.5
 
@@ -121,6 +121,63 @@ def test_a_clamp_that_hardens_gives_way_less_than_in_proportion(setup: Setup) ->
     assert shares[-1] < shares[0]
 
 
+def test_a_clamp_that_softens_gives_way_more_than_in_proportion(
+    setup: Setup,
+) -> None:
+    plain, turned, soft = (
+        [_held(setup, Faults(clamp_form=form, clamp_compliance=give), pose) for pose in range(4)]
+        for form, give in (('turn', 0.0), ('turn', 1.0), ('softening', 1.0))
+    )
+    sizes = [
+        [np.abs(a - b).max() for a, b in zip(own, plain, strict=True)] for own in (turned, soft)
+    ]
+    order = np.argsort(sizes[0])
+    shares = (np.array(sizes[1]) / np.array(sizes[0]))[order]
+    assert shares[-1] > shares[0]
+
+
+def test_a_push_on_the_outer_part_leaves_the_inner_one_to_the_moment(setup: Setup) -> None:
+    specimen = make_specimen(setup, Faults(), COARSE)
+    for pose in (0, 1):
+        tilted, pushed = (
+            _rest(setup, Faults(gravity_tilt=(0.5, -0.4), tilt_form=form), pose)
+            for form in ('tilt', 'outer_push')
+        )
+        clean = _rest(setup, Faults(), pose)
+        free = specimen.shares > 0.0
+        one, other = (tilted - clean)[free].ravel(), (pushed - clean)[free].ravel()
+        alike = one @ other / (np.linalg.norm(one) * np.linalg.norm(other))
+        assert 0.9 < alike < 1.0 - 1e-6
+
+
+def test_a_root_that_is_bent_at_rest_carries_a_straight_outer_half(setup: Setup) -> None:
+    bent = make_specimen(setup, Faults(rest_curvature=(2.0, 0.0), curvature_form='root'), COARSE)
+    lattice = bent.mesh.lattice
+    middle = 0.5 * (setup.shape.clamp + setup.shape.length)
+    outer = lattice[:, 0] > middle + 1e-9
+    stress_free = _stress_free(
+        bent.mesh, setup.shape, Faults(rest_curvature=(2.0, 0.0), curvature_form='root')
+    )
+    ways = np.column_stack([np.ones(outer.sum()), lattice[outer]])
+    left = np.linalg.lstsq(ways, stress_free[outer], rcond=None)[1]
+    whole = np.column_stack([np.ones(len(lattice)), lattice])
+    bent_all = np.linalg.lstsq(whole, stress_free, rcond=None)[1]
+    assert np.sqrt(left.max() / outer.sum()) < 0.1 * np.sqrt(bent_all.max() / len(lattice))
+
+
+def test_a_shelf_carries_the_outer_half_alone(setup: Setup) -> None:
+    clean = _rest(setup, Faults())
+    world = setup.observations[0].world_from_object
+    heights = clean @ world[:3, :3].T[:, 1] + world[1, 3]
+    faults = Faults(contact_height=float(heights.min()) + 0.004, contact_form='shelf')
+    specimen = make_specimen(setup, faults, COARSE)
+    (law,) = _contact(specimen, setup.observations[0], faults)
+    deep = law(clean - 0.05 * world[1, :3])
+    pushed = np.abs(deep.gradient).max(axis=1) > 0.0
+    assert pushed.any()
+    assert specimen.shares[pushed].min() > 0.5
+
+
 def test_a_push_that_grows_along_the_body_bends_it_as_a_tilt_does_in_every_pose(
     setup: Setup,
 ) -> None:
@@ -159,6 +216,37 @@ def test_an_error_by_disparity_grows_with_the_square_of_the_depth(setup: Setup) 
     expected = (depths[far] / depths[near]) ** 2
     assert errors['disparity'][far] / errors['disparity'][near] == pytest.approx(expected)
     assert expected > 1.05
+
+
+def test_errors_of_depth_run_across_the_image_or_settle(setup: Setup) -> None:
+    specimen = make_specimen(setup, Faults(), COARSE)
+    rests = [_rest(setup, Faults(), pose) for pose in range(2)]
+
+    def errors(form: str, pose: int) -> tuple[np.ndarray, np.ndarray]:
+        view = setup.observations[pose]
+        plain, off = (
+            true_rendering(
+                specimen, setup, view, Faults(depth_bias=bias, depth_form=form), rests[pose]
+            )
+            for bias in (0.0, 4.0)
+        )
+        seen = np.isfinite(plain.depth)
+        _, columns, _ = np.nonzero(seen)
+        found = off.depth[seen] - plain.depth[seen]
+        return found, columns + plain.column - setup.camera.cx
+
+    found, columns = errors('ramp', 0)
+    assert np.allclose(found, 0.004 * (0.7 + columns / setup.camera.width), atol=1e-12)
+    for pose, expected in ((0, 0.004), (1, 0.0028)):
+        assert np.allclose(errors('settling', pose)[0], expected, atol=1e-12)
+
+
+def test_a_coat_reaches_to_the_tip(setup: Setup) -> None:
+    specimen = make_specimen(
+        setup, Faults(added_mass=3.0, added_mass_at=0.5, mass_form='coat'), 1.0
+    )
+    assert specimen.added.sum() == pytest.approx(0.003, rel=1e-12)
+    assert specimen.added @ specimen.shares / 0.003 == pytest.approx(0.75, abs=0.06)
 
 
 def test_two_rings_have_the_mass_of_one(setup: Setup) -> None:
