@@ -9,12 +9,13 @@ import numpy as np
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.creep import held_load
+from benchmarks.blind.drag import make_drag
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import Specimen
-from benchmarks.blind.swing import AIR, consistent_masses, Forces, swing
+from benchmarks.blind.swing import consistent_masses, Forces, swing
 from benchmarks.blind.timing import LEDGE, Timing
 
 _STEP = 1.0 / 600.0
@@ -58,8 +59,6 @@ def _after(
     if timing.is_slow:
         return held_load(specimen.body, load, start, times, faults.creep_share, faults.creep_time)
     masses = consistent_masses(specimen.mesh.nodes, specimen.body, setup.density)
-    free = specimen.areas.copy()
-    free[specimen.body.held] = 0.0
-    drag = 0.5 * AIR * 1e-4 * faults.drag_area * free / free.sum()
+    drag = make_drag(specimen.mesh, 1e-4 * faults.drag_area)
     forces = Forces(load.forces, timing.damping, drag, setup.youngs_modulus)
     return swing(specimen.body, masses, forces, start, times, _STEP)

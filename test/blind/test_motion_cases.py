@@ -10,27 +10,29 @@ import pytest
 
 from benchmarks.blind.cases import list_motion_cases
 from benchmarks.blind.creep import held_load
+from benchmarks.blind.drag import AIR, make_drag
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import moments
-from benchmarks.blind.setups import draw_setup, GRAVITY
+from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
-from benchmarks.blind.swing import AIR, consistent_masses, Forces, swing
+from benchmarks.blind.swing import consistent_masses, Forces, swing
 from benchmarks.blind.timing import draw_swing
 
 DOWN = np.array([0.1, 0.0, -GRAVITY])
 
 
+def _setup() -> Setup:
+    return draw_setup('beam', is_sealed=False, poses=1, random=np.random.default_rng(3))
+
+
 @pytest.fixture(scope='module')
 def specimen() -> Specimen:
-    setup = draw_setup('beam', is_sealed=False, poses=1, random=np.random.default_rng(3))
-    return make_specimen(replace(setup, youngs_modulus=6.0e5), Faults(), refinement=0.5)
+    return make_specimen(replace(_setup(), youngs_modulus=6.0e5), Faults(), refinement=0.5)
 
 
 def _forces(specimen: Specimen, damping: float, area: float) -> Forces:
-    free = specimen.areas.copy()
-    free[specimen.body.held] = 0.0
-    drag = 0.5 * AIR * area * free / free.sum()
+    drag = make_drag(specimen.mesh, area)
     return Forces(specimen.body.masses[:, None] * DOWN, damping, drag, 6.0e5)
 
 
@@ -105,3 +107,15 @@ def test_the_list_of_cases() -> None:
     assert {name for name, _ in singles} == {'time_offset', 'air_drag', 'creep'}
     with pytest.raises(ValueError, match='development or sealed'):
         list_motion_cases('other')
+
+
+def test_drag_is_an_integral_over_the_free_surface(specimen: Specimen) -> None:
+    """Speeds that grow as x^2 from the clamp on: x^6 on the sides, and the end."""
+    shape = _setup().shape
+    free = shape.length - shape.clamp
+    velocities = np.zeros_like(specimen.mesh.nodes)
+    velocities[:, 2] = np.maximum((specimen.mesh.nodes[:, 0] - shape.clamp) / free, 0.0) ** 2
+    power = float((make_drag(specimen.mesh, 0.1).forces(velocities) * velocities).sum())
+    width, height = shape.section
+    around, end = 2.0 * (width + height) * free, width * height
+    assert power == pytest.approx(0.05 * AIR * (around / 7.0 + end) / (around + end), rel=1e-3)
