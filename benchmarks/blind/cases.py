@@ -10,6 +10,7 @@ import numpy as np
 
 from benchmarks.blind.amplitudes import LIBRARY, MOTION, OUTSIDE, SIZES
 from benchmarks.blind.forms import FORMS
+from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 
@@ -98,6 +99,24 @@ def list_motion_cases(set_name: str, salt: str = '') -> list[Case]:
     order = _seeded(f'{salt}/{set_name}/motion order').permutation(len(faulty))
     named = [replace(faulty[i], id=f'swing_{number:03d}') for number, i in enumerate(order)]
     return [replace(case, salt=salt) for case in (*clean, *named)]
+
+
+def list_motion_form_cases(set_name: str, salt: str = '') -> list[Case]:
+    """List released bodies with effects in other forms: each in two sizes, on the sealed bodies.
+
+    There is no set of them to develop on.
+    """
+    if set_name != 'sealed':
+        raise ValueError(f'set is {set_name!r}: other forms of motions are sealed only')
+    families = _SWINGING[set_name]
+    faulty = [
+        Case('', 'form', families[(number + size) % 3], 1, ((form.key, size),), set_name)
+        for number, form in enumerate(MOTION_FORMS)
+        for size in (1, 2)
+    ]
+    order = _seeded(f'{salt}/{set_name}/motion form order').permutation(len(faulty))
+    named = [replace(faulty[i], id=f'swing_form_{number:03d}') for number, i in enumerate(order)]
+    return [replace(case, salt=salt) for case in named]
 
 
 def list_form_cases(set_name: str, salt: str = '') -> list[Case]:

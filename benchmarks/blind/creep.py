@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A load that is held on a body whose stress relaxes: finite viscoelasticity with one Prony pair.
+"""A load that is held on a body whose stress relaxes: finite viscoelasticity with Prony pairs.
 
-With the elastic second Piola-Kirchhoff stress S0 the stress is (1 - g) S0 + g H, where H follows
-dH/dt = dS0/dt - H / tau (Simo 1987, the same share of all stresses). Inertia is left out.
+With the elastic second Piola-Kirchhoff stress S0 the stress is (1 - sum g) S0 + sum g H, where
+each H follows dH/dt = dS0/dt - H / tau (Simo 1987, the same share of all stresses). Inertia is
+left out.
 """
 
 from collections.abc import Sequence
@@ -30,8 +31,7 @@ def held_load(
     load: Load,
     start: FloatArray,
     times: Sequence[float],
-    share: float,
-    relaxation: float,
+    pairs: Sequence[tuple[float, float]],
 ) -> list[FloatArray]:
     """Return node positions [m], shape (N, 3), at times since a support was taken away.
 
@@ -41,28 +41,35 @@ def held_load(
         start: positions at first [m], shape (N, 3); stresses of before are taken for relaxed in
             the same way as those that come.
         times: ascending, above 0 [s].
-        share: g.
-        relaxation: tau [s].
+        pairs: g and tau [s] of each.
 
     Raises:
         NoRestError: when a step does not converge.
     """
     positions = find_equilibrium(body, load, start)
-    if share == 0.0:
+    pairs = [(share, tau) for share, tau in pairs if share]
+    if not pairs:
         return [positions for _ in times]
-    history, elastic = _stress(body, positions), _stress(body, positions)
+    elastic = _stress(body, positions)
+    histories = [elastic for _ in pairs]
+    relaxation = min(tau for _, tau in pairs)
     now, found = 0.0, []
     for time in times:
         count = max(int(np.ceil((time - now) * _STEPS_PER_TIME / relaxation)), 1)
         step = (time - now) / count
-        fall, half = np.exp(-step / relaxation), np.exp(-0.5 * step / relaxation)
+        falls = [float(np.exp(-step / tau)) for _, tau in pairs]
         for _ in range(count):
             # H' = fall H + half (S0' - S0), so that the stress is linear in S0'.
-            known = share * (fall * history - half * elastic)
-            kept = 1.0 - share + share * half
+            known, kept = np.zeros_like(elastic), 1.0
+            for (share, _), fall, history in zip(pairs, falls, histories, strict=True):
+                known += share * (fall * history - np.sqrt(fall) * elastic)
+                kept -= share * (1.0 - float(np.sqrt(fall)))
             positions = _settle(body, load, positions, kept, known)
             now_elastic = _stress(body, positions)
-            history = fall * history + half * (now_elastic - elastic)
+            histories = [
+                fall * history + np.sqrt(fall) * (now_elastic - elastic)
+                for fall, history in zip(falls, histories, strict=True)
+            ]
             elastic = now_elastic
         now = time
         found.append(positions.copy())

@@ -73,9 +73,14 @@ class Faults:
         soft_skin: log E of the outer layer of elements on the upper side.
         radial_distortion: first radial coefficient of a lens that was taken for ideal.
         stamps_late: an image stamped t shows the body at t less this [ms].
+        stamps_form: `constant`, `drift` (from a half to one and a half of it over the recording),
+            or `jitter` (each stamp by a third of it more or less).
         drag_area: drag coefficient times area of the free surface [cm^2].
+        drag_form: `square` of the speed, `linear` beside it (as much at half a metre per second),
+            or `normal` (faces feel the square of the speed across them, along their normal).
         creep_share: g of a Prony pair: all stresses relax to 1 - g of what they were [-].
         creep_time: tau of that pair [s].
+        creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -115,6 +120,9 @@ class Faults:
     soft_skin: float = 0.0
     radial_distortion: float = 0.0
     stamps_late: float = 0.0
+    stamps_form: str = 'constant'
     drag_area: float = 0.0
+    drag_form: str = 'square'
     creep_share: float = 0.0
     creep_time: float = 1.0
+    creep_form: str = 'one'

@@ -9,12 +9,13 @@ import numpy as np
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.creep import held_load
+from benchmarks.blind.drag import make_drag
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import Specimen
-from benchmarks.blind.swing import AIR, consistent_masses, Forces, swing
+from benchmarks.blind.swing import consistent_masses, Forces, swing
 from benchmarks.blind.timing import LEDGE, Timing
 
 _STEP = 1.0 / 600.0
@@ -22,8 +23,13 @@ _STEP = 1.0 / 600.0
 
 def moments(timing: Timing, faults: Faults) -> list[float]:
     """Return when the frames were taken in truth, after the release [s]."""
-    late = 1e-3 * faults.stamps_late
-    return [stamp - late - timing.release for stamp in timing.stamps]
+    late = np.full(timing.frame_count, 1e-3 * faults.stamps_late)
+    if faults.stamps_form == 'drift':
+        late *= np.linspace(0.5, 1.5, len(late))
+    if faults.stamps_form == 'jitter':
+        random = np.random.default_rng(round(1e5 * abs(faults.stamps_late)))
+        late *= 1.0 + random.choice([-1.0, 1.0], len(late)) / 3.0
+    return [float(when) for when in np.array(timing.stamps) - late - timing.release]
 
 
 def filmed_positions(
@@ -56,10 +62,15 @@ def _after(
     times: Sequence[float],
 ) -> list[FloatArray]:
     if timing.is_slow:
-        return held_load(specimen.body, load, start, times, faults.creep_share, faults.creep_time)
+        return held_load(specimen.body, load, start, times, _prony_pairs(faults))
     masses = consistent_masses(specimen.mesh.nodes, specimen.body, setup.density)
-    free = specimen.areas.copy()
-    free[specimen.body.held] = 0.0
-    drag = 0.5 * AIR * 1e-4 * faults.drag_area * free / free.sum()
+    drag = make_drag(specimen.mesh, 1e-4 * faults.drag_area, faults.drag_form)
     forces = Forces(load.forces, timing.damping, drag, setup.youngs_modulus)
     return swing(specimen.body, masses, forces, start, times, _STEP)
+
+
+def _prony_pairs(faults: Faults) -> list[tuple[float, float]]:
+    share, time = faults.creep_share, faults.creep_time
+    if faults.creep_form == 'two':
+        return [(0.5 * share, time), (0.5 * share, 5.0 * time)]
+    return [(share, time)]

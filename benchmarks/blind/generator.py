@@ -3,7 +3,7 @@
 """Write the cases of a set.
 
     python -m benchmarks.blind.generator --set development --out DIR [--only 'clean_0*'] [--jobs 2]
-                                         [--motion | --forms]
+                                         [--motion] [--forms]
 
 With --motion they are of released bodies instead of bodies at rest, with --forms of effects in
 other forms than the library's, in worlds where sensor and poses are a little off. DIR/cases/<id>
@@ -32,12 +32,14 @@ from benchmarks.blind.cases import (
     list_cases,
     list_form_cases,
     list_motion_cases,
+    list_motion_form_cases,
     SETS,
 )
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
 from benchmarks.blind.labels import label_of, write_json
+from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.scene_file import extra_text, scene_text
@@ -87,7 +89,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     )
     if case.sensor is not None:
         setup = off_the_truth(setup, case.sensor, case.random('world'))
-    forms = {key: form.effect for key, form in BY_KEY.items()}
+    forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     drawers = {**LIBRARY, **MOTION, **OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
@@ -198,15 +200,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--kind', default='*', help='clean, single, pair, outside, denied or form')
     parser.add_argument('--salt', default='', help='secret of a sealed set')
     parser.add_argument('--jobs', type=int, default=1)
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument('--motion', action='store_true', help='released bodies')
-    which.add_argument('--forms', action='store_true', help='effects in other forms')
+    parser.add_argument('--motion', action='store_true', help='released bodies')
+    parser.add_argument('--forms', action='store_true', help='effects in other forms')
     given = parser.parse_args(arguments)
     if given.set_name not in SETS and not given.forms:
         parser.error(f'the set {given.set_name} has other forms only: add --forms')
-    listed = list_cases
-    if given.motion or given.forms:
-        listed = list_motion_cases if given.motion else list_form_cases
+    if given.motion and given.forms and given.set_name != 'sealed':
+        parser.error('motions have other forms in the sealed set only: say --set sealed')
+    listed = {
+        (False, False): list_cases,
+        (True, False): list_motion_cases,
+        (False, True): list_form_cases,
+        (True, True): list_motion_form_cases,
+    }[given.motion, given.forms]
     cases = [
         case
         for case in listed(given.set_name, given.salt)

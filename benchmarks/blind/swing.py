@@ -16,10 +16,10 @@ import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded, LinAlgError
 
 from benchmarks.blind.body import Body
+from benchmarks.blind.drag import Drag
 from benchmarks.blind.hexahedra import shape_functions, shape_gradients
 from benchmarks.blind.shapes import FloatArray
 
-AIR = 1.2  # [kg/m^3]
 _TOLERANCE = 1e-7  # Of the residual against the weight.
 _ROUNDS = 40
 _DIVERGED = 1e6
@@ -34,14 +34,13 @@ class Forces:
     Attributes:
         loads: dead forces of nodes [N], shape (N, 3).
         damping: beta [Pa s].
-        drag: half the air's density times drag coefficient and area of each node [kg/m],
-            shape (N,).
+        drag: of the air.
         modulus: usual Young's modulus, to guess how stiff damping is [Pa].
     """
 
     loads: FloatArray
     damping: float
-    drag: FloatArray
+    drag: Drag
     modulus: float
 
 
@@ -167,8 +166,7 @@ class _March:
         """Return loads less internal forces, damping and drag [N], shape (N, 3)."""
         force = self._forces.loads - self._body.evaluate(positions, with_stiffness=False).gradient
         force -= self._viscous(positions, velocities)
-        speeds = np.linalg.norm(velocities, axis=1, keepdims=True)
-        force -= self._forces.drag[:, None] * speeds * velocities
+        force -= self._forces.drag.forces(velocities)
         return force
 
     def _viscous(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:

@@ -199,7 +199,9 @@ def with_smooth_error(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchE
     Effects that the library is denied, or that a fit has, are none less likely to be there. Beside
     a gap that is far above the floors it is not seen: of a large effect tangents leave more.
     """
-    if evaluator.stays_robust or residual_size(nominal.groups, Part.FIT) > 0.0:
+    if evaluator.stays_robust or not evaluator.tells_smooth_error:
+        return evaluator, nominal
+    if residual_size(nominal.groups, Part.FIT) > 0.0:
         return evaluator, nominal
     _, groups = library_groups(evaluator, nominal.coordinates, candidates(evaluator.model.scene))
     found = evaluator.with_smooth_error(groups)

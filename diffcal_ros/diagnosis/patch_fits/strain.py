@@ -25,9 +25,9 @@ def unstrained(fit: Refit) -> list[PatchGroup]:
     An effect may hide in a parameter of which better is known, and one of the camera in its pose:
     the gap is then small, and the parameter absurd.
     """
-    beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
-    if not beyond.any():
+    if not is_strained(fit):
         return fit.groups
+    beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
     return [
         replace(
             group,
@@ -37,6 +37,12 @@ def unstrained(fit: Refit) -> list[PatchGroup]:
         )
         for group in fit.groups
     ]
+
+
+def is_strained(fit: Refit) -> bool:
+    """Tell whether a parameter or a camera pose is farther from what is known than likely."""
+    beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
+    return bool(beyond.any())
 
 
 def _parameters_beyond(fit: Refit) -> FloatArray:

@@ -9,6 +9,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import pose_owners
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -70,20 +71,39 @@ def find_discretisation_error(model: ForwardModel, coordinates: FloatArray) -> D
     is_slow = tuple(motion is None or motion.is_slow for motion in motions)
     if not any(is_moving):
         return DiscretisationError(tuple(moves), doubts, is_slow)
-    tangents = model.tangents(coordinates)
-    _, precision = regularised_prior(model.parameters)
+    owners = pose_owners(model.observations)
     shifts = []
-    for owner in dict.fromkeys(pose_owners(model.observations)):
-        views = [
-            number
-            for number, of in enumerate(pose_owners(model.observations))
-            if of == owner and is_moving[number]
-        ]
+    for owner in dict.fromkeys(owners):
+        views = [view for view, of in enumerate(owners) if of == owner and is_moving[view]]
         if views:
-            shifts.append(-_GAIN * _take_off(moves, tangents, views, precision))
+            shifts.append(-_GAIN * _taken_up(model, coordinates, moves, views))
     names = model.parameters.names
     mean = np.mean(shifts, axis=0).tolist()
     return DiscretisationError(tuple(moves), doubts, is_slow, dict(zip(names, mean, strict=True)))
+
+
+def _taken_up(
+    model: ForwardModel, coordinates: FloatArray, moves: list[FloatArray], views: Sequence[int]
+) -> FloatArray:
+    """Take off what one recording's motion follows of the parameters; return theirs, (k,).
+
+    By two steps of Gauss and Newton's method: what a mesh that is 5 % too stiff does to a swing is
+    off its tangents by as much as some percent of drag or damping move the body.
+    """
+    _, precision = regularised_prior(model.parameters)
+    model.keep(coordinates)
+    begun = [model.views(coordinates)[view].points for view in views]
+    whole = [moves[view] for view in views]
+    found = _take_off(moves, model.tangents(coordinates), views, precision)
+    there = np.clip(coordinates + found, *model.parameters.bounds())
+    try:
+        ended = [model.views(there)[view].points for view in views]
+    except NotSimulatedError:
+        return found
+    for view, move, before, after in zip(views, whole, begun, ended, strict=True):
+        moves[view] = move - (after - before)
+    so_far = there - coordinates
+    return so_far + _take_off(moves, model.tangents(there), views, precision, so_far)
 
 
 def _take_off(
@@ -91,17 +111,19 @@ def _take_off(
     tangents: Sequence[FloatArray],
     views: Sequence[int],
     precision: FloatArray,
+    so_far: FloatArray | float = 0.0,
 ) -> FloatArray:
-    """Take off what one recording's motion follows of the parameters; return theirs, (k,).
+    """Take off what moves follow of a step of the parameters along tangents; return it, (k,).
 
-    A parameter that hardly moves the body stays near what is known of it.
+    A parameter that hardly moves the body stays near what is known of it, `so_far` from here.
     """
     whole = np.concatenate([moves[view].ravel() for view in views])
     columns = np.concatenate(
         [tangents[view].reshape(len(tangents[view]), -1) for view in views], 1
     )
     weight = _PATCHES * len(views) / (_FLOOR**2 * len(whole))
-    found = np.linalg.solve(weight * columns @ columns.T + precision, weight * columns @ whole)
+    pull = weight * columns @ whole - precision @ np.broadcast_to(so_far, len(columns))
+    found = np.linalg.solve(weight * columns @ columns.T + precision, pull)
     for view in views:
         moves[view] = moves[view] - np.einsum('k,kni->ni', found, tangents[view])
     return np.asarray(found, dtype=np.float64)

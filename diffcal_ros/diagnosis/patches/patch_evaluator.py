@@ -164,11 +164,16 @@ class PatchEvaluator:
         Args:
             groups: of the nominal fit, with tangents of all effects.
         """
-        seen = self.model.observations
-        still = [number for number, one in enumerate(seen) if one.instant is None]
-        if not still or len({seen[number].setup_index for number in still}) == 1:
+        if not self.tells_smooth_error:
             return self
+        still = [n for n, one in enumerate(self.model.observations) if one.instant is None]
         return self._changed(noises=with_smooth_error(self._noises, groups, still))
+
+    @property
+    def tells_smooth_error(self) -> bool:
+        """Tell whether several poses at rest can show the sensor's smooth error."""
+        seen = self.model.observations
+        return len({one.setup_index for one in seen if one.instant is None}) > 1
 
     def without(self, patches: frozenset[PatchName]) -> 'PatchEvaluator':
         """Return the same evaluator with some patches left out."""

@@ -33,6 +33,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     closure_of,
     details_of,
     gap_figures,
+    judged_part,
     named_effects,
     parameter_table,
     times_detectable,
@@ -135,7 +136,8 @@ def _name(
     closure = float('nan')
     if choice is not None:
         doubts = doubts_about(choice.hypothesis, nominal, singles)
-        closure = closure_of(nominal, choice.hypothesis.fit, evaluator.is_measured)
+        part = judged_part(nominal, is_moving=evaluator.model.is_moving)
+        closure = closure_of(nominal, choice.hypothesis.fit, evaluator.is_measured, part)
     nearest = _nearest_class(evaluator, nominal, scores, disagreement, choice, closure)
     if nearest is None and choice is not None and doubts:
         is_large = disagreement.verdict is Verdict.DISAGREE
@@ -185,21 +187,23 @@ def doubts_about(
     if has_doubtful_effect(hypothesis, nominal, singles):
         return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
     # An effect may hide in a parameter that strains what is known of it.
-    before = patch_gap(unstrained(nominal), Part.REPORT)
-    after = patch_gap(hypothesis.fit.groups, Part.REPORT)
+    evaluator = hypothesis.evaluator
+    part = judged_part(nominal, is_moving=evaluator.model.is_moving)
+    where = 'on held-out patches' if part is Part.REPORT else 'on all patches'
+    before = patch_gap(unstrained(nominal), part)
+    after = patch_gap(hypothesis.fit.groups, part)
     if before.rms <= before.whole_floor:
         return (
-            f'{words} came nearest, but on held-out patches the gap is within the floors '
+            f'{words} came nearest, but {where} the gap is within the floors '
             f'({1e3 * before.rms:.2f} of {1e3 * before.whole_floor:.2f} mm): no name for it',
         )
     if not after.rms < before.rms and not after.most < before.most:
-        return (f'{words} came nearest, but leaves as much on held-out patches: no name for it',)
-    closed = closure_of(nominal, hypothesis.fit, hypothesis.evaluator.is_measured)
+        return (f'{words} came nearest, but leaves as much {where}: no name for it',)
+    closed = closure_of(nominal, hypothesis.fit, evaluator.is_measured, part)
     if closed < LEAST_CLOSURE:
         # Whatever it follows on the patches that were fitted, most of what is missing is not it.
         return (
-            f'{words} came nearest, but closes {closed:.0%} of the gap on held-out patches: '
-            'no name for it',
+            f'{words} came nearest, but closes {closed:.0%} of the gap {where}: no name for it',
         )
     return ()
 

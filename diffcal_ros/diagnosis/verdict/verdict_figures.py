@@ -10,7 +10,7 @@ from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patch_fits.strain import unstrained
+from diffcal_ros.diagnosis.patch_fits.strain import is_strained, unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
@@ -78,9 +78,18 @@ def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
     )
 
 
-def closure_of(nominal: Refit, added: Refit, is_measured: bool) -> float:
-    """Return (nominal - added) / (nominal - floor) on the report patches."""
-    before, after = (patch_gap(unstrained(fit), Part.REPORT) for fit in (nominal, added))
+def judged_part(nominal: Refit, *, is_moving: bool) -> Part:
+    """Return the patches that tell whether a gap is there and closes: those no fit has seen.
+
+    What hides in a parameter of a motion is a gap that no fit has closed on any patch, and the few
+    frames that are held out show a swing at a few phases, at which it may be nothing.
+    """
+    return Part.ALL if is_moving and is_strained(nominal) else Part.REPORT
+
+
+def closure_of(nominal: Refit, added: Refit, is_measured: bool, part: Part = Part.REPORT) -> float:
+    """Return (nominal - added) / (nominal - floor) on the patches of a part."""
+    before, after = (patch_gap(unstrained(fit), part) for fit in (nominal, added))
     floor = before.whole_floor
     old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
     return closed_fraction(old, new, floor)

@@ -2,8 +2,73 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the parameters of a motion take up of an error of mesh and step."""
 
-from diffcal_ros.diagnosis.patches.discretisation_error import _take_off, DiscretisationError
+from types import SimpleNamespace
+from typing import Any
+
+from diffcal_ros.diagnosis.patches import discretisation_error
+from diffcal_ros.diagnosis.patches.discretisation_error import (
+    _take_off,
+    _taken_up,
+    DiscretisationError,
+)
+from diffcal_ros.fem.motion.inputs import MotionError
 import numpy as np
+import pytest
+
+HERE, FINER = np.array([0.3, 1.0]), np.array([0.355, 0.97])
+
+
+class CurvedModel:
+    """Three frames that follow a large coordinate by a curve, and a small one by little."""
+
+    parameters = SimpleNamespace(bounds=lambda: (np.array([-9.0, 0.0]), np.array([9.0, 9.0])))
+
+    def __init__(self, random: np.random.Generator, least: float = -np.inf) -> None:
+        self.base = random.normal(size=(3, 3, 40, 3)) * np.array([1.0, 3.0, 0.1])[:, None, None]
+        self.least = least
+
+    def keep(self, coordinates: np.ndarray) -> None:
+        pass
+
+    def views(self, coordinates: np.ndarray) -> list[Any]:
+        x, small = coordinates
+        if x > self.least > 0.0:
+            raise MotionError('no motion there')
+        ways = (x, x**2, small)
+        return [SimpleNamespace(points=np.einsum('k,kni->ni', ways, own)) for own in self.base]
+
+    def tangents(self, coordinates: np.ndarray) -> list[np.ndarray]:
+        x, _ = coordinates
+        return [np.stack([own[0] + 2.0 * x * own[1], own[2]]) for own in self.base]
+
+    def moves(self) -> list[np.ndarray]:
+        """Return what a finer mesh does: it moves as this one does elsewhere."""
+        pairs = zip(self.views(HERE), self.views(FINER), strict=True)
+        return [after.points - before.points for before, after in pairs]
+
+
+@pytest.fixture
+def _hardly_known(monkeypatch) -> None:
+    known = (np.zeros(2), 1e-3 * np.eye(2))
+    monkeypatch.setattr(discretisation_error, 'regularised_prior', lambda _: known)
+
+
+@pytest.mark.usefixtures('_hardly_known')
+def test_a_small_parameter_does_not_take_up_how_a_large_one_bends(random) -> None:
+    model: Any = CurvedModel(random)
+    straight = _take_off(model.moves(), model.tangents(HERE), [0, 1, 2], 1e-3 * np.eye(2))
+    moves = model.moves()
+    found = _taken_up(model, HERE, moves, [0, 1, 2])
+    assert np.linalg.norm(found - (FINER - HERE)) < 0.1 * np.linalg.norm(straight - FINER + HERE)
+    assert np.linalg.norm(moves) < 1e-3 * np.linalg.norm(model.moves())
+
+
+@pytest.mark.usefixtures('_hardly_known')
+def test_tangents_serve_where_no_motion_is_found(random) -> None:
+    model: Any = CurvedModel(random)
+    straight = _take_off(model.moves(), model.tangents(HERE), [0, 1, 2], 1e-3 * np.eye(2))
+    moves, model.least = model.moves(), 0.32
+    np.testing.assert_allclose(_taken_up(model, HERE, moves, [0, 1, 2]), straight)
 
 
 def test_parameters_take_up_what_they_can_and_the_rest_is_left(random) -> None:

@@ -2,9 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A name is no surer than what else could look like it allows."""
 
+from types import SimpleNamespace
+from typing import Any
+
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
-from diffcal_ros.diagnosis.verdict.verdict_figures import named_effects
+from diffcal_ros.diagnosis.patches.whitened import Part
+from diffcal_ros.diagnosis.verdict.verdict_figures import judged_part, named_effects
 from diffcal_ros.effects.registry import EFFECTS
+import numpy as np
 import pytest
 
 SURE = 0.99
@@ -22,3 +27,32 @@ def test_a_name_that_a_cause_outside_the_library_imitates_is_less_sure(
     assert (effect.confidence < SURE) == is_imitated
     # What is not sure already does not become less so.
     assert named_effects(found, 0.3)[0].confidence == 0.3
+
+
+class _Known(list[Any]):
+    """One parameter that was measured as 2 +- 0.1."""
+
+    pose_covariances = ()
+
+    def __init__(self) -> None:
+        quantity = SimpleNamespace(prior_mean=2.0, prior_std=0.1)
+        own = SimpleNamespace(quantity=quantity, is_nuisance=False, is_logarithmic=False)
+        own.coordinate = lambda value: value
+        super().__init__([own])
+
+
+@pytest.mark.parametrize(
+    ('value', 'is_moving', 'part'),
+    [
+        (2.2, True, Part.REPORT),
+        (2.5, True, Part.ALL),
+        (1.5, True, Part.ALL),
+        (2.5, False, Part.REPORT),
+    ],
+)
+def test_what_a_motion_hides_in_a_parameter_is_judged_in_all_frames(value, is_moving, part):
+    """Frames that are held out may all show the swing where it hides nothing."""
+    fit: Any = SimpleNamespace(
+        parameters=_Known(), coordinates=np.array([value]), of_the_body=lambda _: (value, 0.1)
+    )
+    assert judged_part(fit, is_moving=is_moving) is part

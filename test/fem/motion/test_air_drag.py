@@ -31,7 +31,21 @@ def test_a_body_that_moves_as_one_feels_coefficient_times_area(random) -> None:
     speed = np.linalg.norm(velocity)
     expected = 0.5 * AIR_DENSITY * AREA * speed * velocity
     np.testing.assert_allclose(forces.sum(axis=0), expected, rtol=1e-12)
-    assert not forces[body.held_nodes].any()
+
+
+@pytest.mark.parametrize(('counts', 'tolerance'), [((4, 1, 1), 0.02), ((16, 4, 4), 0.002)])
+def test_drag_is_an_integral_over_the_surface(counts, tolerance, random) -> None:
+    """The power of speeds that grow as x^2 from the clamp on, by hand: x^6 on sides and end."""
+    body = released_beam(Element.QUADRATIC, random, counts=counts).body.static_body
+    drag = AirDrag(body.discretisation, body.solver.stiffness.pattern.free_nodes)
+    nodes = body.discretisation.rest_nodes
+    length, width, height = np.ptp(nodes, axis=0)
+    velocities = np.zeros_like(nodes)
+    velocities[:, 1] = ((nodes[:, 0] - nodes[:, 0].min()) / length) ** 2
+    around, end = 2.0 * (width + height), width * height
+    whole = 0.5 * AIR_DENSITY * (around * length / 7.0 + end) / (around * length + end)
+    power = float((drag.force_of_area(velocities) * velocities).sum())
+    assert power == pytest.approx(whole, rel=tolerance)
 
 
 def test_no_drag_is_the_model_without_bit_for_bit(random) -> None:

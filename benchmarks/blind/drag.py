@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What still air does to the faces of hexahedra that move through it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from benchmarks.blind.hexahedra import CORNERS, HexMesh, shape_functions, shape_gradients
+from benchmarks.blind.shapes import FloatArray
+
+AIR = 1.2  # [kg/m^3].
+_SLOW = 0.5  # [m/s].
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Drag at nine Gauss points of each free face.
+
+    Attributes:
+        to_points: takes what nodes have to the points, shape (P, N).
+        weights: half the air's density times drag coefficient and area of each point [kg/m],
+            shape (P,).
+        normals: of the faces there, at rest, shape (P, 3); None: speeds count in all directions.
+        slow: speed at which a part in proportion to the speed is as large [m/s]; 0: none.
+    """
+
+    to_points: csr_array
+    weights: FloatArray
+    normals: FloatArray | None = None
+    slow: float = 0.0
+
+    def forces(self, velocities: FloatArray) -> FloatArray:
+        """Return what holds the nodes back [N], from their velocities [m/s], shapes (N, 3)."""
+        there = self.to_points @ velocities
+        if self.normals is not None:
+            across = (there * self.normals).sum(axis=1, keepdims=True)
+            there = across * self.normals
+        speeds = np.linalg.norm(there, axis=1) + self.slow
+        return np.asarray(self.to_points.T @ ((self.weights * speeds)[:, None] * there))
+
+
+def make_drag(mesh: HexMesh, area: float, form: str = 'square') -> Drag:
+    """Spread drag coefficient times area [m^2] over the free surface in proportion to its area.
+
+    Args:
+        mesh: whose faces meet the air where they are not held.
+        area: drag coefficient times area [m^2].
+        form: see `Faults.drag_form`.
+    """
+    places, shares = np.polynomial.legendre.leggauss(3)
+    square = np.stack(np.meshgrid(places, places, indexing='ij'), axis=-1).reshape(-1, 2)
+    values, nodes, areas, normals = [], [], [], []
+    for number, axis, side in mesh.faces:
+        cell = mesh.cells[number]
+        if np.isin(cell[CORNERS[:, axis] == side], mesh.held).all():
+            continue
+        local = np.insert(square, axis, float(side), axis=1)
+        along = np.einsum('ai,gaj->gji', mesh.nodes[cell], shape_gradients(local))
+        one, two = np.delete(along, axis, axis=1).swapaxes(0, 1)
+        vectors = np.outer(shares, shares).reshape(-1, 1) * np.cross(one, two)
+        areas.append(np.linalg.norm(vectors, axis=1))
+        normals.append(vectors / areas[-1][:, None])
+        values.append(shape_functions(local))
+        nodes.append(np.tile(cell, (len(local), 1)))
+    columns, entries = np.concatenate(nodes), np.concatenate(values)
+    rows = np.repeat(np.arange(len(columns)), columns.shape[1])
+    shape = (len(columns), len(mesh.nodes))
+    to_points = csr_array((entries.ravel(), (rows, columns.ravel())), shape=shape)
+    own = np.concatenate(areas)
+    weights = 0.5 * AIR * area * own / own.sum()
+    return Drag(
+        to_points,
+        weights,
+        np.concatenate(normals) if form == 'normal' else None,
+        _SLOW if form == 'linear' else 0.0,
+    )
