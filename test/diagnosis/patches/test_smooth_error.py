@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis import diagnose
 from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.patches.smooth_error import measured_smooth_error, with_smooth_error
@@ -145,9 +146,12 @@ def test_beside_a_large_gap_the_error_is_not_measured(screened, monkeypatch):
 
     monkeypatch.setattr(diagnose, 'library_groups', look)
     tilted, tilted_fit, _ = screened
+    clean = diagnose.fit_nominal(beam_scene((6, 2, 2)), [watched(seed=3)], None)
+    # One pose tells nothing, and no effect is looked at for it.
+    assert diagnose.with_smooth_error(*clean) == clean
+    assert looked == []
+    monkeypatch.setattr(PatchEvaluator, 'tells_smooth_error', True)
     assert diagnose.with_smooth_error(tilted, tilted_fit) == (tilted, tilted_fit)
     assert looked == []
-    clean = diagnose.fit_nominal(beam_scene((6, 2, 2)), [watched(seed=3)], None)
-    # One pose tells nothing either.
-    assert diagnose.with_smooth_error(*clean) == clean
+    diagnose.with_smooth_error(*clean)
     assert len(looked) == 1
