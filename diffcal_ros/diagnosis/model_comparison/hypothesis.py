@@ -58,6 +58,7 @@ class Hypothesis:
         evaluator: of the model.
         fit: where it ended.
         judged: with a tolerance for the form of its effects; None: of just this form.
+        guessed: log evidence where the size of the noise is the model's own; None: it is known.
     """
 
     added: tuple[Candidate, ...]
@@ -65,10 +66,13 @@ class Hypothesis:
     evaluator: PatchEvaluator
     fit: Refit
     judged: Tolerated | None = None
+    guessed: float | None = None
 
     @property
     def log_evidence(self) -> float:
         """Log evidence, with what its form may be off by."""
+        if self.guessed is not None:
+            return self.guessed
         return self.fit.log_evidence if self.judged is None else self.judged.log_evidence
 
     @property

@@ -22,7 +22,7 @@ from diffcal_ros.errors import NotSimulatedError
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
 # Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
-_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 1
+_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 3
 # Of what tangents promise, and what stands in for them, a pair comes to so much at most; and how
 # near it must come to one that leaves noise.
 _TANGENTS_MISS, _STAND_INS_MISS = 1.25, 2.5

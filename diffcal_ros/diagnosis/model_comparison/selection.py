@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -153,6 +154,8 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = _singles(pool, with_tangents(scores))
     singles = _judged(pool, singles)
+    if pool.nominal.stays_robust:
+        singles = sorted(ranked(singles), key=by_evidence)
     pairs: list[Hypothesis] = []
     if with_pairs and singles and _is_poor(pool, singles[0]):
         pairs = best_pairs(pool, singles, scores)
@@ -162,8 +165,11 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         h for h in pairs if not (h.has_idle_effect or has_doubtful_effect(h, pool.base, singles))
     ]
     pairs = _judged(pool, pairs)
-    best = min([*singles, *pairs], key=lambda h: h.chi_square_per_patch, default=None)
-    scale = 1.0 if best is None else max(1.0, best.chi_square_per_patch)
+    if pool.nominal.stays_robust:
+        compared = ranked([*singles, *pairs])
+        singles = sorted(compared[: len(singles)], key=by_evidence)
+        pairs = sorted(compared[len(singles) :], key=by_evidence)
+    scale = _noise_scale([*singles, *pairs])
     added = None
     if singles and pairs and pairs[0].judged is not None:
         added = second_adds(singles[0], pairs[0], _nominal_points(pool))
@@ -189,6 +195,13 @@ def _is_poor(pool: RefitPool, hypothesis: Hypothesis) -> bool:
         return in_form or most_added(hypothesis, _nominal_points(pool)) > least
     left = patch_gap(hypothesis.fit.groups, Part.FIT)
     return left.most > _POOR_FLOORS * left.whole_floor
+
+
+def _noise_scale(models: Sequence[Hypothesis]) -> float:
+    """Return chi-square per patch of the best model; 1 where the size of the noise is its own."""
+    if any(model.guessed is not None for model in models):
+        return 1.0
+    return max([1.0, *sorted(h.chi_square_per_patch for h in models)[:1]])
 
 
 def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What hides in parameters, or camera poses, of which better is known."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
@@ -19,15 +20,20 @@ _STRAINED = 3.0
 _UNLIKELY = float(chance_beyond(_STRAINED**2, 1))
 
 
-def unstrained(fit: Refit) -> list[PatchGroup]:
+def unstrained(fit: Refit, nominal: ParameterSet | None = None) -> list[PatchGroup]:
     """Return the patches as they would be if nothing strained its prior, to first order.
 
     An effect may hide in a parameter of which better is known, and one of the camera in its pose:
-    the gap is then small, and the parameter absurd.
+    the gap is then small, and the parameter absurd. What a model has besides hides nothing: how
+    large an effect usually is says nothing of how large it may be.
+
+    Args:
+        fit: of a model.
+        nominal: parameters of the model without what was added; None: nothing was.
     """
-    if not is_strained(fit):
+    beyond = _beyond(fit, nominal or fit.parameters)
+    if not beyond.any():
         return fit.groups
-    beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
     return [
         replace(
             group,
@@ -41,15 +47,20 @@ def unstrained(fit: Refit) -> list[PatchGroup]:
 
 def is_strained(fit: Refit) -> bool:
     """Tell whether a parameter or a camera pose is farther from what is known than likely."""
-    beyond = _parameters_beyond(fit) + _poses_beyond(fit.parameters, fit.coordinates)
-    return bool(beyond.any())
+    return bool(_beyond(fit, fit.parameters).any())
 
 
-def _parameters_beyond(fit: Refit) -> FloatArray:
+def _beyond(fit: Refit, nominal: ParameterSet) -> FloatArray:
+    """Return how far coordinates are beyond what is known of them, shape (k,)."""
+    known = frozenset(nominal.names)
+    return _parameters_beyond(fit, known) + _poses_beyond(fit.parameters, fit.coordinates)
+
+
+def _parameters_beyond(fit: Refit, known: Collection[str]) -> FloatArray:
     beyond = np.zeros(len(fit.coordinates))
     for index, parameter in enumerate(fit.parameters):
         mean, std = parameter.quantity.prior_mean, parameter.quantity.prior_std
-        if mean is None or std is None or parameter.is_nuisance:
+        if mean is None or std is None or parameter.is_nuisance or parameter.name not in known:
             continue
         allowed = _STRAINED * (std / mean if parameter.is_logarithmic else std)
         here, _ = fit.of_the_body(index)

@@ -67,7 +67,7 @@ def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
     What hides in a parameter or pose of which better is known belongs to the gap.
     """
     before = patch_gap(unstrained(nominal), Part.REPORT)
-    after = patch_gap(unstrained(added), Part.REPORT)
+    after = patch_gap(unstrained(added, nominal.parameters), Part.REPORT)
     return GapFigures(
         nominal=1e3 * before.rms,
         added=1e3 * after.rms,
@@ -89,7 +89,8 @@ def judged_part(nominal: Refit, *, is_moving: bool) -> Part:
 
 def closure_of(nominal: Refit, added: Refit, is_measured: bool, part: Part = Part.REPORT) -> float:
     """Return (nominal - added) / (nominal - floor) on the patches of a part."""
-    before, after = (patch_gap(unstrained(fit), part) for fit in (nominal, added))
+    before = patch_gap(unstrained(nominal), part)
+    after = patch_gap(unstrained(added, nominal.parameters), part)
     floor = before.whole_floor
     old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
     return closed_fraction(old, new, floor)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a fit hides in a camera's pose of which better is known belongs to the gap."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
@@ -68,3 +69,24 @@ def test_what_a_pose_takes_up_beyond_its_covariance_is_put_back(times):
     expected = share * fit.groups[0].patches.jacobian[:, fit.pose] @ (times * direction)
     assert 0.0 < share < 1.0
     assert np.allclose(put_back, expected, rtol=2e-3)
+
+
+def test_how_large_an_effect_is_that_was_added_hides_nothing():
+    """Its usual size says nothing of how large this one may be; stated with a model it does."""
+    scene = beam_scene((6, 2, 2))
+    nominal = make_parameters(scene, ('youngs_modulus',))
+    parameters = make_parameters(scene, ('youngs_modulus', 'depth_affine.bias'))
+    fit = fit_with(np.zeros(6))
+    index = parameters.names.index('depth_affine.bias')
+    usual = list(parameters)[index].quantity.prior_std
+    coordinates = parameters.start()
+    coordinates[index] = 10.0 * usual
+    (group,) = fit.groups
+    patches = replace(group.patches, jacobian=np.ones((_COUNT, len(parameters))))
+    fit.parameters, fit.coordinates = parameters, coordinates
+    fit.groups = [replace(group, patches=patches)]
+    fit.of_the_body = lambda place: (float(coordinates[place]), 1.0)
+    assert unstrained(fit, nominal) == fit.groups
+    (strained,) = unstrained(fit)
+    put_back = strained.patches.values - patches.values
+    assert np.allclose(put_back, 7.0 * usual)
