@@ -32,11 +32,14 @@ def test_a_name_that_a_cause_outside_the_library_imitates_is_less_sure(
 class _Known(list[Any]):
     """One parameter that was measured as 2 +- 0.1."""
 
+    names = ('known',)
     pose_covariances = ()
 
     def __init__(self) -> None:
         quantity = SimpleNamespace(prior_mean=2.0, prior_std=0.1)
-        own = SimpleNamespace(quantity=quantity, is_nuisance=False, is_logarithmic=False)
+        own = SimpleNamespace(
+            name='known', quantity=quantity, is_nuisance=False, is_logarithmic=False
+        )
         own.coordinate = lambda value: value
         super().__init__([own])
 
