@@ -25,7 +25,9 @@ import pytest
 from support.scenes import beam_scene, observation, true_depth
 from support.watched import several_frames
 
-PULL, NEAR = 0.02, 0.33
+# A pull [N] whose gap stands out from what is allowed for the mesh, which these data of the same
+# mesh do not have; of 20 mN it is a third.
+PULL, NEAR = 0.025, 0.33
 ROOT = Path(__file__).resolve().parents[2]
 
 
