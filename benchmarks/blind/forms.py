@@ -152,6 +152,24 @@ def _border(name: str, share: float) -> Form:
     )
 
 
+def _contact(form: str) -> Form:
+    return _drawn(
+        'contact_plane',
+        form,
+        {'contact_form': form},
+        'contact_height',
+        lambda size, random: number((2.0, 5.0, 11.0)[size], random),
+    )
+
+
+def _camera(name: str, key: str, amounts: tuple[float, float, float]) -> Form:
+    def draw(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
+        amount = signed(amounts[size], random)
+        return {key: amount, 'center_shift': direction((3.0, 7.0, 15.0)[size], 2, random)}
+
+    return Form('camera_offset', name, draw)
+
+
 FORMS: dict[str, tuple[Form, ...]] = {
     'development': (
         _stiffening('gent', (16.0, 40.0, 80.0)),
@@ -207,27 +225,13 @@ FORMS: dict[str, tuple[Form, ...]] = {
                 'clamp_turn': direction((1.0, 2.5, 6.0)[size], 3, random),
             },
         ),
-        Form(
-            'contact_plane',
-            'foam',
-            lambda size, setup, random: {
-                'contact_form': 'foam',
-                'contact_height': number((2.0, 5.0, 11.0)[size], random),
-            },
-        ),
+        _contact('foam'),
     ),
     'anew': (
         _contrast('cosine'),
         _mass('two'),
         _give('hardening'),
-        Form(
-            'camera_offset',
-            'aspect',
-            lambda size, setup, random: {
-                'aspect': signed((0.003, 0.008, 0.02)[size], random),
-                'center_shift': direction((3.0, 7.0, 15.0)[size], 2, random),
-            },
-        ),
+        _camera('aspect', 'aspect', (0.003, 0.008, 0.02)),
         _tilt('growing'),
         _depth('disparity'),
         Form(
@@ -250,22 +254,8 @@ FORMS: dict[str, tuple[Form, ...]] = {
         _depth('ramp'),
         _depth('settling'),
         _border('near the tip', 0.78),
-        Form(
-            'camera_offset',
-            'focal and centre',
-            lambda size, setup, random: {
-                'focal_scale': signed((0.003, 0.008, 0.02)[size], random),
-                'center_shift': direction((3.0, 7.0, 15.0)[size], 2, random),
-            },
-        ),
-        Form(
-            'contact_plane',
-            'shelf',
-            lambda size, setup, random: {
-                'contact_form': 'shelf',
-                'contact_height': number((2.0, 5.0, 11.0)[size], random),
-            },
-        ),
+        _camera('focal and centre', 'focal_scale', (0.003, 0.008, 0.02)),
+        _contact('shelf'),
     ),
 }
 BY_KEY = {form.key: form for forms in FORMS.values() for form in forms}

@@ -3,7 +3,7 @@
 """A bent body reduced to a few points: of its surface in view, and of the space beside it."""
 
 from diffcal_ros.proposal.bent_shape import BentShape
-from diffcal_ros.registration.surface_sample import ShapeSample, spread
+from diffcal_ros.registration.surface_sample import ShapeSample, spread, spread_over
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
@@ -37,11 +37,7 @@ class ShapeSampler:
         corners = shape.positions[triangles]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         areas = np.linalg.norm(normals, axis=1)
-        # One random number spaced evenly: points follow the area, and are always the same.
-        chosen = np.searchsorted(
-            np.cumsum(areas) / areas.sum(), (np.arange(count) + 0.5) / count
-        ).clip(max=len(areas) - 1)
-        shares = np.random.default_rng(7).dirichlet((1.0, 1.0, 1.0), count)
+        chosen, shares = spread_over(areas, count)
         self._points = np.einsum('nc,ncx->nx', shares, corners[chosen])
         self._normals = (normals / np.maximum(areas, 1e-300)[:, None])[chosen]
         rest = np.einsum('nc,ncx->nx', shares, mesh.rest_positions[triangles][chosen])

@@ -12,7 +12,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.registration.image_score import ImageScore
 from diffcal_ros.registration.rotations import spread_rotations
-from diffcal_ros.registration.surface_sample import ShapeSample, spread
+from diffcal_ros.registration.surface_sample import ShapeSample, spread, spread_over
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.scene.model import Fixture
 import numpy as np
@@ -283,9 +283,6 @@ def surface_points(fixture: Fixture, count: int) -> FloatArray:
     corners = fixture.positions[fixture.triangles]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(across, axis=1)
-    chosen = np.searchsorted(
-        np.cumsum(areas) / areas.sum(), (np.arange(count) + 0.5) / count
-    ).clip(max=len(areas) - 1)
-    shares = np.random.default_rng(7).dirichlet((1.0, 1.0, 1.0), count)
+    chosen, shares = spread_over(areas, count)
     points: FloatArray = np.einsum('nc,ncx->nx', shares, corners[chosen])
     return points

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,22 @@ class ShapeSample:
     origin: FloatArray
 
 
-def spread(count: int, wanted: int) -> NDArray[np.int64]:
+def spread_over(areas: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
+    """Place points on triangles in proportion to their areas, again and again the same ones.
+
+    Args:
+        areas: of the triangles, or in proportion to them, shape (F,).
+        count: of points.
+
+    Returns:
+        The triangle of each point, shape (count,), and its corners' shares, shape (count, 3).
+    """
+    # One number each, spaced evenly: points follow the area.
+    chosen = np.searchsorted(np.cumsum(areas) / areas.sum(), (np.arange(count) + 0.5) / count)
+    shares = np.random.default_rng(7).dirichlet((1.0, 1.0, 1.0), count)
+    return chosen.clip(max=len(areas) - 1), shares
+
+
+def spread(count: int, wanted: int) -> IntArray:
     """Return at most so many numbers, evenly spread over a random order that never changes."""
     return np.random.default_rng(11).permutation(count)[:wanted]

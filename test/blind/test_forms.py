@@ -107,32 +107,28 @@ def test_steady_forces_are_tilts_to_first_order_in_the_frame_they_are_fixed_to(
     assert apart['rig_force'][1] > 0.3 * moves[1]
 
 
-def test_a_clamp_that_hardens_gives_way_less_than_in_proportion(setup: Setup) -> None:
-    plain, turned, hard = (
-        [_held(setup, Faults(clamp_form=form, clamp_compliance=give), pose) for pose in range(4)]
-        for form, give in (('turn', 0.0), ('turn', 1.0), ('hardening', 1.0))
+def _given_way(setup: Setup, form: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far a plain clamp gives way by pose, the least first, and a form's shares."""
+    plain, turned, own = (
+        [_held(setup, Faults(clamp_form=kind, clamp_compliance=give), pose) for pose in range(4)]
+        for kind, give in (('turn', 0.0), ('turn', 1.0), (form, 1.0))
     )
     sizes = [
-        [np.abs(a - b).max() for a, b in zip(own, plain, strict=True)] for own in (turned, hard)
+        np.array([np.abs(a - b).max() for a, b in zip(moved, plain, strict=True)])
+        for moved in (turned, own)
     ]
     order = np.argsort(sizes[0])
-    shares = (np.array(sizes[1]) / np.array(sizes[0]))[order]
-    assert sizes[0][order[-1]] > 1.2 * sizes[0][order[0]], 'poses ask unlike moments of it'
+    return sizes[0][order], (sizes[1] / sizes[0])[order]
+
+
+def test_a_clamp_that_hardens_gives_way_less_than_in_proportion(setup: Setup) -> None:
+    sizes, shares = _given_way(setup, 'hardening')
+    assert sizes[-1] > 1.2 * sizes[0], 'poses ask unlike moments of it'
     assert shares[-1] < shares[0]
 
 
-def test_a_clamp_that_softens_gives_way_more_than_in_proportion(
-    setup: Setup,
-) -> None:
-    plain, turned, soft = (
-        [_held(setup, Faults(clamp_form=form, clamp_compliance=give), pose) for pose in range(4)]
-        for form, give in (('turn', 0.0), ('turn', 1.0), ('softening', 1.0))
-    )
-    sizes = [
-        [np.abs(a - b).max() for a, b in zip(own, plain, strict=True)] for own in (turned, soft)
-    ]
-    order = np.argsort(sizes[0])
-    shares = (np.array(sizes[1]) / np.array(sizes[0]))[order]
+def test_a_clamp_that_softens_gives_way_more_than_in_proportion(setup: Setup) -> None:
+    _, shares = _given_way(setup, 'softening')
     assert shares[-1] > shares[0]
 
 

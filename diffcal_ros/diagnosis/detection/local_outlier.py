@@ -218,7 +218,8 @@ def _seen_along(
     Returns:
         Slopes, shape (n, 3), and the mean of that share over what is seen in each patch, (n,).
     """
-    moved = np.concatenate([np.eye(3)[:, None] * one[:, None] for one in (along**0, along)])
+    shifts = np.tile(np.eye(3)[:, None], (1, len(along), 1))
+    moved = np.concatenate([shifts, shifts * along[:, None]])
     count = len(evaluator.model.observations)
     columns = _columns(evaluator.groups(fit.coordinates, [moved] * count), 6)
     slopes, weighted = columns[:, :3], columns[:, 3:]

@@ -15,8 +15,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchName
-from diffcal_ros.diagnosis.patches.whitened import chosen_patches, Part
+from diffcal_ros.diagnosis.patches.whitened import Part, residuals_by_patch
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,13 +32,13 @@ def ranked(models: Sequence[Hypothesis]) -> list[Hypothesis]:
     Args:
         models: of one nominal model whose floor is a guess.
     """
-    seen = [_residuals(model) for model in models]
+    seen = [residuals_by_patch(model.fit.groups, Part.FIT) for model in models]
     common = sorted(set.intersection(*map(set, seen))) if seen else []
     if not common:
         return list(models)
     levels = [log_density(np.array([own[name] for name in common])) for own in seen]
     return [
-        replace(model, guessed=level - 0.5 * np.log(len(common)) * _amplitude_count(model))
+        replace(model, guessed=level - 0.5 * np.log(len(common)) * model.amplitude_count)
         for model, level in zip(models, levels, strict=True)
     ]
 
@@ -53,18 +52,3 @@ def log_density(residuals: FloatArray) -> float:
     scaled = residuals[:, None] / _SIZES
     levels = -np.log(_SIZES) - 0.5 * (_FREEDOM + 1.0) * np.log1p(scaled**2 / _FREEDOM)
     return float(levels.sum(axis=0).max())
-
-
-def _residuals(model: Hypothesis) -> dict[PatchName, float]:
-    """Return the residuals of the body's patches that were fitted [m], by their names."""
-    return {
-        (group.view, group.kind, int(group.patches.cells[index])): float(
-            group.patches.values[index]
-        )
-        for group in of_the_body(model.fit.groups)
-        for index in chosen_patches(group, Part.FIT)
-    }
-
-
-def _amplitude_count(model: Hypothesis) -> int:
-    return sum(len(candidate.components) for candidate in model.added)

@@ -97,6 +97,11 @@ class Hypothesis:
         return tuple(sorted(candidate.identifier for candidate in self.added))
 
     @property
+    def amplitude_count(self) -> int:
+        """Amplitudes of all effects together."""
+        return sum(len(candidate.components) for candidate in self.added)
+
+    @property
     def is_at_bound(self) -> bool:
         """Tell whether an effect stopped at a bound, where it is as good as absent.
 

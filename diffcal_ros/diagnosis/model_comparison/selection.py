@@ -128,7 +128,7 @@ class Selection:
             and h.log_evidence > least
             and not (h.is_at_bound or h.has_absent_amplitude)
         ]
-        return max(variants, key=_amplitude_count, default=leader)
+        return max(variants, key=lambda h: h.amplitude_count, default=leader)
 
 
 def _closed(one: Refit, two: Refit) -> float:
@@ -201,7 +201,7 @@ def _noise_scale(models: Sequence[Hypothesis]) -> float:
     """Return chi-square per patch of the best model; 1 where the size of the noise is its own."""
     if any(model.guessed is not None for model in models):
         return 1.0
-    return max([1.0, *sorted(h.chi_square_per_patch for h in models)[:1]])
+    return max(1.0, min((h.chi_square_per_patch for h in models), default=1.0))
 
 
 def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -214,7 +214,3 @@ def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
 def _nominal_points(pool: RefitPool) -> list[FloatArray]:
     """Return the nodes of the nominal body in each view [m], camera frame, shape (N, 3) each."""
     return [view.points for view in pool.nominal.model.views(pool.base.coordinates)]
-
-
-def _amplitude_count(hypothesis: Hypothesis) -> int:
-    return sum(len(candidate.components) for candidate in hypothesis.added)

@@ -105,8 +105,7 @@ def depth_patches(
     values, slopes, centers, cells, totals = averaged_by_cell(
         residuals, jacobian, numbers, weights, _LEAST_PIXELS
     )
-    uneven = _spreads(residuals.values, weights, numbers, cells) ** 2
-    further = np.maximum(uneven - noise.pixel**2, 0.0) / totals
+    further = _unevenness(residuals.values, weights, numbers, cells, noise.pixel)
     covariance = noise.depth_covariance(centers, totals) + np.diag(further)
     common = noise.depth_common(len(values))
     standing = noise.depth_standing(len(values)) if noise.standing else None
@@ -141,8 +140,8 @@ def edge_patches(
         residuals, wide, numbers, weights, _LEAST_OUTLINE
     )
     sizes, doubts = slopes[:, -2], slopes[:, -1]
-    uneven = _spreads(residuals.values, weights, numbers, cells) ** 2
-    further = np.maximum(uneven - (noise.edge_pixels * sizes) ** 2, 0.0) / totals
+    known = noise.edge_pixels * sizes
+    further = _unevenness(residuals.values, weights, numbers, cells, known)
     own = np.diag((doubts * sizes) ** 2 + further)
     covariance = noise.edge_covariance(centers, totals, sizes) + own
     common = noise.edge_common(sizes)
@@ -183,17 +182,30 @@ def _trust(values: FloatArray, numbers: IntArray, slack: float) -> FloatArray:
     return trust
 
 
-def _spreads(
-    values: FloatArray, weights: FloatArray, numbers: IntArray, cells: IntArray
+def _unevenness(
+    values: FloatArray,
+    weights: FloatArray,
+    numbers: IntArray,
+    cells: IntArray,
+    known: FloatArray | float,
 ) -> FloatArray:
-    """Return the weighted standard deviation of the residuals in some cells, shape (n,)."""
+    """Return the variance of averages where residuals differ by more than noise [m^2], shape (n,).
+
+    Args:
+        values: residuals [m], shape (M,).
+        weights: of each, shape (M,).
+        numbers: cell of each, shape (M,).
+        cells: those that were averaged, ascending, shape (n,).
+        known: standard deviation of the noise of one residual in each [m].
+    """
     own = np.isin(numbers, cells)
     places = np.searchsorted(cells, numbers[own])
     chosen, shares = values[own], weights[own]
     totals, sums, squares = (
         np.bincount(places, shares * chosen**power, minlength=len(cells)) for power in range(3)
     )
-    return np.sqrt(np.maximum(squares / totals - (sums / totals) ** 2, 0.0))
+    spread = squares / totals - (sums / totals) ** 2
+    return np.asarray(np.maximum(spread - known**2, 0.0) / totals)
 
 
 def averaged_by_cell(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
-from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup, PatchName
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.least_squares.normal_equations import NormalEquations
 from diffcal_ros.least_squares.residual_channel import ResidualChannel, Weights
@@ -296,18 +296,19 @@ def excess_over(groups: Sequence[PatchGroup], best: Sequence[PatchGroup], part: 
         best: of the other.
         part: patches that are compared.
     """
-    one, other = _sizes_by_patch(groups, part), _sizes_by_patch(best, part)
+    one, other = residuals_by_patch(groups, part), residuals_by_patch(best, part)
     shared = [name for name in one if name in other]
     if not shared:
         return float('nan')
-    differences = np.array([one[name] - other[name] for name in shared])
+    differences = np.array([abs(one[name]) - abs(other[name]) for name in shared])
     return float(np.clip(differences, -_MOST_TOLD, _MOST_TOLD).mean())
 
 
-def _sizes_by_patch(groups: Sequence[PatchGroup], part: Part) -> dict[tuple[int, str, int], float]:
+def residuals_by_patch(groups: Sequence[PatchGroup], part: Part) -> dict[PatchName, float]:
+    """Return the residuals of the body's patches of one part [m], by their names."""
     return {
-        (group.view, group.kind, int(group.patches.cells[index])): abs(
-            float(group.patches.values[index])
+        (group.view, group.kind, int(group.patches.cells[index])): float(
+            group.patches.values[index]
         )
         for group in of_the_body(groups)
         for index in chosen_patches(group, part)
