@@ -24,6 +24,12 @@ class Clamp:
         self.center = 0.5 * (rest.min(axis=0) + rest.max(axis=0))
         self.gave_way = np.zeros(6)  # Under its load: shift [m] and turn [rad].
 
+    def give_way_by(self, ways: Sequence[int]) -> None:
+        """Let some numbers of its motion follow its load; all others are none from now on."""
+        stays = np.zeros(6)
+        stays[list(ways)] = self.gave_way[list(ways)]
+        self.gave_way = stays
+
     def place(self, positions: FloatArray, motion: FloatArray) -> FloatArray:
         """Return where nodes are held.
 

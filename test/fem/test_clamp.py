@@ -65,3 +65,20 @@ def test_the_clamp_ends_where_its_load_holds_it(compliance):
         material, GRAVITY, conditions=conditions, prediction=wrong
     ).positions
     np.testing.assert_allclose(again, first, atol=2e-7)
+
+
+def test_a_clamp_that_gives_way_in_fewer_ways_forgets_the_others():
+    mesh = beam_mesh((8, 2, 2))
+    held, material = held_end(mesh).astype(np.int32), uniform_material(mesh, 2e5)
+    turns = np.diag([0.0, 0.0, 0.0, 1.0, 0.6, 0.8])
+    slides = np.diag([2e-3, 1e-3, 3e-3, 0.0, 0.0, 0.0])
+    body, fresh = (StaticBody(mesh, Element.QUADRATIC, held) for _ in range(2))
+    body.solve_equilibrium(
+        material, GRAVITY, conditions=Conditions(clamp_compliance=slides + turns)
+    )
+    assert np.abs(body.clamp.gave_way[:3]).max() > 1e-5
+    conditions = Conditions(clamp_compliance=turns)
+    again = body.solve_equilibrium(material, GRAVITY, conditions=conditions).positions
+    first = fresh.solve_equilibrium(material, GRAVITY, conditions=conditions).positions
+    assert (body.clamp.gave_way[:3] == 0.0).all()
+    np.testing.assert_allclose(again, first, atol=2e-7)

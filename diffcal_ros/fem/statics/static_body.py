@@ -215,9 +215,8 @@ class StaticBody:
         """Do as `solve_equilibrium` in the own frame, `held_path` and the result as well."""
         loads = self.prepare(material, gravity, conditions)
         self._held_path = held_path
-        if not conditions.clamp_gives_way:
-            self.clamp.gave_way = np.zeros(6)
-        elif prediction is not None and self._state is not None:
+        self.clamp.give_way_by(conditions.clamp_ways)
+        if conditions.clamp_gives_way and prediction is not None and self._state is not None:
             self._follow_prediction(prediction)
         self._solve(loads, self._clamp_path(), prediction)
         if conditions.clamp_gives_way:
