@@ -10,6 +10,8 @@ import signal
 import threading
 from typing import Any
 
+from diffcal_ros.blas_threads import keep_blas_to_one_thread
+
 
 def process_pool(
     jobs: int,
@@ -26,6 +28,9 @@ def process_pool(
             ever where the other one dies before it has read it.
         threads: that each may use; None: as this process.
     """
+    # They inherit it before they load NumPy: threads of several pools that spin for the same cores
+    # take up to six times as long as one.
+    keep_blas_to_one_thread()
     return ProcessPoolExecutor(
         jobs,
         # A process that is forked would share Warp's threads, and a GPU's context.

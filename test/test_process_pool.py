@@ -39,3 +39,33 @@ def test_no_process_outlives_the_first(tmp_path, ending):
         assert child in children_of(first.pid)
         first.send_signal(ending)
     wait_until_gone([child])
+
+
+_THREADS = """
+import os, sys
+sys.path.insert(0, {folder!r})
+import tasks
+from diffcal_ros.process_pool import process_pool
+if __name__ == '__main__':
+    print(process_pool(1).submit(tasks.threads).result())
+"""
+
+
+@pytest.mark.parametrize(('given', 'expected'), [({}, '1'), ({'OPENBLAS_NUM_THREADS': '3'}, '3')])
+def test_its_processes_keep_dense_matrices_to_one_thread(tmp_path, given, expected):
+    """Whoever makes the pool may have loaded NumPy with more before: a user's own script."""
+    (tmp_path / 'tasks.py').write_text(
+        "import os\ndef threads(): return os.environ['OPENBLAS_NUM_THREADS']\n"
+    )
+    (tmp_path / 'first.py').write_text(_THREADS.format(folder=str(tmp_path)))
+    environment = {name: value for name, value in os.environ.items() if 'THREADS' not in name}
+    environment['PYTHONPATH'] = os.pathsep.join([str(tmp_path), os.getcwd()])
+    ended = subprocess.run(
+        [sys.executable, tmp_path / 'first.py'],
+        env=environment | given,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert ended.stdout.split() == [expected]

@@ -16,7 +16,7 @@ from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, Lo
 from diffcal_ros.diagnosis.detection.material_boundary import with_material_boundary, with_setting
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.hypothesis import refitted_there
-from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
@@ -104,19 +104,23 @@ def diagnose(
     report('fitting the model as it is')
     evaluator, nominal = fit_nominal(scene, observations, settings.fit)
     listed = candidates(evaluator.model.scene, settings.without, settings.fit)
-    report(f'screening {len(listed)} candidates')
-    evaluator, nominal = with_smooth_error(evaluator, nominal)
-    judged = _judge(evaluator, nominal, listed, settings.margin)
-    judged, outliers = _without_local_outliers(judged, listed, settings.margin, report)
-    evaluator, nominal = judged.evaluator, judged.nominal
+    seconds = time.perf_counter() - begun
+    # They begin while this process looks at what is off.
+    with processes_begun(evaluator, nominal, seconds, settings.jobs) as processes:
+        report(f'screening {len(listed)} candidates')
+        evaluator, nominal = with_smooth_error(evaluator, nominal)
+        judged = _judge(evaluator, nominal, listed, settings.margin)
+        judged, outliers = _without_local_outliers(judged, listed, settings.margin, report)
+        evaluator, nominal = judged.evaluator, judged.nominal
+        selection = choice = None
+        if judged.disagreement.is_worth_naming:
+            jobs = settings.jobs
+            with RefitPool(evaluator, nominal, report, jobs=jobs, processes=processes) as pool:
+                # A gap that does not matter has no name, and no second one.
+                is_named = judged.disagreement.verdict is Verdict.DISAGREE
+                selection = select(pool, judged.scores, with_pairs=is_named)
+            choice = choose(selection, evaluator, nominal)
     scores, disagreement = judged.scores, judged.disagreement
-    selection = choice = None
-    if disagreement.is_worth_naming:
-        with RefitPool(evaluator, nominal, report, jobs=settings.jobs) as pool:
-            # A gap that does not matter has no name, and no second one.
-            is_named = disagreement.verdict is Verdict.DISAGREE
-            selection = select(pool, scores, with_pairs=is_named)
-        choice = choose(selection, evaluator, nominal)
     # A load that is held is as good as at rest.
     if choice is not None and not all(evaluator.discretisation_error.is_slow):
         report('finding what mesh and time step cost there')

@@ -72,16 +72,22 @@ class ForwardModel:
         self._known = KnownSolutions()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what it is made of: another process has bodies of its own."""
-        return self._make, (self.scene, self.observations, self.parameters)
+        """Pickle what it is made of: another process has bodies of its own.
+
+        They go on from where these ones are: from rest a state may not be found, or another one.
+        """
+        make = partial(self._make, warm=self._next_warm())
+        return make, (self.scene, self.observations, self.parameters)
 
     def with_parameters(self, scene: Scene, parameters: ParameterSet) -> 'ForwardModel':
         """Return a model of the same bodies and cameras with other parameters or effects."""
-        # Its tangents are by other parameters, and its views take memory.
-        warm = None if self._last is None else self._last.states_only()
-        return self._make(
-            scene, self.observations, parameters, shared=self._shared, warm=warm or self._warm
-        )
+        warm = self._next_warm()
+        return self._make(scene, self.observations, parameters, shared=self._shared, warm=warm)
+
+    def _next_warm(self) -> Solution | None:
+        """Return where another model may start from."""
+        # Its tangents are by these parameters, and its views take memory.
+        return self._warm if self._last is None else self._last.states_only()
 
     @property
     def is_moving(self) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
+from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
@@ -222,6 +223,21 @@ def try_effects(
         if best is None or found.log_evidence > best.log_evidence:
             best = found
     return None if best is None else Hypothesis(tuple(added), scene, evaluator, best)
+
+
+def with_fewer_effects(
+    nominal: PatchEvaluator, base: Refit, whole: Hypothesis, kept: Sequence[Candidate]
+) -> Hypothesis:
+    """Return a model without some effects or amplitudes of a fitted one, to first order.
+
+    Args:
+        nominal: evaluates the patches of the nominal model.
+        base: its fit.
+        whole: the fitted model.
+        kept: effects that stay, with the amplitudes that stay.
+    """
+    scene, evaluator = with_effects(nominal, base, kept)
+    return Hypothesis(tuple(kept), scene, evaluator, fitted_with_fewer(whole.fit, evaluator))
 
 
 def with_tolerance(

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_fewer_effects
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
 from diffcal_ros.errors import NotSimulatedError
+import numpy as np
 
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
@@ -27,6 +28,8 @@ _MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 3
 # near it must come to one that leaves noise.
 _TANGENTS_MISS, _STAND_INS_MISS = 1.25, 2.5
 _NEAR = 10.0
+# Log evidence, per unit of noise scale, by which half of a pair must be better than it was alone.
+_FARTHER = 2.0
 # What is left is small beside its noise where noise leaves as much with this chance: there
 # tangents tell what a second effect may add.
 _AS_NOISE = 0.05
@@ -99,7 +102,7 @@ def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> l
             continue  # It was reached by small load steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
-            starts = {**_fitted(one), **starts_of(score)}
+            starts = {**one.fit.values_by_name(), **starts_of(score)}
             request = first_request([first, score.candidate], starts, singles)
             offer = _Offer(request, one.fit.log_evidence, score.log_evidence, is_linear)
             found.setdefault(key, offer)
@@ -112,17 +115,23 @@ def halves(
     """Refit each effect of the best pair without the other, from where the pair ended.
 
     From the nominal fit a large effect may not be reached, and be found as a part of a pair only.
+    Where tangents lead no farther from the pair than the effect has come alone, it is not tried.
     """
     if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
         return []
-    best = pairs[:1]
-    requests = [first_request([added], _fitted(best[0]), best) for added in best[0].added]
-    return finished(pool, pool.refit_all(requests), rivals=best)
-
-
-def _fitted(hypothesis: Hypothesis) -> dict[str, float]:
-    fit = hypothesis.fit
-    return dict(zip(fit.parameters.names, fit.coordinates.tolist(), strict=True))
+    best = pairs[0]
+    alone: dict[str, float] = {}
+    for single in singles:
+        if single.fit.is_converged:
+            alone.setdefault(single.added[0].identifier, single.fit.log_evidence)
+    scale = max(1.0, best.fit.chi_square_per_patch)
+    requests = [
+        first_request([added], best.fit.values_by_name(), [best])
+        for added in best.added
+        if with_fewer_effects(pool.nominal, pool.base, best, [added]).fit.log_evidence
+        > alone.get(added.identifier, -np.inf) + _FARTHER * scale
+    ]
+    return finished(pool, pool.refit_all(requests), rivals=[best])
 
 
 def _distinct(singles: Sequence[Hypothesis]) -> list[Hypothesis]:

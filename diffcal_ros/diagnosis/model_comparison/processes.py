@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Processes with bodies of their own, which each of them settles once.
+"""Processes with bodies of their own, which begin where those of the first process are.
 
 Threads would not do: most of a refit's time goes into sparse solvers, some of which hold Python's
 lock.
@@ -8,6 +8,7 @@ lock.
 
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 import ctypes
 import gc
 from pathlib import Path
@@ -26,21 +27,30 @@ _own: dict[str, Any] = {}
 
 
 class Processes:
-    """Processes that know the nominal model."""
+    """Processes that come to know the nominal model; they begin while that is still sought."""
 
-    def __init__(self, nominal: PatchEvaluator, base: Refit, jobs: int) -> None:
-        """Start them.
+    def __init__(self, jobs: int) -> None:
+        """Start them; what they need is loaded while the first process goes on.
 
         Args:
-            nominal: evaluates the patches of the nominal model.
-            base: its fit.
             jobs: how many processes; they share the cores.
         """
         # Not an argument: it is longer than a pipe holds.
         self._folder = TemporaryDirectory(prefix='diffcal-')
-        known = Path(self._folder.name) / 'nominal.pickle'
-        known.write_bytes(pickle.dumps((nominal, base)))
-        self._pool = process_pool(jobs, _read_model, known, threads=max(core_count() // jobs, 1))
+        self._known = Path(self._folder.name) / 'nominal.pickle'
+        self._pool = process_pool(jobs, threads=max(core_count() // jobs, 1))
+        with suppress(OSError, BrokenProcessPool):  # Whoever hands out work is told.
+            for _ in range(jobs):
+                self._pool.submit(_begin)
+
+    def teach(self, nominal: PatchEvaluator, base: Refit) -> None:
+        """Tell them the nominal model, before the first task.
+
+        Args:
+            nominal: evaluates the patches of the nominal model.
+            base: its fit.
+        """
+        self._known.write_bytes(pickle.dumps((nominal, base)))
 
     def submit(self, task: Task) -> 'Future[Refit | None]':
         """Let one of them refit.
@@ -50,7 +60,7 @@ class Processes:
                 too.
         """
         try:
-            return self._pool.submit(_fit, task)
+            return self._pool.submit(_fit, self._known, task)
         except OSError as error:
             raise BrokenProcessPool(f'a process cannot be started: {error}') from error
 
@@ -68,12 +78,13 @@ def fit_here(task: Task, nominal: PatchEvaluator, base: Refit) -> Refit | None:
         _give_back_memory()
 
 
-def _read_model(known: Path) -> None:
-    """Make bodies of this process's own."""
-    _own['nominal'], _own['base'] = pickle.loads(known.read_bytes())
+def _begin() -> None:
+    """Do nothing: to find this function a process loads all that refits need."""
 
 
-def _fit(task: Task) -> Refit | None:
+def _fit(known: Path, task: Task) -> Refit | None:
+    if not _own:
+        _own['nominal'], _own['base'] = pickle.loads(known.read_bytes())
     return fit_here(task, _own['nominal'], _own['base'])
 
 

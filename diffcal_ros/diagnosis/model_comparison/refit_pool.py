@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import replace
 import time
 
@@ -12,14 +13,45 @@ from diffcal_ros.diagnosis.model_comparison.processes import fit_here, Processes
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest, Task
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 
 Progress = Callable[[str], None]
 
-# Processes take some seconds to begin: with less than this left to do [s] they are not started.
-_WORTH_STARTING = 15.0
+# Processes take two seconds to begin: with less than this left to do [s] they are not started.
+_WORTH_STARTING = 6.0
+# A nominal fit of as many seconds is followed by refits of more, where something is missing.
+_LONG_NOMINAL_FIT = 3.0
 # More would hardly find work.
 _MOST = 8
+
+
+@contextmanager
+def processes_begun(
+    nominal: PatchEvaluator, base: Refit, seconds: float, jobs: int
+) -> Iterator[Processes | None]:
+    """Start processes that will refit models, where that is worth it; None elsewhere.
+
+    Args:
+        nominal: evaluates the patches of the nominal model.
+        base: its fit: one that leaves no more than noise needs no refits.
+        seconds: that it took.
+        jobs: processes at most; on a GPU there is only one.
+    """
+    most = _job_count(nominal, jobs)
+    is_worth_it = seconds > _LONG_NOMINAL_FIT and residual_size(base.groups, Part.FIT) > 0.0
+    if most < 2 or not is_worth_it:
+        yield None
+        return
+    processes = Processes(most)
+    try:
+        yield processes
+    finally:
+        processes.end()
+
+
+def _job_count(nominal: PatchEvaluator, jobs: int) -> int:
+    return min(jobs, _MOST) if nominal.model.device == 'cpu' else 1
 
 
 class RefitPool:
@@ -37,6 +69,7 @@ class RefitPool:
         report: Progress = lambda _: None,
         *,
         jobs: int = 1,
+        processes: Processes | None = None,
     ) -> None:
         """Begin nothing yet.
 
@@ -45,11 +78,14 @@ class RefitPool:
             base: its fit.
             report: called with what is being done.
             jobs: processes at most; on a GPU there is only one.
+            processes: that have begun; None: they are started where that is worth it.
         """
         self.nominal, self.base = nominal, base
         self._report = report
-        self._jobs = min(jobs, _MOST) if nominal.model.device == 'cpu' else 1
-        self._processes: Processes | None = None
+        self._jobs = _job_count(nominal, jobs)
+        self._processes = processes
+        if processes is not None:
+            processes.teach(nominal, base)
 
     def __enter__(self) -> 'RefitPool':
         return self
@@ -61,11 +97,7 @@ class RefitPool:
 
     def refit_all(self, requests: Sequence[RefitRequest]) -> list[Hypothesis]:
         """Refit models; return those that can be simulated, in the same order."""
-        return [
-            self._hypothesis(request.added, fit)
-            for request, fit in zip(requests, self._fits(requests), strict=True)
-            if fit is not None
-        ]
+        return self.finish_beside(requests, (), ())[0]
 
     def finish(self, hypotheses: Sequence[Hypothesis], least: Sequence[float]) -> list[Hypothesis]:
         """Fit models to the end; one that cannot be simulated again stays what it is.
@@ -76,14 +108,36 @@ class RefitPool:
             hypotheses: models.
             least: log evidence below which each is of no use.
         """
+        return self.finish_beside((), hypotheses, least)[1]
+
+    def finish_beside(
+        self,
+        requests: Sequence[RefitRequest],
+        hypotheses: Sequence[Hypothesis],
+        least: Sequence[float],
+    ) -> tuple[list[Hypothesis], list[Hypothesis]]:
+        """Do as `refit_all` and `finish` do, at the same time; return what both would.
+
+        Args:
+            requests: models to refit.
+            hypotheses: models to fit to the end.
+            least: log evidence below which each of these is of no use.
+        """
         tasks = [
             Continuation(h.added, h.fit.coordinates, h.fit.groups, log_evidence)
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
-        return [
-            hypothesis if fit is None else replace(hypothesis, fit=fit)
-            for hypothesis, fit in zip(hypotheses, self._fits(tasks), strict=True)
+        fits = self._fits([*requests, *tasks])
+        begun = [
+            self._hypothesis(request.added, fit)
+            for request, fit in zip(requests, fits, strict=False)
+            if fit is not None
         ]
+        ended = [
+            hypothesis if fit is None else replace(hypothesis, fit=fit)
+            for hypothesis, fit in zip(hypotheses, fits[len(requests) :], strict=True)
+        ]
+        return begun, ended
 
     def _hypothesis(self, added: tuple[Candidate, ...], fit: Refit) -> Hypothesis:
         scene, evaluator = with_effects(self.nominal, self.base, added)
@@ -101,7 +155,8 @@ class RefitPool:
             found.append(fit_here(left[0], self.nominal, self.base))
             seconds = time.perf_counter() - begun
             if self._jobs > 1 and seconds * (len(left) - 1) > _WORTH_STARTING:
-                self._processes = Processes(self.nominal, self.base, self._jobs)
+                self._processes = Processes(self._jobs)
+                self._processes.teach(self.nominal, self.base)
         return found
 
     def _fits_in_processes(

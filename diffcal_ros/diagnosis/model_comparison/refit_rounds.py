@@ -3,6 +3,7 @@
 """Refits in rounds: a brief look at each model, and those to the end that may still win."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -40,11 +41,21 @@ def finished(
     brief: Sequence[Hypothesis],
     front: frozenset[str] = frozenset(),
     rivals: Sequence[Hypothesis] = (),
+    late: Sequence[RefitRequest] = (),
 ) -> list[Hypothesis]:
-    """Fit the models that may still win, or lead by their scores, to the end; best first."""
+    """Fit the models that may still win, or lead by their scores, to the end; best first.
+
+    Args:
+        pool: who refit.
+        brief: models after a brief look.
+        front: identifiers of those that lead by their scores.
+        rivals: others that they are held against.
+        late: looks that are given up where they will hardly come near any of these.
+    """
     models = list(brief)
-    for _ in range(_ROUNDS):
-        reach = within_reach([*models, *rivals])
+    reach = within_reach([*models, *rivals])
+    late = [replace(request, least_log_evidence=reach) for request in late]
+    for _ in range(_ROUNDS + bool(late)):
         worth: dict[int, float] = {}
         for index, hypothesis in enumerate(models):
             fit = hypothesis.fit
@@ -52,11 +63,15 @@ def finished(
             # After a brief look a model may be far behind, and halfway down.
             if not fit.is_converged and fit.log_evidence + HOPE * fit.promise >= least:
                 worth[index] = least
-        further = pool.finish([models[index] for index in worth], list(worth.values()))
+        begun, further = pool.finish_beside(
+            late, [models[index] for index in worth], list(worth.values())
+        )
         for index, hypothesis in zip(worth, further, strict=True):
             models[index] = hypothesis
+        models += begun
         # A twin that ran out of evaluations is no reason to be sure of the other one.
-        front = frozenset()
+        front, late = frozenset(), ()
+        reach = within_reach([*models, *rivals])
     return sorted(models, key=by_evidence)
 
 

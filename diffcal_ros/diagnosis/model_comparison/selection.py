@@ -11,11 +11,7 @@ from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
-from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
-    by_evidence,
-    finished,
-    first_request,
-)
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence
 from diffcal_ros.diagnosis.model_comparison.second_effect import (
     Explained,
     most_added,
@@ -23,16 +19,12 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     PAIR_GAIN,
     second_adds,
 )
+from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen
-from diffcal_ros.diagnosis.screening.shortlist import (
-    front_runners,
-    shortlist,
-    starts_of,
-    with_tangents,
-)
+from diffcal_ros.diagnosis.screening.shortlist import with_tangents
 import numpy as np
 from numpy.typing import NDArray
 
@@ -149,10 +141,10 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         with_pairs: whether two effects may be named; else only which one comes nearest is asked.
     """
     is_measured = pool.nominal.is_measured
-    singles = _singles(pool, scores)
+    singles = refitted_singles(pool, scores)
     if singles and all(h.has_idle_effect for h in singles):
         # What stood in for those without a tangent kept others out, and they do nothing.
-        singles = _singles(pool, with_tangents(scores))
+        singles = refitted_singles(pool, with_tangents(scores))
     singles = _judged(pool, singles)
     if pool.nominal.stays_robust:
         singles = sorted(ranked(singles), key=by_evidence)
@@ -174,15 +166,6 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
     if singles and pairs and pairs[0].judged is not None:
         added = second_adds(singles[0], pairs[0], _nominal_points(pool))
     return Selection(tuple(singles), tuple(pairs), scale, is_measured, added)
-
-
-def _singles(pool: RefitPool, scores: Screen) -> list[Hypothesis]:
-    """Refit the effects that their scores speak for, one at a time; best first."""
-    listed = shortlist(scores, is_measured=pool.nominal.is_measured)
-    refits = pool.refit_all(
-        [first_request([score.candidate], starts_of(score)) for score in listed]
-    )
-    return finished(pool, refits, front_runners(scores))
 
 
 def _is_poor(pool: RefitPool, hypothesis: Hypothesis) -> bool:

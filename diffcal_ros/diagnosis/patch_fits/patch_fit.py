@@ -41,6 +41,14 @@ _REJECTED_ENOUGH = 2
 HOPE, _FEWEST_LOOKS = 4.0, 3
 
 
+def prior_of(evaluator: PatchEvaluator) -> Prior:
+    """Return what is known of a model's coordinates before its patches are looked at."""
+    parameters = evaluator.model.parameters
+    mean, precision = regularised_prior(parameters)
+    # What is known of a parameter is known of the body, not of its mesh and time step.
+    return Prior(mean - evaluator.discretisation_error.shifts_of(parameters), precision)
+
+
 class PatchFit:
     """A fit on its way.
 
@@ -49,7 +57,6 @@ class PatchFit:
         groups: all patches there.
         seen: those that are fitted, whitened.
         cost: half chi-square with that of the prior.
-        precision: of the prior, shape (k, k).
         evaluations: of the model.
         rejections: steps on end that led nowhere.
         is_done: it came to rest, held to the full precision of the patches.
@@ -74,11 +81,7 @@ class PatchFit:
         self._evidence, self._part = evaluator, part
         self._bounds = parameters.bounds()
         self._limits = longest_steps(parameters)
-        mean, self.precision = regularised_prior(parameters)
-        # What is known of a parameter is known of the body, not of its mesh and time step.
-        self._prior = Prior(
-            mean - evaluator.discretisation_error.shifts_of(parameters), self.precision
-        )
+        self._prior = prior_of(evaluator)
         self.here = np.clip(start, *self._bounds)
         self.groups = evaluator.groups(self.here) if known is None else list(known)
         self.evaluations, self.rejections, self.is_done = 1, 0, False

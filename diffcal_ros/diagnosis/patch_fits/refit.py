@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit
+from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit, prior_of
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import Part
+from diffcal_ros.diagnosis.patches.whitened import Part, Whitened
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,6 +57,10 @@ class Refit:
     def chi_square_per_patch(self) -> float:
         """Chi-square per degree of freedom: 1 where noise alone is left."""
         return self.chi_square / max(self.patch_count - len(self.coordinates), 1)
+
+    def values_by_name(self) -> dict[str, float]:
+        """Return the coordinates by the names of their parameters: where another fit may start."""
+        return dict(zip(self.parameters.names, self.coordinates.tolist(), strict=True))
 
     def prior_offset(self) -> tuple[FloatArray, FloatArray]:
         """Return how far the body's coordinates are from where they are likely, and its precision.
@@ -106,20 +110,54 @@ def refit(
     """
     fit = PatchFit(evaluator, start, part, known)
     fit.run(max_iterations, -least_log_evidence)
-    seen, precision = fit.seen, fit.precision
-    information = seen.jacobian.T @ seen.jacobian + precision
-    return Refit(
-        parameters=evaluator.model.parameters,
-        coordinates=fit.here,
-        groups=fit.groups,
-        chi_square=seen.chi_square,
-        log_evidence=-fit.cost - 0.5 * _log_volumes(information, precision),
-        covariance=np.linalg.pinv(information),
-        shifts=evaluator.discretisation_error.shifts_of(evaluator.model.parameters),
+    return ended(
+        evaluator,
+        fit.here,
+        fit.groups,
+        fit.seen,
         promise=fit.promise(),
-        patch_count=len(seen),
         evaluations=fit.evaluations,
         is_converged=max_iterations == 1 or fit.is_done or fit.is_exhausted,
+    )
+
+
+def ended(
+    evaluator: PatchEvaluator,
+    coordinates: FloatArray,
+    groups: list[PatchGroup],
+    seen: Whitened,
+    *,
+    promise: float,
+    evaluations: int,
+    is_converged: bool,
+) -> Refit:
+    """Return what a fit tells that ended somewhere.
+
+    Args:
+        evaluator: of the model.
+        coordinates: where it ended, shape (k,).
+        groups: all patches there.
+        seen: those that were fitted, whitened.
+        promise: see `Refit`.
+        evaluations: of the model.
+        is_converged: whether it came to rest.
+    """
+    parameters = evaluator.model.parameters
+    prior = prior_of(evaluator)
+    information = seen.jacobian.T @ seen.jacobian + prior.precision
+    cost = 0.5 * seen.chi_square + prior.cost(coordinates)
+    return Refit(
+        parameters=parameters,
+        coordinates=coordinates,
+        groups=groups,
+        chi_square=seen.chi_square,
+        log_evidence=-cost - 0.5 * _log_volumes(information, prior.precision),
+        covariance=np.linalg.pinv(information),
+        shifts=evaluator.discretisation_error.shifts_of(parameters),
+        promise=promise,
+        patch_count=len(seen),
+        evaluations=evaluations,
+        is_converged=is_converged,
     )
 
 

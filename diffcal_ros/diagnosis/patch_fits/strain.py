@@ -3,12 +3,11 @@
 """What hides in parameters, or camera poses, of which better is known."""
 
 from collections.abc import Collection
-from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.chi_square import chance_beyond, exceeded_with
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import moved, PatchGroup
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,15 +33,7 @@ def unstrained(fit: Refit, nominal: ParameterSet | None = None) -> list[PatchGro
     beyond = _beyond(fit, nominal or fit.parameters)
     if not beyond.any():
         return fit.groups
-    return [
-        replace(
-            group,
-            patches=replace(
-                group.patches, values=group.patches.values + group.patches.jacobian @ beyond
-            ),
-        )
-        for group in fit.groups
-    ]
+    return moved(fit.groups, -beyond)
 
 
 def is_strained(fit: Refit) -> bool:

@@ -3,7 +3,7 @@
 """Patches of one kind in one view, and which of them are kept for the report or left out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.diagnosis.patches.patches import Patches
@@ -45,6 +45,16 @@ class PatchGroup:
 def of_the_body(groups: Sequence[PatchGroup]) -> list[PatchGroup]:
     """Return the groups that show the body, not the fixture."""
     return [group for group in groups if not group.is_rigid]
+
+
+def moved(groups: Sequence[PatchGroup], step: FloatArray) -> list[PatchGroup]:
+    """Return the patches after a step of the parameters, to first order, shape (k,)."""
+    count = len(step)
+    return [
+        replace(own, patches=replace(p, values=p.values - p.jacobian[:, :count] @ step))
+        for own in groups
+        for p in (own.patches,)
+    ]
 
 
 def report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:

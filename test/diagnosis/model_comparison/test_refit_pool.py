@@ -2,19 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refits in processes of their own are those of this one; what is lost is given up."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import spawn
 import os
 import pickle
 import sys
 
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import refit_pool
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
-from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import finished
+from diffcal_ros.diagnosis.patches.patch_group import moved
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np
 import pytest
@@ -81,6 +83,61 @@ def test_evidence_that_was_sent_away_sees_the_same(fitted):
         np.testing.assert_allclose(there.patches.values, here.patches.values, atol=1e-8)
         np.testing.assert_allclose(there.patches.covariance, here.patches.covariance)
         np.testing.assert_array_equal(there.patches.cells, here.patches.cells)
+
+
+def test_evidence_that_was_sent_away_goes_on_from_where_it_is(fitted):
+    evaluator, nominal = fitted
+    there = evaluator.model.worlds(nominal.coordinates)[0]
+    again = pickle.loads(pickle.dumps(evaluator)).model
+    from_rest = ForwardModel(again.scene, again.observations, again.parameters)
+    here, _ = again.worlds(nominal.coordinates)[0], from_rest.worlds(nominal.coordinates)
+    state, settled = again.bodies[0].body.own_state, from_rest.bodies[0].body.own_state
+    assert state.newton_steps < settled.newton_steps
+    np.testing.assert_allclose(here, there, atol=1e-8)
+
+
+def test_processes_that_have_begun_find_the_same(fitted, added):
+    requests = [RefitRequest(one, {}, 4) for one in added]
+    alone = RefitPool(*fitted).refit_all(requests)
+    evaluator, base = fitted
+    # What is off by more than its noise, after a fit that took long.
+    off = replace(base, groups=moved(base.groups, np.full(len(base.coordinates), 0.05)))
+    with processes_begun(evaluator, off, 9.0, 2) as processes:
+        assert processes is not None
+        with RefitPool(evaluator, base, jobs=2, processes=processes) as pool:
+            found = pool.refit_all(requests)
+    for here, there in zip(alone, found, strict=True):
+        np.testing.assert_allclose(
+            there.fit.coordinates, here.fit.coordinates, rtol=1e-5, atol=1e-9
+        )
+        assert there.fit.log_evidence == pytest.approx(here.fit.log_evidence, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'jobs', 'step'), [(9.0, 1, 0.05), (0.5, 2, 0.05), (9.0, 2, 0.0)]
+)
+def test_no_process_begins_for_nothing(fitted, added, seconds, jobs, step):
+    evaluator, base = fitted
+    right = try_effects(evaluator, base, added[0], {}).fit
+    groups = moved(right.groups, np.full(len(right.coordinates), step))
+    with processes_begun(evaluator, replace(right, groups=groups), seconds, jobs) as processes:
+        assert processes is None
+
+
+def test_a_late_look_is_given_up_where_it_will_not_come_near(fitted, added):
+    evaluator, base = fitted
+    right, wrong = added if added[0][0].identifier == 'depth_affine' else added[::-1]
+    pool = RefitPool(evaluator, base)
+    brief = pool.refit_all([RefitRequest(right, {}, 8)])
+    late = RefitRequest(wrong, {}, 8)
+    (alone,) = pool.refit_all([late])
+    found = finished(pool, brief, late=[late])
+    assert [h.identifiers[0] for h in found] == [right[0].identifier, wrong[0].identifier]
+    assert found[0].log_evidence > found[1].log_evidence + 40.0
+    assert found[1].fit.evaluations < alone.fit.evaluations
+    # With no rival it is looked at to its end.
+    (only,) = finished(pool, [], late=[late])
+    assert only.fit.log_evidence >= alone.fit.log_evidence - 0.1
 
 
 def test_a_model_with_other_parameters_keeps_its_bodies(fitted):

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Models with one effect each: which are refitted, in which order, and which need not be."""
+
+from collections.abc import Sequence
+
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_fewer_effects
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
+    by_evidence,
+    finished,
+    first_request,
+)
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.screening import Score, Screen
+from diffcal_ros.diagnosis.screening.shortlist import front_runners, shortlist, starts_of
+
+# A model without some of an effect's amplitudes is refitted where tangents lead within so much log
+# evidence of that with all, per unit of noise scale; farther off it is what they say.
+_NEAR = 10.0
+
+
+def refitted_singles(pool: RefitPool, scores: Screen) -> list[Hypothesis]:
+    """Refit the effects that their scores speak for, one at a time; best first."""
+    listed = shortlist(scores, is_measured=pool.nominal.is_measured)
+    whole = [score for score in listed if _fuller(score, listed) is None]
+    parts = [score.candidate for score in listed if _fuller(score, listed) is not None]
+    quick = [score for score in whole if not score.candidate.effect.needs_long_look]
+    # What takes long is looked at when it is known what it must come near.
+    late = [score for score in whole if score.candidate.effect.needs_long_look]
+    brief = pool.refit_all([_request(score) for score in quick])
+    front = front_runners(scores)
+    found = finished(pool, brief, front, late=[_request(score) for score in late])
+    return sorted([*found, *_parts(pool, parts, found)], key=by_evidence)
+
+
+def _request(score: Score) -> RefitRequest:
+    return first_request([score.candidate], starts_of(score))
+
+
+def _fuller(score: Score, listed: Sequence[Score]) -> Score | None:
+    """Return the variant of the same effect that has all its amplitudes and more, if any has."""
+    own = score.candidate
+    fuller = [other for other in listed if _has_more(other.candidate, own)]
+    return max(fuller, key=lambda other: len(other.candidate.components), default=None)
+
+
+def _has_more(whole: Candidate, part: Candidate) -> bool:
+    is_same = (whole.identifier, whole.at) == (part.identifier, part.at)
+    return is_same and set(whole.components) > set(part.components)
+
+
+def _parts(
+    pool: RefitPool, parts: Sequence[Candidate], found: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Return the variants with fewer amplitudes, refitted where they may be the better ones."""
+    near, far = [], []
+    for part in parts:
+        whole = next((h for h in found if _has_more(h.added[0], part)), None)
+        if whole is None:  # It could not be simulated.
+            near.append(first_request([part], {}, found))
+            continue
+        fewer = with_fewer_effects(pool.nominal, pool.base, whole, [part])
+        scale = max(1.0, whole.fit.chi_square_per_patch)
+        if fewer.log_evidence > whole.log_evidence - _NEAR * scale:
+            near.append(first_request([part], fewer.fit.values_by_name(), found))
+        else:
+            far.append(fewer)
+    return [*finished(pool, pool.refit_all(near), rivals=found), *far]

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Where the fit of a smaller model ends, told from that of a larger one: nothing is simulated."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.patch_fits.patch_fit import prior_of
+from diffcal_ros.diagnosis.patch_fits.refit import ended, Refit
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import moved, PatchGroup
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# The first step is exact where all is linear, but for bounds and for how little a patch counts
+# that is far off.
+_STEPS = 3
+
+
+def fitted_with_fewer(fit: Refit, evaluator: PatchEvaluator) -> Refit:
+    """Return where a model's fit ends without some of its parameters, to first order.
+
+    Exact where the patches follow the parameters linearly between the two ends; a parameter that
+    is far from zero there makes the smaller model look worse than it is, or better, by what the
+    tangents miss.
+
+    Args:
+        fit: of the larger model.
+        evaluator: of the smaller one; the parameters that it lacks are zero in it.
+
+    Raises:
+        ValueError: when the smaller model has a parameter of its own.
+    """
+    parameters = evaluator.model.parameters
+    lacking = set(parameters.names) - set(fit.parameters.names)
+    if lacking:
+        raise ValueError(f'the larger model lacks {sorted(lacking)}: it must have all parameters')
+    kept = np.array([fit.parameters.names.index(name) for name in parameters.names])
+    gone = np.setdiff1d(np.arange(len(fit.coordinates)), kept)
+    step = np.zeros_like(fit.coordinates)
+    step[gone] = -fit.coordinates[gone]
+    groups = [_with_columns(group, kept) for group in moved(fit.groups, step)]
+    here, prior, bounds = fit.coordinates[kept], prior_of(evaluator), parameters.bounds()
+    for _ in range(_STEPS):
+        whole = whiten(groups, Part.FIT).equations().under(prior, here)
+        there = np.clip(here + gauss_newton_step(whole, here, *bounds), *bounds)
+        groups, here = moved(groups, there - here), there
+    seen = whiten(groups, Part.FIT)
+    return ended(evaluator, here, groups, seen, promise=0.0, evaluations=0, is_converged=True)
+
+
+def _with_columns(group: PatchGroup, kept: IntArray) -> PatchGroup:
+    patches = group.patches
+    return replace(group, patches=replace(patches, jacobian=patches.jacobian[:, kept]))

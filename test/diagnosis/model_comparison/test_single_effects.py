@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What need not be refitted is told all the same, and comes out as it would."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.model_comparison import single_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.pair_search import halves
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
+from diffcal_ros.diagnosis.screening.candidates import candidates
+from diffcal_ros.diagnosis.screening.screening import screen
+from diffcal_ros.diagnosis.screening.shortlist import shortlist
+import numpy as np
+import pytest
+from support.scenes import beam_scene
+from support.watched import watched
+
+
+class _Pool(RefitPool):
+    """Refits, and keeps what it was asked for."""
+
+    def __init__(self, nominal, base):
+        super().__init__(nominal, base)
+        self.asked = []
+
+    def finish_beside(self, requests, hypotheses, least):
+        self.asked += [request.added for request in requests]
+        return super().finish_beside(requests, hypotheses, least)
+
+
+@pytest.fixture(scope='module')
+def fitted():
+    return fit_nominal(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.002)], None)
+
+
+@pytest.fixture(scope='module')
+def scores(fitted):
+    evaluator, nominal = fitted
+    wanted = ('depth_affine', 'gravity_tilt')
+    listed = [c for c in candidates(evaluator.model.scene) if c.identifier in wanted]
+    return screen(evaluator, nominal.coordinates, listed)
+
+
+@pytest.fixture(scope='module')
+def variants(fitted, scores):
+    found = [s.candidate for s in shortlist(scores, is_measured=True)]
+    by_components = {frozenset(c.components): c for c in found if c.identifier == 'depth_affine'}
+    return by_components[frozenset({'bias'})], by_components[frozenset({'scale', 'bias'})]
+
+
+def test_a_variant_with_fewer_amplitudes_is_refitted_only_where_it_may_win(
+    fitted, scores, variants, monkeypatch
+):
+    part, whole = variants
+    (alone,) = RefitPool(*fitted).refit_all([single_effects.first_request([part], {})])
+    near = _Pool(*fitted)
+    found = {h.added: h for h in refitted_singles(near, scores)}
+    assert {(part,), (whole,)} <= found.keys()
+    assert near.asked.index((whole,)) < near.asked.index((part,))
+    monkeypatch.setattr(single_effects, '_NEAR', -1e9)
+    far = _Pool(*fitted)
+    told = {h.added: h for h in refitted_singles(far, scores)}
+    assert (part,) not in far.asked
+    # It begins where tangents lead, and comes to the same rest.
+    errors = np.sqrt(np.diag(alone.fit.covariance))
+    off = np.abs(found[(part,)].fit.coordinates - alone.fit.coordinates)
+    assert (off < 0.5 * errors).all()
+    assert found[(part,)].fit.evaluations > 0
+    assert told[(part,)].fit.evaluations == 0
+
+
+def test_half_of_a_pair_is_tried_where_it_may_come_farther_than_alone(fitted, variants):
+    evaluator, base = fitted
+    tilt = next(
+        c
+        for c in candidates(evaluator.model.scene)
+        if c.identifier == 'gravity_tilt' and len(c.components) == 2
+    )
+    part = variants[0]
+    single = try_effects(evaluator, base, [part], {})
+    pair = try_effects(evaluator, base, [part, tilt], single.fit.values_by_name())
+    assert single.fit.is_converged
+    # Ahead of the single effect, whichever is.
+    pairs = [with_log_evidence(pair, single.log_evidence + 1.0)]
+    known, fresh = _Pool(evaluator, base), _Pool(evaluator, base)
+    halves(known, [single], pairs)
+    # The bias has come as far alone as tangents lead; of the tilt nothing is known.
+    assert known.asked == [(tilt,)]
+    halves(fresh, [with_log_evidence(single, single.log_evidence - 50.0)], pairs)
+    assert fresh.asked == [(part,), (tilt,)]
+
+
+def with_log_evidence(hypothesis, log_evidence):
+    return replace(hypothesis, fit=replace(hypothesis.fit, log_evidence=log_evidence))
