@@ -11,15 +11,13 @@ holds zero is none all the same.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, only
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-import numpy as np
 
 # Noise alone makes amplitudes as large with this chance; as far from zero, by their own errors.
 _BY_CHANCE, _BY_CHANCE_ALONE = 0.003, 0.05
@@ -76,31 +74,9 @@ def deviance(without: Refit, fit: Refit) -> float:
         without: fit of the smaller model.
         fit: of the larger one.
     """
-    names = set(_names(without.groups)) & set(_names(fit.groups))
+    names = set(full_names(without.groups)) & set(full_names(fit.groups))
     return _twice_the_cost(without, names) - _twice_the_cost(fit, names)
 
 
-_Name = tuple[int, str, bool, int]
-
-
-def _names(groups: Sequence[PatchGroup]) -> list[_Name]:
-    return [
-        (group.view, group.kind, group.is_rigid, int(cell))
-        for group in groups
-        for cell in group.patches.cells
-    ]
-
-
-def _twice_the_cost(fit: Refit, names: set[_Name]) -> float:
-    kept = [_kept(group, names) for group in fit.groups]
-    return whiten(kept, Part.FIT).chi_square + fit.prior_chi_square
-
-
-def _kept(group: PatchGroup, names: set[_Name]) -> PatchGroup:
-    own = np.array([name in names for name in _names([group])], dtype=bool)
-    return replace(
-        group,
-        patches=group.patches.chosen(own),
-        mesh=group.mesh[own],
-        is_report=group.is_report[own],
-    )
+def _twice_the_cost(fit: Refit, names: set[FullName]) -> float:
+    return whiten(only(fit.groups, names), Part.FIT).chi_square + fit.prior_chi_square

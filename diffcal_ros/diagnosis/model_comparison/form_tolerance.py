@@ -43,6 +43,8 @@ class Tolerated:
         fraction: expected tolerance, of what the effects do.
         size: root mean square of what it lets the patches move [m].
         chi_square: of the patches that were fitted, with the most likely tolerance.
+        exact: log evidence of the exact form, on the same patches.
+        patch_count: how many these are.
     """
 
     log_evidence: float
@@ -50,6 +52,8 @@ class Tolerated:
     fraction: float
     size: float
     chi_square: float
+    exact: float
+    patch_count: int
 
 
 def tolerated(
@@ -87,6 +91,8 @@ def tolerated(
         fraction=fraction,
         size=fraction * float(np.sqrt(np.mean(moved**2))) if len(moved) else 0.0,
         chi_square=float(seen.chi_squares[int(np.argmax(levels))]),
+        exact=fit.log_evidence,
+        patch_count=fit.patch_count,
     )
 
 

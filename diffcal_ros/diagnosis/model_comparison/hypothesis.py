@@ -84,13 +84,17 @@ class Hypothesis:
     @property
     def chi_square_per_patch(self) -> float:
         """The same by degree of freedom: 1 where noise alone is left."""
-        return self.chi_square / max(self.fit.patch_count - len(self.fit.coordinates), 1)
+        return self.chi_square / self._freedom
 
     @property
     def chance_of_noise(self) -> float:
         """Return the chance that noise alone leaves as much."""
-        freedom = max(self.fit.patch_count - len(self.fit.coordinates), 1)
-        return float(chance_beyond(self.chi_square, freedom))
+        return float(chance_beyond(self.chi_square, self._freedom))
+
+    @property
+    def _freedom(self) -> int:
+        count = self.fit.patch_count if self.judged is None else self.judged.patch_count
+        return max(count - len(self.fit.coordinates), 1)
 
     @property
     def identifiers(self) -> tuple[str, ...]:

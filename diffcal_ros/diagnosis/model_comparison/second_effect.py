@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.shared_patches import on_shared_patches
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten, Whitened
@@ -68,7 +69,9 @@ def most_gain(hypothesis: Hypothesis) -> float:
     fit = hypothesis.fit
     noise = fit.patch_count - len(fit.coordinates)
     left = fit.chi_square - noise + fit.prior_chi_square
-    return 0.5 * left - (hypothesis.log_evidence - fit.log_evidence)
+    judged = hypothesis.judged
+    gained = 0.0 if judged is None else judged.log_evidence - judged.exact
+    return 0.5 * left - gained
 
 
 def most_added(one: Hypothesis, points: Sequence[FloatArray]) -> float:
@@ -97,6 +100,7 @@ def second_adds(one: Hypothesis, two: Hypothesis, points: Sequence[FloatArray]) 
         two: the model with two.
         points: nodes of the body in each view [m], camera frame, shape (N, 3) each.
     """
+    one, two = on_shared_patches([one, two])
     places = places_of(two.evaluator.model, two.fit.groups, points)
     both = explained(two.fit, two.added, two.added, places)
     alone = [explained(two.fit, two.added, [own], places, in_any_form=True) for own in two.added]

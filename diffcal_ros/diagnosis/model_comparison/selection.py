@@ -19,6 +19,9 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     PAIR_GAIN,
     second_adds,
 )
+from diffcal_ros.diagnosis.model_comparison.shared_patches import (
+    on_shared_patches_of_the_near,
+)
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
@@ -145,18 +148,20 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
     if singles and all(h.has_idle_effect for h in singles):
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = refitted_singles(pool, with_tangents(scores))
-    singles = _judged(pool, singles)
+    singles = sorted(_judged(pool, singles), key=by_evidence)
     if pool.nominal.stays_robust:
         singles = sorted(ranked(singles), key=by_evidence)
     pairs: list[Hypothesis] = []
     if with_pairs and singles and _is_poor(pool, singles[0]):
         pairs = best_pairs(pool, singles, scores)
         singles = sorted([*singles, *halves(pool, singles, pairs)], key=by_evidence)
-    singles = _judged(pool, [h for h in singles if not h.has_idle_effect])
+    singles = [h for h in singles if not h.has_idle_effect]
     pairs = [
         h for h in pairs if not (h.has_idle_effect or has_doubtful_effect(h, pool.base, singles))
     ]
-    pairs = _judged(pool, pairs)
+    compared = _judged(pool, [*singles, *pairs])
+    singles = sorted(compared[: len(singles)], key=by_evidence)
+    pairs = sorted(compared[len(singles) :], key=by_evidence)
     if pool.nominal.stays_robust:
         compared = ranked([*singles, *pairs])
         singles = sorted(compared[: len(singles)], key=by_evidence)
@@ -188,10 +193,17 @@ def _noise_scale(models: Sequence[Hypothesis]) -> float:
 
 
 def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Judge models with a tolerance for the form of their effects; best first."""
+    """Judge models with a tolerance for the form of their effects, in their order.
+
+    They are held against one another on the patches that all near the best see; their fits stay
+    those of all patches.
+    """
     base = replace(pool.base, groups=unstrained(pool.base))
     points = _nominal_points(pool)
-    return sorted((with_tolerance(h, base, points) for h in models), key=by_evidence)
+    return [
+        replace(with_tolerance(counted, base, points), fit=model.fit)
+        for model, counted in zip(models, on_shared_patches_of_the_near(models), strict=True)
+    ]
 
 
 def _nominal_points(pool: RefitPool) -> list[FloatArray]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Patches of one kind in one view, and which of them are kept for the report or left out."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.observations.observation import Observation
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 PatchName = tuple[int, str, int]  # View, kind and cell.
+FullName = tuple[int, str, bool, int]  # And whether it shows the fixture.
 
 # Times the usual residual of a view.
 _STRANGE = 8.0
@@ -89,6 +90,30 @@ def strange_patches(groups: Sequence[PatchGroup]) -> frozenset[PatchName]:
 def names_of(groups: Sequence[PatchGroup]) -> list[PatchName]:
     """Return the names of all patches, in the order of the groups."""
     return [(own.view, own.kind, int(cell)) for own in groups for cell in own.patches.cells]
+
+
+def full_names(groups: Sequence[PatchGroup]) -> list[FullName]:
+    """Return the names of all patches, the fixture's apart from the body's, in their order."""
+    return [
+        (own.view, own.kind, own.is_rigid, int(cell))
+        for own in groups
+        for cell in own.patches.cells
+    ]
+
+
+def only(groups: Sequence[PatchGroup], names: Set[FullName]) -> list[PatchGroup]:
+    """Return the patches that have one of some names; groups may be left with none."""
+    found = []
+    for group in groups:
+        own = np.array([name in names for name in full_names([group])], dtype=bool)
+        kept = replace(
+            group,
+            patches=group.patches.chosen(own),
+            mesh=group.mesh[own],
+            is_report=group.is_report[own],
+        )
+        found.append(kept)
+    return found
 
 
 def _sizes(group: PatchGroup) -> FloatArray:

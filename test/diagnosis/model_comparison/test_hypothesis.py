@@ -154,7 +154,8 @@ def test_a_second_effect_can_gain_what_is_left_and_what_tolerance_costs(screened
     fit = replace(single.fit, chi_square=single.fit.chi_square + 30.0)
     assert most_gain(replace(single, fit=fit)) - most_gain(single) == pytest.approx(15.0)
     # A tolerance that has gained all that was left leaves nothing to be gained.
-    judged = Tolerated(single.fit.log_evidence + most_gain(single), 0.0, 0.1, 1e-3, 0.0)
+    exact = single.fit.log_evidence
+    judged = Tolerated(exact + most_gain(single), 0.0, 0.1, 1e-3, 0.0, exact, 60)
     assert most_gain(replace(single, judged=judged)) == pytest.approx(0.0, abs=1e-9)
 
 

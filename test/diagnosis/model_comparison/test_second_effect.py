@@ -156,7 +156,10 @@ def test_a_lens_is_a_form_of_a_camera_that_is_off(screened):
 
 
 def _judged(hypothesis: Hypothesis, log_evidence: float, chi_square: float) -> Hypothesis:
-    judged = Tolerated(log_evidence, log_evidence / 4.0, 0.1, 1e-4, chi_square)
+    fit = hypothesis.fit
+    judged = Tolerated(
+        log_evidence, log_evidence / 4.0, 0.1, 1e-4, chi_square, fit.log_evidence, fit.patch_count
+    )
     return replace(hypothesis, judged=judged)
 
 

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A model does not win by having looked away from what it does not explain."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.shared_patches import (
+    on_shared_patches,
+    on_shared_patches_of_the_near,
+)
+from diffcal_ros.diagnosis.patch_fits.refit import ended
+from diffcal_ros.diagnosis.patches.patch_group import full_names, only
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+from diffcal_ros.diagnosis.screening.candidates import candidates
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope='module')
+def whole(screened):
+    evaluator, nominal, _ = screened
+    tilt = next(
+        c
+        for c in candidates(evaluator.model.scene)
+        if c.identifier == 'gravity_tilt' and len(c.components) == 2
+    )
+    return _with_groups(try_effects(evaluator, nominal, [tilt], {}), _spoilt)
+
+
+def _spoilt(fit):
+    """Put one patch that is fitted five standard errors off."""
+    (group, *others) = fit.groups
+    index = int(np.flatnonzero(~group.is_report)[3])
+    values = group.patches.values.copy()
+    values[index] = 5.0 * np.sqrt(group.patches.variances[index])
+    return [replace(group, patches=replace(group.patches, values=values)), *others]
+
+
+def _without_it(fit):
+    (group, *_) = fit.groups
+    sizes = np.abs(group.patches.values) / np.sqrt(group.patches.variances)
+    worst = full_names([group])[int(np.argmax(sizes))]
+    return only(fit.groups, set(full_names(fit.groups)) - {worst})
+
+
+def _with_groups(hypothesis, change):
+    fit = hypothesis.fit
+    groups = change(fit)
+    again = ended(
+        hypothesis.evaluator,
+        fit.coordinates,
+        groups,
+        whiten(groups, Part.FIT),
+        promise=fit.promise,
+        evaluations=fit.evaluations,
+        is_converged=True,
+    )
+    return replace(hypothesis, fit=again)
+
+
+def test_a_patch_that_one_model_lost_counts_for_neither(whole):
+    blind = _with_groups(whole, _without_it)
+    # The same model at the same place, and much likelier for what it does not see.
+    assert blind.fit.patch_count == whole.fit.patch_count - 1
+    assert blind.log_evidence > whole.log_evidence + 5.0
+    one, two = on_shared_patches([whole, blind])
+    assert one.log_evidence == pytest.approx(two.log_evidence)
+    assert two.log_evidence == pytest.approx(blind.log_evidence)
+    assert one.fit.patch_count == two.fit.patch_count == blind.fit.patch_count
+
+
+def test_a_model_far_behind_has_no_say(whole):
+    blind = _with_groups(whole, _without_it)
+    behind = replace(blind, fit=replace(blind.fit, log_evidence=whole.log_evidence - 4000.0))
+    near, far = on_shared_patches_of_the_near([whole, behind])
+    assert near.fit.patch_count == whole.fit.patch_count
+    assert near.log_evidence == pytest.approx(whole.log_evidence)
+    assert far is behind
+    assert on_shared_patches_of_the_near([]) == []
