@@ -38,11 +38,13 @@ class Effect:
 Drawer = Callable[[int, Setup, np.random.Generator], Effect]
 
 
-def direction(size: float, count: int, random: np.random.Generator) -> tuple[float, ...]:
+def direction(
+    size: float, count: int, random: np.random.Generator, digits: int = 4
+) -> tuple[float, ...]:
     """Draw a vector of a size in any direction, rounded to what a label tells."""
     vector = random.standard_normal(count)
     vector *= size * random.uniform(0.85, 1.15) / np.linalg.norm(vector)
-    return tuple(round(float(value), 4) for value in vector)
+    return tuple(round(float(value), digits) for value in vector)
 
 
 def number(size: float, random: np.random.Generator) -> float:
@@ -237,6 +239,12 @@ OUTSIDE_CLASS = {
     'bulge': 'shape',
     'soft_skin': 'material',
     'lens_distortion': 'sensor',
+    'magnet': 'load',
+    'tether': 'load',
+    'heat': 'shape',
+    'cone': 'shape',
+    'torn': 'material',
+    'wiggle': 'sensor',
 }
 
 

@@ -9,8 +9,10 @@ from itertools import combinations
 import numpy as np
 
 from benchmarks.blind.amplitudes import LIBRARY, MOTION, OUTSIDE, SIZES
-from benchmarks.blind.forms import FORMS
+from benchmarks.blind.forms import FORMS, PAIRS
 from benchmarks.blind.motion_forms import MOTION_FORMS
+from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
+from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 
@@ -19,6 +21,9 @@ FORM_SETS = tuple(FORMS)
 CLEAN_COUNT = 300
 MOTION_CLEAN_COUNT = 100
 FORM_CLEAN_COUNT = 60
+# Of the set whose bodies are of several laws.
+LAWS_SET = 'sixth'
+LAWS_CLEAN_COUNT = 300
 # Whose end face can lie on a ledge.
 _SWINGING = {'development': ('beam', 'taper', 'plate'), 'sealed': ('waist', 'fin', 'beam')}
 _PAIR_COUNT = 20
@@ -41,6 +46,7 @@ class Case:
         set_name: development or sealed.
         sensor: one of `sensor.DRAWN` in a world where everything is a little off; None: one that
             is known, in a world where nothing is.
+        law: of the body, where that is not always the scene's; one of `rubber.LAWS`.
     """
 
     id: str
@@ -52,6 +58,7 @@ class Case:
     without: str | None = None
     salt: str = ''
     sensor: str | None = None
+    law: str | None = None
 
     def random(self, purpose: str) -> np.random.Generator:
         """Return a source of its own for one purpose."""
@@ -120,10 +127,16 @@ def list_motion_form_cases(set_name: str, salt: str = '') -> list[Case]:
 
 
 def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
-    """List the cases of other forms: 60 clean, and each form of the set in two sizes."""
+    """List the cases of other forms: 60 clean, and each form of the set in two sizes.
+
+    The sixth set has 300 clean ones, pairs of forms and causes outside the library as well, and
+    bodies of several laws.
+    """
     if set_name not in FORM_SETS:
         raise ValueError(f'set is {set_name!r}: {" or ".join(FORM_SETS)}')
     families = DEVELOPMENT_FAMILIES if set_name == 'development' else SEALED_FAMILIES
+    if set_name == LAWS_SET:
+        return _of_several_laws(families, salt)
     sensors = tuple(DRAWN)
     clean = [
         Case(
@@ -153,6 +166,45 @@ def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
     order = _seeded(f'{salt}/{set_name}/form order').permutation(len(faulty))
     named = [replace(faulty[i], id=f'form_{number:03d}') for number, i in enumerate(order)]
     return [replace(case, salt=salt) for case in (*clean, *named)]
+
+
+def _of_several_laws(families: tuple[str, ...], salt: str) -> list[Case]:
+    """List the sixth set: four families, three sensors and five laws have no common divisor."""
+    sensors = tuple(DRAWN)
+    singles = [('form', ((form.key, size),), size) for form in FORMS[LAWS_SET] for size in (1, 2)]
+    pairs = [('pair', ((one, 2), (two, 2)), 0) for one, two in PAIRS]
+    outside = [('outside', ((name, size),), size) for name in FURTHER_OUTSIDE for size in (1, 2)]
+    faulty = [
+        Case('', kind, families[0], 4, effects, LAWS_SET)
+        for kind, effects, _ in (*singles, *pairs, *outside)
+    ]
+    # The second size of a form is far from its first in all three rotations.
+    turns = [number // 2 + 7 * size for number, (_, _, size) in enumerate(singles)]
+    turns += list(range(len(singles), len(singles) + len(pairs)))
+    turns += [number // 2 + 7 * size for number, (_, _, size) in enumerate(outside)]
+    order = _seeded(f'{salt}/{LAWS_SET}/form order').permutation(len(faulty))
+    named = [(f'form_{number:03d}', faulty[i], turns[i]) for number, i in enumerate(order)]
+    clean = Case('', 'clean', families[0], 4, (), LAWS_SET)
+    named = [
+        *((f'world_{number:03d}', clean, number) for number in range(LAWS_CLEAN_COUNT)),
+        *named,
+    ]
+    found = []
+    for name, case, turn in named:
+        family = families[turn % len(families)]
+        for effect, _ in case.effects:
+            family = _fitting(effect.partition('/')[0], family)
+        found.append(
+            replace(
+                case,
+                id=name,
+                salt=salt,
+                family=family,
+                sensor=sensors[turn % len(sensors)],
+                law=LAWS[turn % len(LAWS)],
+            )
+        )
+    return found
 
 
 def _seeded(text: str) -> np.random.Generator:

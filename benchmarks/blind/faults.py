@@ -6,7 +6,8 @@ Frames: `camera` optical; `world` of the room, y up; `object` that of the mesh, 
 to the tip. "Body's centre" is the middle of the nominal mesh's bounding box as placed.
 """
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 Vector = tuple[float, float, float]
 
@@ -35,7 +36,8 @@ class Faults:
         contrast: log E of the tip less that of the clamp's end; the mean stays.
         contrast_mode: `split` at half the free length, `linear` along it, `smooth` about two
             fifths of it, in `thirds`, of the `skin` against the core, a `cosine` over the whole
-            length, `late` at seven tenths, or with the `square` of the place.
+            length, `late` at seven tenths, with the `square` of the place, or of a `spot`
+            from two to four tenths against all else.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin` or `ogden` (of power four).
@@ -43,25 +45,31 @@ class Faults:
             shear modulus at rest that the form has [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
-            one half as far out, or a `coat` from there to the tip.
+            one half as far out, a `coat` from there to the tip, or two points on `opposite` sides,
+            one half as far out.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
-            -0.4.
+            -0.4; or `about a corner` of the held section, three times as much about its y as
+            about its z.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
-            place along the body as well, `outer_push` on the outer two fifths alone.
-        curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), or `twist`
-            about the body's length.
+            place along the body as well, `outer_push` on the outer two fifths alone; or a tilt
+            `changing` by 30 % of its mean from pose to pose.
+        curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
+            about the body's length, `S` (twice as much, one way in the inner half and the other
+            in the outer), or `middle` (three times as much in the middle third alone).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
-        contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, or a
-            `shelf` that ends before the inner half.
+        contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
+            `shelf` that ends before the inner half, an `edge`: a round bar, or `friction`, which
+            holds the body back where it comes to the plane.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
-            `disparity` (with the square of the depth), `ramp` across the image, or `settling` by
-            three tenths from pose to pose.
+            `disparity` (with the square of the depth), `ramp` across the image, `settling` by
+            three tenths from pose to pose, or by `temperature`: it rises and falls over the poses,
+            while that of `depth_scale` grows from nothing.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -81,6 +89,25 @@ class Faults:
         creep_share: g of a Prony pair: all stresses relax to 1 - g of what they were [-].
         creep_time: tau of that pair [s].
         creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
+        contact_share: share of the free length that lies over a bar.
+        contact_at: where the bar's axis is along the world's x [m].
+        camera_drifts: whether the camera's error grows from pose to pose.
+        clamp_scatter: further shift [mm] and turn [deg] of the clamp in each pose.
+        region_ramp: share of the free length over which `region_bias` comes up.
+        magnet: pull on the outer part towards a point of the world [N].
+        tether: pull of a spring on the tip towards a point of the world [N].
+        tether_slack: its length without a force, as a share of `pull_distance`.
+        pull_point: that point, world [m].
+        pull_distance: at which the pull is as much as stated [m].
+        heat: growth of the upper face, falling to none at the lower one [%].
+        heat_shares: how much of that is there in each pose.
+        cone: share by which the true section is smaller at the tip than the stated one.
+        torn: share of the height, from above, that hardly holds together any more in a piece of a
+            tenth of the free length; to the nearest row of Gauss points.
+        torn_at: share of the free length of its middle.
+        wiggle: amplitude of an error of depth that goes with the sine of the depth [mm].
+        wiggle_period: of the depth [mm].
+        wiggle_phase: [rad].
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -126,3 +153,50 @@ class Faults:
     creep_share: float = 0.0
     creep_time: float = 1.0
     creep_form: str = 'one'
+    contact_share: float = 0.0
+    contact_at: float = 0.0
+    camera_drifts: bool = False
+    clamp_scatter: tuple[tuple[float, ...], ...] = ()
+    region_ramp: float = 0.0
+    magnet: float = 0.0
+    tether: float = 0.0
+    tether_slack: float = 0.0
+    pull_point: Vector = (0.0, 0.0, 0.0)
+    pull_distance: float = 0.0
+    heat: float = 0.0
+    heat_shares: tuple[float, ...] = ()
+    cone: float = 0.0
+    torn: float = 0.0
+    torn_at: float = 0.0
+    wiggle: float = 0.0
+    wiggle_period: float = 0.0
+    wiggle_phase: float = 0.0
+
+
+# Faults that came after labels had been sealed: a label tells of them only where they are any,
+# so that those of before come out the same.
+_ANEW = ('aspect', 'clamp_late')
+_MOTION_FORMS = ('stamps_form', 'drag_form', 'creep_form')
+_LAST_SEALED = 'creep_form'
+
+
+def told(faults: Faults, set_name: str, *, is_moving: bool) -> dict[str, Any]:
+    """Return what a label tells of faults.
+
+    Args:
+        faults: of the case.
+        set_name: its set.
+        is_moving: whether its body is filmed after its release.
+    """
+    names = [field.name for field in fields(Faults)]
+    later = set(names[names.index(_LAST_SEALED) + 1 :])
+    if not is_moving:
+        later |= set(_MOTION_FORMS)
+        if set_name in ('development', 'sealed'):
+            later |= set(_ANEW)
+    nothing = Faults()
+    return {
+        name: value
+        for name, value in asdict(faults).items()
+        if name not in later or getattr(faults, name) != getattr(nothing, name)
+    }

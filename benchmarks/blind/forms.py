@@ -142,11 +142,11 @@ def _depth(form: str) -> Form:
     )
 
 
-def _border(name: str, share: float) -> Form:
+def _border(name: str, fixed: dict[str, Any]) -> Form:
     return _drawn(
         'depth_bias_by_region',
         name,
-        {'region_from': share},
+        fixed,
         'region_bias',
         lambda size, random: signed((0.8, 2.0, 5.0)[size], random),
     )
@@ -170,6 +170,43 @@ def _camera(name: str, key: str, amounts: tuple[float, float, float]) -> Form:
     return Form('camera_offset', name, draw)
 
 
+def _edge(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
+    return {
+        'contact_form': 'edge',
+        # Nearer to the clamp than a tip, it lifts that by more.
+        'contact_height': number((2.0, 4.0, 7.0)[size], random),
+        'contact_share': round(float(random.uniform(0.62, 0.8)), 4),
+    }
+
+
+def _drifting(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
+    return {
+        'camera_drifts': True,
+        'camera_shift': direction((2.0, 5.0, 12.0)[size], 3, random),
+        'camera_turn': direction((0.5, 1.2, 3.0)[size], 3, random),
+    }
+
+
+def _another_each_pose(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
+    amount = (1.0, 2.5, 6.0)[size]
+    return {
+        'clamp_shift': direction(amount, 3, random),
+        'clamp_turn': direction(amount, 3, random),
+        'clamp_scatter': tuple(
+            direction(0.3 * amount, 3, random) + direction(0.3 * amount, 3, random)
+            for _ in setup.observations
+        ),
+    }
+
+
+def _temperature(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
+    return {
+        'depth_form': 'temperature',
+        'depth_bias': signed((1.5, 4.0, 9.0)[size], random),
+        'depth_scale': signed((0.4, 1.0, 2.5)[size], random),
+    }
+
+
 FORMS: dict[str, tuple[Form, ...]] = {
     'development': (
         _stiffening('gent', (16.0, 40.0, 80.0)),
@@ -187,7 +224,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
         _tilt('side_force'),
         _curvature('tip'),
         _depth('radial'),
-        _border('early border', 0.35),
+        _border('early border', {'region_from': 0.35}),
         Form(
             'clamp_offset',
             'slips on',
@@ -216,7 +253,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
         _tilt('rig_force'),
         _curvature('twist'),
         _depth('drift'),
-        _border('late border', 0.65),
+        _border('late border', {'region_from': 0.65}),
         Form(
             'clamp_offset',
             'turns on',
@@ -253,11 +290,40 @@ FORMS: dict[str, tuple[Form, ...]] = {
         _curvature('root'),
         _depth('ramp'),
         _depth('settling'),
-        _border('near the tip', 0.78),
+        _border('near the tip', {'region_from': 0.78}),
         _camera('focal and centre', 'focal_scale', (0.003, 0.008, 0.02)),
         _contact('shelf'),
     ),
+    'sixth': (
+        Form('contact_plane', 'edge', _edge),
+        _contact('friction'),
+        _border('gradual', {'region_ramp': 0.15}),
+        Form('camera_offset', 'drifting', _drifting),
+        _curvature('S'),
+        _curvature('middle'),
+        Form('clamp_offset', 'another each pose', _another_each_pose),
+        _mass('opposite'),
+        _give('about a corner'),
+        _contrast('spot'),
+        _tilt('changing'),
+        Form('depth_affine', 'temperature', _temperature),
+    ),
 }
+# Two at a time, of different effects: some that sets of before had singly, some of the last.
+PAIRS = (
+    ('added_mass/coat', 'rest_curvature/root'),
+    ('depth_affine/temperature', 'clamp_offset/another each pose'),
+    ('camera_offset/drifting', 'stiffness_contrast/late'),
+    ('contact_plane/edge', 'depth_bias_by_region/near the tip'),
+    ('strain_stiffening/fung', 'depth_affine/ramp'),
+    ('gravity_tilt/changing', 'depth_bias_by_region/gradual'),
+    ('compliant_clamp/about a corner', 'depth_affine/disparity'),
+    ('rest_curvature/S', 'camera_offset/focal and centre'),
+    ('stiffness_contrast/spot', 'clamp_offset/slips once'),
+    ('added_mass/opposite', 'camera_offset/aspect'),
+    ('contact_plane/shelf', 'clamp_offset/turns on'),
+    ('gravity_tilt/outer_push', 'strain_stiffening/gent'),
+)
 BY_KEY = {form.key: form for forms in FORMS.values() for form in forms}
 
 

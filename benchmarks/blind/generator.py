@@ -24,7 +24,7 @@ import time
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import combined, Effect, LIBRARY, MOTION, OUTSIDE
+from benchmarks.blind.amplitudes import combined, direction, Effect, LIBRARY, MOTION, OUTSIDE
 from benchmarks.blind.bag import write_bag
 from benchmarks.blind.cases import (
     Case,
@@ -35,13 +35,16 @@ from benchmarks.blind.cases import (
     list_motion_form_cases,
     SETS,
 )
+from benchmarks.blind.contact import highest_tops
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
 from benchmarks.blind.labels import label_of, write_json
 from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
+from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rotations import applied
+from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.scene_file import extra_text, scene_text
 from benchmarks.blind.sensor import smooth_field
 from benchmarks.blind.setups import draw_setup, Observation, Setup
@@ -53,6 +56,7 @@ from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 # A motion is many simulations: its mesh has longer cells.
 _MOTION_COARSENING = 1.7
 _CLEARANCE = 0.008  # Of a body that does not touch the plane [m].
+_FIXTURE_ERROR = 1.0  # Of where a fixture is stated [mm].
 
 
 def write_case(case: Case, out: Path) -> float:
@@ -89,8 +93,10 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     )
     if case.sensor is not None:
         setup = off_the_truth(setup, case.sensor, case.random('world'))
+    if case.law is not None:
+        setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
-    drawers = {**LIBRARY, **MOTION, **OUTSIDE, **forms}
+    drawers = {**LIBRARY, **MOTION, **OUTSIDE, **FURTHER_OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)
@@ -104,6 +110,15 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
         laid, faults = _lay_on_plane(setup, faults, random)
         setup = placed_again(laid, setup)
     return setup, effects, faults
+
+
+def _in_a_world(setup: Setup, law: str, random: np.random.Generator) -> Setup:
+    """Make the body of a rubber, and state the fixture a millimetre off in every other case."""
+    setup = replace(setup, rubber=draw_rubber(law, random))
+    if random.random() < 0.5:
+        return setup
+    x, y, z = direction(1e-3 * _FIXTURE_ERROR, 3, random, digits=7)
+    return replace(setup, fixture_shift=(x, y, z))
 
 
 def draw_timing(case: Case, effects: tuple[Effect, ...]) -> Timing:
@@ -129,6 +144,8 @@ def _lay_on_plane(
     assert faults.contact_height is not None
     lift = 1e-3 * faults.contact_height
     normal = np.array(faults.contact_normal)
+    if faults.contact_form == 'edge':
+        faults = replace(faults, contact_at=_over_bar(setup, faults))
     lows, is_at_tip = _lowest_points(setup, faults, normal)
     while not is_at_tip:
         setup = _softer(setup, 0.75)
@@ -151,14 +168,26 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
     lows, shares = [], []
     for observation in setup.observations:
         rest = settle(specimen, setup, observation, free)
-        heights = applied(observation.world_from_object, rest) @ normal
+        heights = highest_tops(applied(observation.world_from_object, rest), faults)
         lows.append(float(heights.min()))
         shares.append(specimen.shares[heights.argmin()])
     # With room for the lift: what is at the root must stay above the plane.
     root = applied(setup.observations[0].world_from_object, specimen.mesh.nodes) @ normal
     lift = 1e-3 * (faults.contact_height or 0.0)
-    clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
+    is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
+    # A bar lies under a part of the body that is not at the root.
+    clear = is_clear or faults.contact_form == 'edge'
     return lows, bool(shares[0] > 0.5) and clear
+
+
+def _over_bar(setup: Setup, faults: Faults) -> float:
+    """Return where along the world's x the part of the body hangs that is to lie on a bar [m]."""
+    free = replace(faults, contact_height=None)
+    specimen, observation = make_specimen(setup, free), setup.observations[0]
+    rest = settle(specimen, setup, observation, free)
+    places = applied(observation.world_from_object, rest)[:, 0]
+    order = np.argsort(specimen.shares)
+    return float(np.interp(faults.contact_share, specimen.shares[order], places[order]))
 
 
 def _write_seen(

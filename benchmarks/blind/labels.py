@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is true of a case."""
 
-from dataclasses import asdict
 import json
 from pathlib import Path
 from typing import Any
 
 from benchmarks.blind.amplitudes import Effect, OUTSIDE_CLASS
 from benchmarks.blind.cases import Case
-from benchmarks.blind.faults import Faults
+from benchmarks.blind.faults import Faults, told
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 
@@ -42,7 +41,16 @@ def label_of(
         'start_modulus': setup.start_modulus,
         'sensor': setup.sensor.kind,
         'camera_center': [round(float(value), 6) for value in camera_center],
-        'faults': asdict(faults),
+        'faults': told(faults, case.set_name, is_moving=case.is_moving),
+        **({} if case.law is None else _world(setup)),
+    }
+
+
+def _world(setup: Setup) -> dict[str, Any]:
+    """Return what is true of a world whose law and fixture are not as stated."""
+    return {
+        'rubber': setup.rubber.label(),
+        'fixture_shift_mm': [round(1e3 * value, 6) for value in setup.fixture_shift],
     }
 
 

@@ -16,12 +16,19 @@ forms of stiffening in place of c (I - 3)^2, each without stress at rest:
 
 The last two take the share s of the shear modulus at rest. The others stiffen changes of volume
 as well, as the term with c does.
+
+The plain neo-Hookean law has, in place of the terms with a and b,
+
+    mu/2 (I - 3) - mu log J + lambda/2 (log J)^2
+
+(Bonet and Wood 2008, eq. 6.27). Fibres may come on top (`fibres`).
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.shapes import FloatArray
 
 
@@ -39,6 +46,8 @@ class Constants:
         invariant: factor of II [Pa].
         squares: factor of tr (F^T F)^2, that of II included [Pa].
         rest: of J - 1, so that nothing is stressed at rest [Pa].
+        is_plain: the law with logarithms of the same mu and lambda as a and b stand for.
+        fibres: that stiffen it along one direction; None: it is the same in all.
     """
 
     shear: FloatArray
@@ -50,6 +59,8 @@ class Constants:
     invariant: FloatArray | float = 0.0
     squares: FloatArray | float = 0.0
     rest: FloatArray | float = 0.0
+    is_plain: bool = False
+    fibres: Fibres | None = None
 
 
 def constants(
@@ -102,6 +113,7 @@ class Response:
 
     stress = along F + pressure C + 4 squares F F^T F; its derivative along dF is
     along dF + stretch (F:dF) F + bulk (C:dF) C + pressure dC and that of the last term.
+    Fibres are in the energy alone: they have a stress and a stiffness of their own.
     """
 
     energy: FloatArray
@@ -118,26 +130,65 @@ def respond(F: FloatArray, numbers: Constants) -> Response:
     cofactor = cofactors(F)
     growth = np.einsum('...j,...j->...', F[..., 0, :], cofactor[..., 0, :]) - 1.0
     strain = np.einsum('...ij,...ij->...', F, F) - 3.0
-    a, b, c = numbers.shear, numbers.bulk, numbers.yeoh
-    energy = (
-        0.5 * a * (strain - np.log1p(0.25 * strain))
-        + 0.5 * b * growth**2
-        - 0.75 * a * growth
-        + c * strain**2
-    )
+    c = numbers.yeoh
+    base = (_plain if numbers.is_plain else _stable)(growth, strain, numbers)
+    energy = base.energy + c * strain**2
     more, slope, curve = _stiffening(strain, numbers)
     squares = np.broadcast_to(np.asarray(numbers.squares, dtype=float), strain.shape)
     if squares.any():
         right = np.swapaxes(F, -1, -2) @ F
         energy = energy + squares * (np.einsum('...ij,...ij->...', right, right) - 3.0)
+    if numbers.fibres is not None:
+        energy = energy + numbers.fibres.energy(F)
     return Response(
         energy=energy + more - numbers.rest * growth,
-        along=a * (1.0 - 1.0 / (strain + 4.0)) + 4.0 * c * strain + 2.0 * slope,
-        pressure=b * growth - 0.75 * a - numbers.rest,
-        stretch=2.0 * a / (strain + 4.0) ** 2 + 8.0 * c + 4.0 * curve,
-        bulk=np.broadcast_to(b, strain.shape),
+        along=base.along + 4.0 * c * strain + 2.0 * slope,
+        pressure=base.pressure - numbers.rest,
+        stretch=base.stretch + 8.0 * c + 4.0 * curve,
+        bulk=np.broadcast_to(base.bulk, strain.shape),
         cofactor=cofactor,
         squares=squares,
+    )
+
+
+@dataclass(frozen=True)
+class _Base:
+    """The law without what stiffens it: as in `Response`."""
+
+    energy: FloatArray
+    along: FloatArray
+    pressure: FloatArray
+    stretch: FloatArray
+    bulk: FloatArray
+
+
+def _stable(growth: FloatArray, strain: FloatArray, numbers: Constants) -> _Base:
+    a, b = numbers.shear, numbers.bulk
+    return _Base(
+        energy=0.5 * a * (strain - np.log1p(0.25 * strain))
+        + 0.5 * b * growth**2
+        - 0.75 * a * growth,
+        along=a * (1.0 - 1.0 / (strain + 4.0)),
+        pressure=b * growth - 0.75 * a,
+        stretch=2.0 * a / (strain + 4.0) ** 2,
+        bulk=b,
+    )
+
+
+def _plain(growth: FloatArray, strain: FloatArray, numbers: Constants) -> _Base:
+    mu = 0.75 * numbers.shear
+    lam = numbers.bulk - 0.625 * numbers.shear
+    # What is turned inside out has no logarithm: a line search turns back from there.
+    volume = np.where(growth > -1.0, 1.0 + growth, np.nan)
+    logarithm = np.log(volume)
+    energy = 0.5 * mu * strain - mu * logarithm + 0.5 * lam * logarithm**2
+    return _Base(
+        energy=np.where(np.isfinite(logarithm), energy, np.inf),
+        along=np.broadcast_to(mu, strain.shape),
+        pressure=(lam * logarithm - mu) / volume,
+        stretch=np.zeros(strain.shape),
+        # It falls below zero only where a volume grew more than twofold.
+        bulk=np.maximum(lam * (1.0 - logarithm) + mu, 0.0) / volume**2,
     )
 
 

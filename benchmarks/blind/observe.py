@@ -15,7 +15,14 @@ from benchmarks.blind.sensor import expose, scan, Sensor, smooth_field
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import Specimen
-from benchmarks.blind.surface import body_triangles, box_triangles, FIXTURE, joined, moved, TIP
+from benchmarks.blind.surface import (
+    body_triangles,
+    box_triangles,
+    FIXTURE,
+    joined,
+    moved,
+    tip_part,
+)
 
 FRAMES = 8
 
@@ -29,17 +36,31 @@ def true_rendering(
 ) -> Rendering:
     """Render body and fixture without noise, sensor faults included."""
     surface = joined(
-        body_triangles(specimen.mesh, positions, specimen.shares, faults.region_from),
+        body_triangles(
+            specimen.mesh, positions, specimen.shares, faults.region_from, faults.region_ramp
+        ),
         box_triangles(*setup.fixture, FIXTURE),
     )
     world_from_object = observation.world_from_object
-    camera_from_world = true_camera(specimen, setup, faults)
+    drift = setup.reached(observation) if faults.camera_drifts else 1.0
+    camera_from_world = true_camera(specimen, setup, faults, drift)
     camera = _true_intrinsics(setup.camera, faults)
     rendering = render(moved(surface, camera_from_world @ world_from_object), camera)
-    is_tip = rendering.labels == TIP
     bias = 1e-3 * faults.depth_bias * _bias_share(rendering, setup, observation, faults)
-    depth = rendering.depth * (1.0 + 0.01 * faults.depth_scale) + bias
-    return replace(rendering, depth=depth + 1e-3 * faults.region_bias * is_tip)
+    scale = faults.depth_scale
+    if faults.depth_form == 'temperature':
+        scale *= setup.pose_number(observation) / max(len(setup.observations) - 1, 1)
+    depth = rendering.depth * (1.0 + 0.01 * scale) + bias + _wiggle(rendering, faults)
+    return replace(rendering, depth=depth + 1e-3 * faults.region_bias * tip_part(rendering.labels))
+
+
+def _wiggle(rendering: Rendering, faults: Faults) -> FloatArray | float:
+    """Return an error that swings with the depth [m], as that of sampled phases does."""
+    if not faults.wiggle:
+        return 0.0
+    seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
+    angle = 2.0 * np.pi * seen / (1e-3 * faults.wiggle_period) + faults.wiggle_phase
+    return np.asarray(1e-3 * faults.wiggle * np.sin(angle))
 
 
 def _true_intrinsics(camera: Camera, faults: Faults) -> Camera:
@@ -74,18 +95,22 @@ def _bias_share(
         return np.broadcast_to(0.7 + columns / setup.camera.width, (height, width))[..., None]
     share = 1.0
     if faults.depth_form == 'settling':
-        share = 0.7 ** [one.name for one in setup.observations].index(observation.name)
+        share = 0.7 ** setup.pose_number(observation)
     if faults.depth_form == 'drift':
-        names = [other.name for other in setup.observations]
-        share = (1.0 + names.index(observation.name)) / len(names)
+        share = setup.reached(observation)
+    if faults.depth_form == 'temperature':
+        through = (setup.pose_number(observation) + 0.5) / len(setup.observations)
+        share = float(np.sin(np.pi * through))
     return np.full((height, width, 1), share)
 
 
-def true_camera(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
-    """Return depth_from_world of the camera as it stands, shape (4, 4)."""
+def true_camera(
+    specimen: Specimen, setup: Setup, faults: Faults, share: float = 1.0
+) -> FloatArray:
+    """Return depth_from_world of the camera as it stands, off by a share, shape (4, 4)."""
     center = camera_center(specimen, setup)
-    turn = rotation(np.deg2rad(faults.camera_turn))
-    shift = 1e-3 * np.array(faults.camera_shift)
+    turn = rotation(share * np.deg2rad(faults.camera_turn))
+    shift = share * 1e-3 * np.array(faults.camera_shift)
     # What is fixed to the camera goes to turn (x - center) + center + shift: the inverse of
     # that takes the points that the stored camera would see to those that the true one sees.
     moved_back = rigid(turn.T, center - turn.T @ (center + shift))

@@ -107,7 +107,7 @@ def extra_text(setup: Setup, without: str | None) -> str:
         setup: the rig.
         without: effect that the workflow's library must lack in this case.
     """
-    low, high = setup.fixture
+    low, high = setup.stated_fixture
     shape = setup.shape
     return _dump(
         {

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draw a set-up: body, material, camera and the poses in which it is filmed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from benchmarks.blind.renderer import Camera
 from benchmarks.blind.rotations import rigid, rotation
+from benchmarks.blind.rubber import Rubber
 from benchmarks.blind.sensor import lidar, Sensor, stereo
 from benchmarks.blind.shapes import draw_shape, FloatArray, Shape
 
@@ -46,6 +47,8 @@ class Setup:
         sensor: kind and size of its errors.
         observations: poses.
         pose_errors: standard deviations of position [m] and rotation [deg] that the scene states.
+        rubber: what the body is made of.
+        fixture_shift: of the stated fixture from the true one, object frame [m].
     """
 
     shape: Shape
@@ -58,6 +61,8 @@ class Setup:
     sensor: Sensor
     observations: tuple[Observation, ...]
     pose_errors: tuple[float, float] = (0.0, 0.0)
+    rubber: Rubber = field(default_factory=Rubber)
+    fixture_shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def fixture(self) -> tuple[FloatArray, FloatArray]:
@@ -69,6 +74,21 @@ class Setup:
             np.array([-_FIXTURE_RIM, *-half]),
             np.array([shape.clamp - 0.001, *half]),
         )
+
+    @property
+    def stated_fixture(self) -> tuple[FloatArray, FloatArray]:
+        """The same as the scene states it."""
+        low, high = self.fixture
+        shift = np.array(self.fixture_shift)
+        return low + shift, high + shift
+
+    def pose_number(self, observation: Observation) -> int:
+        """Return which of the poses one is, from 0."""
+        return [other.name for other in self.observations].index(observation.name)
+
+    def reached(self, observation: Observation) -> float:
+        """Return how far the recording has come by a pose: a quarter to 1 where there are four."""
+        return (1.0 + self.pose_number(observation)) / len(self.observations)
 
 
 def draw_setup(family: str, *, is_sealed: bool, poses: int, random: np.random.Generator) -> Setup:

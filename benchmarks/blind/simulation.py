@@ -9,21 +9,24 @@ import numpy as np
 
 from benchmarks.blind.amplitudes import weight_moment
 from benchmarks.blind.body import Body, spread
-from benchmarks.blind.equilibrium import find_equilibrium, Load, Potential, PotentialLaw
+from benchmarks.blind.contact import contact_laws, friction, half_space
+from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
-from benchmarks.blind.material import constants, stiffened
+from benchmarks.blind.material import stiffened
+from benchmarks.blind.pulls import pulls
+from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
-from benchmarks.blind.shapes import bend, FloatArray, Shape
+from benchmarks.blind.shapes import FloatArray
 
 _MASS_REACH = 0.06  # Half the share of the free length over which an added mass is spread.
 _POINT_REACH = 0.025  # The same of a mass on one side, and of one around the surface.
 _SMEAR_REACH = 0.5
-_CONTACT_STIFFNESS = 5.0e8  # [Pa/m]: a soft body sinks in by some micrometres.
-_FOAM_STIFFNESS = 4.0e7  # [Pa/m^2]: by some millimetres.
 _JAW = 0.15  # Share of the free length over which a soft root gives way.
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
+_RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
+_TORN = 0.05  # Half the share of the free length of a torn piece.
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,7 @@ class Specimen:
         tip_masses: mass of the nodes that belongs to the half at the tip [kg], shape (N,).
         areas: surface that belongs to each node [m^2], shape (N,).
         center: middle of the held section [m], shape (3,).
+        heights: of the Gauss points, -1 at the lower face and 1 at the upper one, shape (C, 8).
     """
 
     mesh: HexMesh
@@ -47,20 +51,26 @@ class Specimen:
     tip_masses: FloatArray
     areas: FloatArray
     center: FloatArray
+    heights: FloatArray
 
 
 def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Specimen:
     """Build the true body."""
-    shape = replace(setup.shape, waist=setup.shape.waist - faults.bulge)
+    one, other = setup.shape.taper
+    shape = replace(
+        setup.shape,
+        waist=setup.shape.waist - faults.bulge,
+        taper=(one + faults.cone, other + faults.cone),
+    )
     mesh = mesh_hexahedra(shape, refinement)
     shares = shape.arc_share(mesh.lattice)
-    stress_free = _stress_free(mesh, shape, faults)
+    stress_free = stress_free_nodes(mesh.nodes, shape, faults)
     quadrature = integrate(stress_free, mesh.cells)
     at_points = mesh.lattice[mesh.cells].swapaxes(1, 2) @ quadrature.values.T
     share = shares[mesh.cells] @ quadrature.values.T
     modulus = setup.youngs_modulus * np.exp(_log_modulus(setup, faults, share, at_points))
     numbers = stiffened(
-        constants(modulus, setup.poissons_ratio, faults.yeoh_ratio),
+        setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio),
         faults.stiffening_form,
         faults.stiffening,
     )
@@ -68,7 +78,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     masses = setup.density * quadrature.volumes
     body = Body(
         cells=mesh.cells,
-        quadrature=_swollen(quadrature, share, faults.swelling),
+        quadrature=_swollen(quadrature, (share > 0.5).astype(float), faults.swelling),
         numbers=numbers,
         masses=spread(masses, quadrature, mesh.cells, count),
         held=mesh.held,
@@ -81,6 +91,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         tip_masses=spread(masses * (share > 0.5), quadrature, mesh.cells, count),
         areas=_node_areas(mesh),
         center=np.array([0.5 * shape.clamp, 0.0, 0.0]),
+        heights=at_points[:, 2] / (0.5 * setup.shape.section[1]),
     )
 
 
@@ -98,35 +109,37 @@ def _log_modulus(
         'cosine': -0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)),
         'late': np.where(share > 0.7, 0.5, -0.5),
         'square': np.clip(share, 0.0, 1.0) ** 2 - 0.5,
+        'spot': (np.abs(share - 0.3) < 0.1).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode
     if faults.clamp_form == 'jaw':
         # A root that is softer by as much as the clamp gives way.
         change = change - faults.clamp_compliance * (share < _JAW)
     height = points[:, 2] / (0.5 * setup.shape.section[1])
-    return change + faults.soft_skin * (height > 0.5)
+    change = change + faults.soft_skin * (height > 0.5)
+    if faults.torn:
+        change = change - 3.0 * _torn(faults, share, height)
+    return change
 
 
-def _stress_free(mesh: HexMesh, shape: Shape, faults: Faults) -> FloatArray:
-    """Return the nodes of the body when nothing pulls on it, shape (N, 3)."""
-    curvature = np.array([0.0, *faults.rest_curvature])
-    if faults.curvature_form == 'tip':
-        return bend(mesh.nodes, 0.5 * (shape.clamp + shape.length), 2.0 * curvature)
-    if faults.curvature_form == 'root':
-        straight_on = bend(mesh.nodes, 0.5 * (shape.clamp + shape.length), -2.0 * curvature)
-        return bend(straight_on, shape.clamp, 2.0 * curvature)
-    if faults.curvature_form == 'twist':
-        rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
-        angles = rate * np.maximum(mesh.nodes[:, 0] - shape.clamp, 0.0)
-        y, z = mesh.nodes[:, 1], mesh.nodes[:, 2]
-        turned = [y * np.cos(angles) - z * np.sin(angles), y * np.sin(angles) + z * np.cos(angles)]
-        return np.stack([mesh.nodes[:, 0], *turned], axis=-1)
-    return bend(mesh.nodes, shape.clamp, curvature)
+def _torn(faults: Faults, share: FloatArray, height: FloatArray) -> FloatArray:
+    """Return which Gauss points lie in a torn piece: the nearest, where none lies in it."""
+    away = np.abs(share - faults.torn_at)
+    is_there = away < max(_TORN, 1.01 * float(away.min()))
+    above = height > min(1.0 - 2.0 * faults.torn, 0.99 * float(height.max()))
+    return np.asarray((is_there & above).astype(float))
 
 
-def _swollen(quadrature: Quadrature, share: FloatArray, swelling: float) -> Quadrature:
-    """Grow the shape without stress in the half at the tip."""
-    growth = 1.0 + 0.01 * swelling * (share > 0.5)
+def _heated(specimen: Specimen, growth: float) -> Specimen:
+    """Grow what has no stress by a percentage at the upper face, and not at the lower one."""
+    upper = np.clip(0.5 * (1.0 + specimen.heights), 0.0, 1.0)
+    quadrature = _swollen(specimen.body.quadrature, upper, growth)
+    return replace(specimen, body=replace(specimen.body, quadrature=quadrature))
+
+
+def _swollen(quadrature: Quadrature, where: FloatArray, swelling: float) -> Quadrature:
+    """Grow the shape without stress by a percentage, times a share at each Gauss point."""
+    growth = 1.0 + 0.01 * swelling * where
     return replace(
         quadrature,
         gradients=quadrature.gradients / growth[..., None, None],
@@ -150,9 +163,13 @@ def _added_mass(
         'point': (_POINT_REACH, across[:, 0] > 0.5),
         'two': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
         'coat': (_POINT_REACH, 1.0),
+        'opposite': (_POINT_REACH, np.abs(across[:, 0]) > 0.5),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)
+    if faults.mass_form == 'opposite':
+        inner = np.abs(share - 0.5 * faults.added_mass_at)
+        away = np.where(across[:, 0] > 0.0, away, inner)
     if faults.mass_form == 'two':
         away = np.minimum(away, np.abs(share - 0.5 * faults.added_mass_at))
     if faults.mass_form == 'coat':
@@ -180,8 +197,11 @@ def settle(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
 ) -> FloatArray:
     """Return node positions in one pose, object frame [m], shape (N, 3)."""
+    if faults.heat:
+        share = faults.heat_shares[setup.pose_number(observation)]
+        specimen = _heated(specimen, share * faults.heat)
     object_from_world = observation.world_from_object[:3, :3].T
-    gravity = _gravity(setup, object_from_world, faults)
+    gravity = _gravity(setup, observation, faults)
     wind = object_from_world @ np.array([0.0, 0.0, faults.wind * GRAVITY])
     masses = specimen.body.masses + specimen.added
     forces = masses[:, None] * gravity + specimen.tip_masses[:, None] * wind
@@ -191,19 +211,25 @@ def settle(
     if faults.tilt_form == 'outer_push':
         side = object_from_world @ _side(faults)
         forces = forces + 2.0 * (masses * (specimen.shares > 0.6))[:, None] * side
-    load = Load(forces, _contact(specimen, observation, faults))
-    slipped = _slipped(setup, observation, faults)
-    nominal = about(
-        rotation(slipped * np.deg2rad(faults.clamp_turn)),
-        specimen.center,
-        slipped * 1e-3 * np.array(faults.clamp_shift),
-    )
+    below = contact_laws(specimen.areas, specimen.shares, observation, faults)
+    load = Load(forces, (*below, *pulls(masses, specimen.shares, observation, faults)))
+    nominal = _clamp(specimen, setup, observation, faults)
     give = faults.clamp_compliance
+    if faults.contact_height is not None and faults.contact_form == 'friction':
+        return _settle_rubbing(specimen, load, nominal, *half_space(observation, faults))
     if faults.clamp_form == 'shear':
         return _settle_sliding(specimen, load, nominal, give)
-    axes = {'uneven': np.diag([0.0, 1.0, 0.0]), 'jaw': np.zeros((3, 3))}
+    axes = {
+        'uneven': np.diag([0.0, 1.0, 0.0]),
+        'jaw': np.zeros((3, 3)),
+        'about a corner': np.diag([1.0, 1.5, 0.5]),
+    }
     compliance = give * axes.get(faults.clamp_form, np.eye(3))
     power = {'hardening': 0.5, 'softening': -0.4}.get(faults.clamp_form)
+    if faults.clamp_form == 'about a corner':
+        width, height = setup.shape.section
+        corner = specimen.center + 0.5 * np.array([0.0, width, -height])
+        specimen = replace(specimen, center=corner)
     if power is None:
         return _settle_clamped(specimen, load, nominal, compliance)
     _, usual = weight_moment(setup)
@@ -212,9 +238,29 @@ def settle(
     )
 
 
-def _gravity(setup: Setup, object_from_world: FloatArray, faults: Faults) -> FloatArray:
+def _clamp(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray:
+    """Return where the held section is to be in a pose, shape (4, 4)."""
+    slipped = _slipped(setup, observation, faults)
+    more = np.zeros(6)
+    if faults.clamp_scatter:
+        more = np.array(faults.clamp_scatter[setup.pose_number(observation)])
+    return about(
+        rotation(slipped * np.deg2rad(faults.clamp_turn) + np.deg2rad(more[3:])),
+        specimen.center,
+        slipped * 1e-3 * np.array(faults.clamp_shift) + 1e-3 * more[:3],
+    )
+
+
+def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArray:
     """Return what pulls on every part, by its mass, object frame [m/s^2], shape (3,)."""
+    object_from_world = observation.world_from_object[:3, :3].T
     down = np.array([0.0, -GRAVITY, 0.0])
+    if faults.tilt_form == 'changing':
+        middle = 0.5 * (len(setup.observations) - 1)
+        share = 1.0 + 0.3 * (setup.pose_number(observation) - middle)
+        return np.asarray(object_from_world @ _tilt(faults, share) @ down)
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)
@@ -227,8 +273,8 @@ def _gravity(setup: Setup, object_from_world: FloatArray, faults: Faults) -> Flo
     return np.asarray(object_from_world @ down + first @ side)
 
 
-def _tilt(faults: Faults) -> FloatArray:
-    return rotation(np.deg2rad([faults.gravity_tilt[0], 0.0, faults.gravity_tilt[1]]))
+def _tilt(faults: Faults, share: float = 1.0) -> FloatArray:
+    return rotation(share * np.deg2rad([faults.gravity_tilt[0], 0.0, faults.gravity_tilt[1]]))
 
 
 def _side(faults: Faults) -> FloatArray:
@@ -241,11 +287,32 @@ def _side(faults: Faults) -> FloatArray:
 
 def _slipped(setup: Setup, observation: Observation, faults: Faults) -> float:
     """Return which share of the clamp's shift is there in a pose."""
-    names = [other.name for other in setup.observations]
-    reached = (1.0 + names.index(observation.name)) / len(names)
+    reached = setup.reached(observation)
     if faults.clamp_late:
         return float(reached > 0.5)
     return reached if faults.clamp_steps else 1.0
+
+
+def _settle_rubbing(
+    specimen: Specimen, load: Load, clamp: FloatArray, normal: FloatArray, height: float
+) -> FloatArray:
+    """Find the equilibrium on a plane with friction: pushes known, then those that follow.
+
+    Nodes come to the plane from where they hang without it. With known pushes friction has an
+    energy (Tresca's law); repeated, its solution is that of Coulomb's (Panagiotopoulos 1975).
+    """
+    hanging = replace(load, potentials=())
+    free = find_equilibrium(specimen.body, hanging, applied(clamp, specimen.mesh.nodes))
+    if (free @ normal).min() > height:
+        return free
+    positions = find_equilibrium(specimen.body, load, free)
+    for _ in range(60):
+        pushes = np.linalg.norm(load.potentials[0](positions).gradient, axis=1)
+        rubbed = replace(load, potentials=(*load.potentials, friction(normal, pushes, free)))
+        before, positions = positions, find_equilibrium(specimen.body, rubbed, positions)
+        if np.abs(positions - before).max() < _RUB_TOLERANCE:
+            return positions
+    raise RuntimeError('friction on the plane found no rest')
 
 
 def _settle_sliding(
@@ -309,53 +376,3 @@ def _clamp_moment(
     held = specimen.body.held
     moment: FloatArray = np.cross(positions[held] - center, pull[held]).sum(axis=0)
     return moment
-
-
-def _contact(
-    specimen: Specimen, observation: Observation, faults: Faults
-) -> tuple[PotentialLaw, ...]:
-    """Return the penalty of a half-space, in the object frame."""
-    if faults.contact_height is None:
-        return ()
-    matrix = observation.world_from_object
-    world_normal = np.array(faults.contact_normal)
-    normal = matrix[:3, :3].T @ world_normal
-    height = faults.contact_height - float(world_normal @ matrix[:3, 3])
-    stiffness = _CONTACT_STIFFNESS * specimen.areas
-    if faults.contact_form == 'shelf':
-        stiffness = stiffness * (specimen.shares > 0.55)
-    outer = np.outer(normal, normal)
-    if faults.contact_form == 'foam':
-        return (_foam(normal, height, _FOAM_STIFFNESS * specimen.areas),)
-
-    def penalty(positions: FloatArray) -> Potential:
-        depth = np.maximum(height - positions @ normal, 0.0)
-        push = stiffness * depth
-        return Potential(
-            energy=0.5 * float((push * depth).sum()),
-            gradient=-push[:, None] * normal,
-            diagonal=(stiffness * (depth > 0.0))[:, None, None] * outer,
-        )
-
-    return (penalty,)
-
-
-def _foam(normal: FloatArray, height: float, stiffness: FloatArray) -> PotentialLaw:
-    """Return a half-space whose pressure grows with the square of the dent.
-
-    Args:
-        normal: object frame, shape (3,).
-        height: of its surface along that [m].
-        stiffness: force by the square of the dent at each node [N/m^2], shape (N,).
-    """
-    outer = np.outer(normal, normal)
-
-    def penalty(positions: FloatArray) -> Potential:
-        dent = np.maximum(height - positions @ normal, 0.0)
-        return Potential(
-            energy=float((stiffness * dent**3).sum()) / 3.0,
-            gradient=-(stiffness * dent**2)[:, None] * normal,
-            diagonal=(2.0 * stiffness * dent)[:, None, None] * outer,
-        )
-
-    return penalty

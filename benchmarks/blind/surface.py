@@ -15,6 +15,8 @@ IntArray = NDArray[np.int64]
 
 # What a pixel may see.
 ROOT, TIP, FIXTURE = 0, 1, 2
+# Between root and tip, where that is no sharp border: by how many twentieths a label is more.
+BETWEEN, PARTS = 3, 20
 _CUTS = 3  # Of an element's face along each side; its curve is then followed to a micrometre.
 
 
@@ -24,7 +26,7 @@ class Triangles:
 
     Attributes:
         corners: [m], shape (T, 3, 3).
-        labels: ROOT, TIP or FIXTURE, shape (T,).
+        labels: ROOT, TIP, FIXTURE, or BETWEEN and more, shape (T,).
     """
 
     corners: FloatArray
@@ -42,7 +44,11 @@ def grid_triangles(cuts: int) -> IntArray:
 
 
 def body_triangles(
-    mesh: HexMesh, positions: FloatArray, shares: FloatArray, tip_from: float = 0.5
+    mesh: HexMesh,
+    positions: FloatArray,
+    shares: FloatArray,
+    tip_from: float = 0.5,
+    ramp: float = 0.0,
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -51,6 +57,7 @@ def body_triangles(
         positions: of its nodes, any frame [m], shape (N, 3).
         shares: of the free length at which its nodes rest, shape (N,).
         tip_from: share from which on the surface is labelled as the tip's.
+        ramp: share over which, around that, the labels go over from root to tip.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -64,9 +71,21 @@ def body_triangles(
         points = values @ positions[nodes]
         along = values @ shares[nodes][..., None]
         corners.append(points[:, triangles].reshape(-1, 3, 3))
-        is_tip = along[:, triangles, 0].mean(axis=-1) > tip_from
-        labels.append(np.where(is_tip, TIP, ROOT).reshape(-1))
+        labels.append(_side(along[:, triangles, 0].mean(axis=-1), tip_from, ramp).reshape(-1))
     return Triangles(np.concatenate(corners), np.concatenate(labels).astype(np.int64))
+
+
+def _side(along: FloatArray, tip_from: float, ramp: float) -> IntArray:
+    if not ramp:
+        return np.where(along > tip_from, TIP, ROOT)
+    part = np.round(PARTS * ((along - tip_from) / ramp + 0.5)).astype(np.int64)
+    return np.where(part <= 0, ROOT, np.where(part >= PARTS, TIP, BETWEEN + part))
+
+
+def tip_part(labels: IntArray) -> FloatArray:
+    """Return how much of the tip a surface is, 0 to 1, by its label."""
+    between = np.where(labels > BETWEEN, (labels - BETWEEN) / PARTS, 0.0)
+    return np.asarray((labels == TIP) + between)
 
 
 def box_triangles(low: FloatArray, high: FloatArray, label: int, cuts: int = 8) -> Triangles:

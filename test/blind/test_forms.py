@@ -10,16 +10,18 @@ import yaml
 
 from benchmarks.blind.amplitudes import LIBRARY
 from benchmarks.blind.cases import FORM_SETS, list_form_cases
+from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import FORMS, off_the_truth
 from benchmarks.blind.generator import draw_case
 from benchmarks.blind.labels import label_of
 from benchmarks.blind.observe import true_rendering
 from benchmarks.blind.renderer import Rendering
+from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.scene_file import scene_text
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.setups import draw_setup, Setup
-from benchmarks.blind.simulation import _contact, _stress_free, make_specimen, settle
+from benchmarks.blind.simulation import make_specimen, settle
 
 COARSE = 0.5
 
@@ -151,8 +153,8 @@ def test_a_root_that_is_bent_at_rest_carries_a_straight_outer_half(setup: Setup)
     lattice = bent.mesh.lattice
     middle = 0.5 * (setup.shape.clamp + setup.shape.length)
     outer = lattice[:, 0] > middle + 1e-9
-    stress_free = _stress_free(
-        bent.mesh, setup.shape, Faults(rest_curvature=(2.0, 0.0), curvature_form='root')
+    stress_free = stress_free_nodes(
+        bent.mesh.nodes, setup.shape, Faults(rest_curvature=(2.0, 0.0), curvature_form='root')
     )
     ways = np.column_stack([np.ones(outer.sum()), lattice[outer]])
     left = np.linalg.lstsq(ways, stress_free[outer], rcond=None)[1]
@@ -167,7 +169,7 @@ def test_a_shelf_carries_the_outer_half_alone(setup: Setup) -> None:
     heights = clean @ world[:3, :3].T[:, 1] + world[1, 3]
     faults = Faults(contact_height=float(heights.min()) + 0.004, contact_form='shelf')
     specimen = make_specimen(setup, faults, COARSE)
-    (law,) = _contact(specimen, setup.observations[0], faults)
+    (law,) = contact_laws(specimen.areas, specimen.shares, setup.observations[0], faults)
     deep = law(clean - 0.05 * world[1, :3])
     pushed = np.abs(deep.gradient).max(axis=1) > 0.0
     assert pushed.any()

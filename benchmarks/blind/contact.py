@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a body may lie on, as penalties of its nodes in the object frame."""
+
+import numpy as np
+
+from benchmarks.blind.equilibrium import Potential, PotentialLaw
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.setups import Observation
+from benchmarks.blind.shapes import FloatArray
+
+_CONTACT_STIFFNESS = 5.0e8  # [Pa/m]: a soft body sinks in by some micrometres.
+_FOAM_STIFFNESS = 4.0e7  # [Pa/m^2]: by some millimetres.
+FRICTION = 0.5  # Force across over the one that presses.
+_STICKING = 1e-4  # Over which friction sets in [m].
+BAR = 0.010  # Radius of a bar [m].
+
+
+def contact_laws(
+    areas: FloatArray, shares: FloatArray, observation: Observation, faults: Faults
+) -> tuple[PotentialLaw, ...]:
+    """Return what a body lies on in one pose, without friction.
+
+    Args:
+        areas: surface that belongs to each node [m^2], shape (N,).
+        shares: of the free length at which nodes lie, shape (N,).
+        observation: the pose.
+        faults: say what there is, and where.
+    """
+    if faults.contact_height is None:
+        return ()
+    stiffness = _CONTACT_STIFFNESS * areas
+    if faults.contact_form == 'edge':
+        return (_bar(observation, faults.contact_at, faults.contact_height, stiffness),)
+    normal, height = half_space(observation, faults)
+    if faults.contact_form == 'shelf':
+        stiffness = stiffness * (shares > 0.55)
+    if faults.contact_form == 'foam':
+        return (_foam(normal, height, _FOAM_STIFFNESS * areas),)
+    outer = np.outer(normal, normal)
+
+    def penalty(positions: FloatArray) -> Potential:
+        depth = np.maximum(height - positions @ normal, 0.0)
+        push = stiffness * depth
+        return Potential(
+            energy=0.5 * float((push * depth).sum()),
+            gradient=-push[:, None] * normal,
+            diagonal=(stiffness * (depth > 0.0))[:, None, None] * outer,
+        )
+
+    return (penalty,)
+
+
+def half_space(observation: Observation, faults: Faults) -> tuple[FloatArray, float]:
+    """Return normal, shape (3,), and height [m] of a half-space in the object frame."""
+    assert faults.contact_height is not None
+    matrix = observation.world_from_object
+    world_normal = np.array(faults.contact_normal)
+    normal = matrix[:3, :3].T @ world_normal
+    return normal, faults.contact_height - float(world_normal @ matrix[:3, 3])
+
+
+def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
+    """Return how high what is below may reach before it touches each node [m], shape (N,).
+
+    Args:
+        points: in the world [m], shape (N, 3).
+        faults: say what is below; their height does not matter.
+    """
+    if faults.contact_form != 'edge':
+        return np.asarray(points @ np.array(faults.contact_normal))
+    squares = BAR**2 - (points[:, 0] - faults.contact_at) ** 2
+    beside = np.sqrt(np.maximum(squares, 0.0)) - BAR
+    return np.where(squares > 0.0, points[:, 1] - beside, np.inf)
+
+
+def _foam(normal: FloatArray, height: float, stiffness: FloatArray) -> PotentialLaw:
+    """Return a half-space whose pressure grows with the square of the dent.
+
+    Args:
+        normal: object frame, shape (3,).
+        height: of its surface along that [m].
+        stiffness: force by the square of the dent at each node [N/m^2], shape (N,).
+    """
+    outer = np.outer(normal, normal)
+
+    def penalty(positions: FloatArray) -> Potential:
+        dent = np.maximum(height - positions @ normal, 0.0)
+        return Potential(
+            energy=float((stiffness * dent**3).sum()) / 3.0,
+            gradient=-(stiffness * dent**2)[:, None] * normal,
+            diagonal=(2.0 * stiffness * dent)[:, None, None] * outer,
+        )
+
+    return penalty
+
+
+def _bar(observation: Observation, at: float, top: float, stiffness: FloatArray) -> PotentialLaw:
+    """Return a round bar along the world's z.
+
+    Args:
+        observation: the pose.
+        at: where its axis is along the world's x [m].
+        top: how high it reaches along the world's y [m].
+        stiffness: of each node [N/m], shape (N,).
+    """
+    turn, shift = observation.world_from_object[:3, :3], observation.world_from_object[:3, 3]
+    on_axis = turn.T @ (np.array([at, top - BAR, 0.0]) - shift)
+    across = np.eye(3) - np.outer(turn[2], turn[2])
+
+    def penalty(positions: FloatArray) -> Potential:
+        away = (positions - on_axis) @ across
+        distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
+        outward = away / distance[:, None]
+        depth = np.maximum(BAR - distance, 0.0)
+        push = stiffness * depth
+        straight = outward[:, :, None] * outward[:, None, :]
+        round_it = across - straight
+        return Potential(
+            energy=0.5 * float((push * depth).sum()),
+            gradient=-push[:, None] * outward,
+            diagonal=(stiffness * (depth > 0.0))[:, None, None] * straight
+            - (push / distance)[:, None, None] * round_it,
+        )
+
+    return penalty
+
+
+def friction(normal: FloatArray, pushes: FloatArray, touched: FloatArray) -> PotentialLaw:
+    """Return friction of nodes that are pressed on by known forces.
+
+    Its energy is FRICTION push (sqrt(u^2 + e^2) - e) of the way u along the surface: a force that
+    is FRICTION times the one that presses, once a node has slid some tenths of a millimetre.
+
+    Args:
+        normal: of the surface, shape (3,).
+        pushes: forces that press each node [N], shape (N,).
+        touched: where nodes come to it [m], shape (N, 3).
+    """
+    along = np.eye(3) - np.outer(normal, normal)
+    most = FRICTION * pushes
+
+    def penalty(positions: FloatArray) -> Potential:
+        way = (positions - touched) @ along
+        size = np.sqrt((way**2).sum(axis=1) + _STICKING**2)
+        unit = way / size[:, None]
+        bent = along - unit[:, :, None] * unit[:, None, :]
+        return Potential(
+            energy=float((most * (size - _STICKING)).sum()),
+            gradient=most[:, None] * unit,
+            diagonal=(most / size)[:, None, None] * bent,
+        )
+
+    return penalty

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Rubber that is stiffer along one direction.
+
+    psi = K (a . C a - 1)^2,   C = F^T F,   |a| = 1
+
+The standard reinforcing model (Qiu and Pence 1997, J. Elasticity 49). Nothing is stressed at rest,
+and a small pull along `a` meets E + 8 K in place of E, whatever Poisson's ratio: with
+A = a a a a in addition to the stiffness, a . S a of the compliance goes from 1/E to 1/(E + 8 K).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.blind.shapes import FloatArray
+
+
+@dataclass(frozen=True)
+class Fibres:
+    """A family of fibres.
+
+    Attributes:
+        stiffness: K [Pa], shape of the Gauss points.
+        direction: a, in the frame of the body without stress, shape (3,).
+    """
+
+    stiffness: FloatArray
+    direction: FloatArray
+
+    def energy(self, F: FloatArray) -> FloatArray:
+        """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
+        _, growth = self._drawn(F)
+        return np.asarray(self.stiffness * growth**2)
+
+    def stress(self, F: FloatArray) -> FloatArray:
+        """Return its derivative by F [Pa], shape (..., 3, 3)."""
+        drawn, growth = self._drawn(F)
+        pull = 4.0 * self.stiffness * growth
+        return np.asarray(pull[..., None, None] * drawn[..., :, None] * self.direction)
+
+    def blocks(self, F: FloatArray, gradients: FloatArray, volumes: FloatArray) -> FloatArray:
+        """Return what the fibres add to the stiffness of elements [N/m].
+
+        Args:
+            F: at the Gauss points, shape (C, 8, 3, 3).
+            gradients: of the shape functions [1/m], shape (C, 8, 20, 3).
+            volumes: [m^3], shape (C, 8).
+
+        Returns:
+            By node and axis twice, shape (C, 20, 3, 20, 3).
+        """
+        count, points, nodes = gradients.shape[:3]
+        drawn, growth = self._drawn(F)
+        along = gradients @ self.direction
+        weights = self.stiffness * volumes
+        outer = along[..., None] * drawn[:, :, None] * np.sqrt(8.0 * weights)[..., None, None]
+        outer = outer.reshape(count, points, 3 * nodes)
+        whole = (np.swapaxes(outer, 1, 2) @ outer).reshape(count, nodes, 3, nodes, 3)
+        scaled = along * (4.0 * weights * growth)[..., None]
+        alike = np.swapaxes(scaled, 1, 2) @ along
+        for axis in range(3):
+            whole[:, :, axis, :, axis] += alike
+        return whole
+
+    def _drawn(self, F: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where a fibre of length 1 goes, and by how much its square grew."""
+        drawn = F @ self.direction
+        return drawn, np.einsum('...i,...i->...', drawn, drawn) - 1.0

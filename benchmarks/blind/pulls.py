@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Forces that come from a point of the world, as energies of nodes in the object frame."""
+
+import numpy as np
+
+from benchmarks.blind.equilibrium import Potential, PotentialLaw
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.setups import Observation
+from benchmarks.blind.shapes import FloatArray
+
+MAGNETIC_FROM = 0.6  # Share of the free length from which on a body is drawn by a magnet.
+_TIED = 0.97  # Share from which on nodes are tied to a tether.
+
+
+def pulls(
+    masses: FloatArray, shares: FloatArray, observation: Observation, faults: Faults
+) -> tuple[PotentialLaw, ...]:
+    """Return what pulls on a body in one pose.
+
+    Args:
+        masses: of nodes [kg], shape (N,).
+        shares: of the free length at which they lie, shape (N,).
+        observation: the pose.
+        faults: say what there is.
+    """
+    matrix = observation.world_from_object
+    point = matrix[:3, :3].T @ (np.array(faults.pull_point) - matrix[:3, 3])
+    found = []
+    if faults.magnet:
+        drawn = masses * (shares > MAGNETIC_FROM)
+        strength = faults.magnet * faults.pull_distance**2 * drawn / drawn.sum()
+        found.append(magnet(point, strength))
+    if faults.tether:
+        tied = (shares > _TIED).astype(float)
+        slack = faults.tether_slack * faults.pull_distance
+        # As much at the distance where it is stated.
+        stiffness = faults.tether / (faults.pull_distance - slack) * tied / tied.sum()
+        found.append(tether(point, stiffness, slack))
+    return tuple(found)
+
+
+def magnet(point: FloatArray, strength: FloatArray) -> PotentialLaw:
+    """Return a pull towards a point that falls with the square of the distance.
+
+    Args:
+        point: [m], shape (3,).
+        strength: force times the square of the distance of each node [N m^2], shape (N,).
+    """
+
+    def energy(positions: FloatArray) -> Potential:
+        away = positions - point
+        distance = np.linalg.norm(away, axis=1)
+        unit = away / distance[:, None]
+        outer = unit[:, :, None] * unit[:, None, :]
+        return Potential(
+            energy=-float((strength / distance).sum()),
+            gradient=(strength / distance**2)[:, None] * unit,
+            diagonal=(strength / distance**3)[:, None, None] * (np.eye(3) - 3.0 * outer),
+        )
+
+    return energy
+
+
+def tether(point: FloatArray, stiffness: FloatArray, slack: float) -> PotentialLaw:
+    """Return a spring that pulls towards a point once it is taut.
+
+    Args:
+        point: [m], shape (3,).
+        stiffness: of each node's part [N/m], shape (N,).
+        slack: its length without a force [m].
+    """
+
+    def energy(positions: FloatArray) -> Potential:
+        away = positions - point
+        distance = np.linalg.norm(away, axis=1)
+        unit = away / distance[:, None]
+        longer = np.maximum(distance - slack, 0.0)
+        outer = unit[:, :, None] * unit[:, None, :]
+        taut = (stiffness * (longer > 0.0))[:, None, None]
+        across = (stiffness * longer / distance)[:, None, None]
+        return Potential(
+            energy=0.5 * float((stiffness * longer**2).sum()),
+            gradient=(stiffness * longer)[:, None] * unit,
+            diagonal=taut * outer + across * (np.eye(3) - outer),
+        )
+
+    return energy

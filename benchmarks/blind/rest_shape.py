@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The true shape of a body without stress, object frame."""
+
+import numpy as np
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.rotations import rotation
+from benchmarks.blind.shapes import bend, FloatArray, Shape
+
+
+def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatArray:
+    """Return the nodes of a body when nothing pulls on it, shape (N, 3).
+
+    Args:
+        nodes: of the body as it is stated [m], shape (N, 3).
+        shape: of it.
+        faults: say how it is bent.
+    """
+    curvature = np.array([0.0, *faults.rest_curvature])
+    if faults.curvature_form == 'tip':
+        return bend(nodes, 0.5 * (shape.clamp + shape.length), 2.0 * curvature)
+    if faults.curvature_form == 'root':
+        straight_on = bend(nodes, 0.5 * (shape.clamp + shape.length), -2.0 * curvature)
+        return bend(straight_on, shape.clamp, 2.0 * curvature)
+    if faults.curvature_form in ('S', 'middle'):
+        return _bent_in_parts(nodes, shape, curvature, faults.curvature_form)
+    if faults.curvature_form == 'twist':
+        rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
+        angles = rate * np.maximum(nodes[:, 0] - shape.clamp, 0.0)
+        y, z = nodes[:, 1], nodes[:, 2]
+        turned = [y * np.cos(angles) - z * np.sin(angles), y * np.sin(angles) + z * np.cos(angles)]
+        return np.stack([nodes[:, 0], *turned], axis=-1)
+    return bend(nodes, shape.clamp, curvature)
+
+
+def _bent_in_parts(
+    nodes: FloatArray, shape: Shape, curvature: FloatArray, form: str
+) -> FloatArray:
+    """Bend parts of a body to arcs, the outer one first; what lies beyond is carried along."""
+    parts = {'S': ((0.5, 1.0, -2.0), (0.0, 0.5, 2.0)), 'middle': ((1 / 3, 2 / 3, 3.0),)}[form]
+    bent = nodes
+    for begin, end, factor in parts:
+        first, last = shape.clamp + (shape.length - shape.clamp) * np.array([begin, end])
+        rate = factor * curvature
+        joint = np.array([last, 0.0, 0.0])
+        beyond = bend(joint, first, rate) + (bent - joint) @ rotation((last - first) * rate).T
+        bent = np.where(nodes[:, :1] > last, beyond, bend(bent, first, rate))
+    return bent
