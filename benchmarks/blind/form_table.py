@@ -5,89 +5,57 @@
     python -m benchmarks.blind.form_table --verdicts DIR --labels DIR/labels [--seal FILE]
                                           [--out FILE [--salt SALT]]
 
-DIR/<case>/verdict.json are the verdicts. FILE gets every answer, and the salt of a
+DIR/<case>/verdict.json are the verdicts. FILE gets every answer, the metrics, and the salt of a
 sealed set, with which anybody can make it again.
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import json
 from pathlib import Path
 import sys
 from typing import Any
 
-import numpy as np
-
 from benchmarks.blind.answers import Answer
+from benchmarks.blind.form_metrics import brier_score, form_metrics, grouped, law_of, reliability
+from benchmarks.blind.metric_rows import metric_lines
+from benchmarks.blind.outcomes import outcome
 from benchmarks.blind.scorer import add_answers, read_answers
 from benchmarks.blind.seal import seal_complaint
-
-# A name from this confidence on is taken for one.
-_SAID = 0.6
-# Which part of the world an effect belongs to.
-_CLASS = {
-    'camera_offset': 'sensor',
-    'depth_affine': 'sensor',
-    'depth_bias_by_region': 'sensor',
-    'gravity_tilt': 'load',
-    'added_mass': 'load',
-    'contact_plane': 'load',
-    'clamp_offset': 'boundary',
-    'compliant_clamp': 'boundary',
-    'rest_curvature': 'shape',
-    'stiffness_contrast': 'material',
-    'strain_stiffening': 'material',
-}
-
-
-def outcome(answer: Answer) -> str:
-    """Say how right an answer is, in a few words."""
-    said = [e for e in answer.verdict.get('effects') or () if float(e['confidence']) >= _SAID]
-    names = {effect['identifier'] for effect in said}
-    truth = set(answer.truth)
-    if not truth:
-        return _of_clean(answer, names)
-    if names and names == truth:
-        return 'right'
-    if names > truth:
-        return 'right, and another'
-    if names:
-        return 'wrong'
-    if truth <= answer.reported:
-        return 'in the set'
-    if answer.verdict.get('unknown_class'):
-        is_class = answer.verdict['unknown_class'] in {_CLASS[name] for name in truth}
-        return 'unknown, right class' if is_class else 'unknown, other class'
-    return 'not seen' if answer.verdict['verdict'] == 'agree' else 'no name'
-
-
-def _of_clean(answer: Answer, names: set[str]) -> str:
-    if answer.is_alarm:
-        return 'alarm'
-    return 'wrong' if names else 'quiet'
-
-
-def brier_score(answers: Sequence[Answer]) -> tuple[float, int]:
-    """Return the mean square of confidence less truth over all names, and their number."""
-    squares = [
-        (float(effect['confidence']) - (effect['identifier'] in answer.truth)) ** 2
-        for answer in answers
-        for effect in answer.verdict.get('effects') or ()
-    ]
-    return (float(np.mean(squares)) if squares else float('nan')), len(squares)
 
 
 def table(answers: Sequence[Answer]) -> str:
     """Write one row a case, and the counts, as Markdown."""
-    lines = ['| truth, form | sensor | answer | gap [mm] | s |', '|---|---|---|---|---|']
+    lines = ['| truth, form | sensor, law | answer | gap [mm] | s |', '|---|---|---|---|---|']
     for answer in sorted(answers, key=lambda one: (one.truth, one.label['id'])):
         lines.append('| ' + ' | '.join(_cells(answer)) + ' |')
     counts: dict[str, int] = {}
     for answer in answers:
         counts[outcome(answer)] = counts.get(outcome(answer), 0) + 1
-    score, names = brier_score(answers)
     lines += ['', ', '.join(f'{count} {word}' for word, count in sorted(counts.items()))]
-    lines.append(f'Brier score {score:.2f} over {names} names')
+    return '\n'.join(lines) + '\n'
+
+
+def summary(answers: Sequence[Answer]) -> str:
+    """Write metrics, how far confidence is to be relied on, and both by sensor and by law."""
+    score, names = brier_score(answers)
+    lines = ['', *metric_lines(form_metrics(answers)), '']
+    lines += ['| confidence | names | said on average | right |', '|---|---|---|---|']
+    for one in reliability(answers):
+        lines.append(
+            f'| {one["from"]:.1f} to {one["to"]:.1f} | {one["names"]} | {one["said"]:.2f} | '
+            f'{one["right"]:.2f} |'
+        )
+    lines += ['', f'Brier score {score:.2f} over {names} names']
+    for by in ('sensor', 'law'):
+        groups = grouped(answers, by)
+        if not groups:
+            continue
+        lines += ['', f'| {by} | ' + ' | '.join(one['metric'] for one in groups[0][1]) + ' |']
+        lines.append('|---' * (len(groups[0][1]) + 1) + '|')
+        for name, rows in groups:
+            cells = [f'{one["hits"]} of {one["count"]}' for one in rows]
+            lines.append(f'| {name} | ' + ' | '.join(cells) + ' |')
     return '\n'.join(lines) + '\n'
 
 
@@ -96,8 +64,10 @@ def row(answer: Answer) -> dict[str, Any]:
     verdict = answer.verdict
     return {
         'case': answer.label['id'],
-        'truth': [[e['identifier'], e['amplitude']['form']] for e in answer.label['effects']],
+        'truth': [[e['identifier'], _form(e)] for e in answer.label['effects']],
+        'kind': answer.label['kind'],
         'sensor': answer.label['sensor'],
+        'law': law_of(answer),
         'outcome': outcome(answer),
         'verdict': verdict['verdict'],
         'said': [[e['identifier'], e['confidence']] for e in verdict.get('effects') or ()],
@@ -108,9 +78,15 @@ def row(answer: Answer) -> dict[str, Any]:
     }
 
 
+def _form(effect: Mapping[str, Any]) -> str | None:
+    """Return a true effect's form; a cause outside the library has none."""
+    form: str | None = effect['amplitude'].get('form')
+    return form
+
+
 def _cells(answer: Answer) -> tuple[str, ...]:
     verdict = answer.verdict
-    forms = [f'{e["identifier"]}, {e["amplitude"]["form"]}' for e in answer.label['effects']]
+    forms = [', '.join(filter(None, (e['identifier'], _form(e)))) for e in answer.label['effects']]
     said = [f'{e["identifier"]} {e["confidence"]:.2f}' for e in verdict.get('effects') or ()]
     others = sorted(answer.reported - {e['identifier'] for e in verdict.get('effects') or ()})
     words = ' and '.join(said) or verdict.get('unknown_class') or ''
@@ -119,7 +95,7 @@ def _cells(answer: Answer) -> tuple[str, ...]:
     gap = verdict['gap_mm']
     return (
         f'{" and ".join(forms) or "clean"} ({answer.label["id"]})',
-        answer.label['sensor'],
+        ', '.join(filter(None, (answer.label['sensor'], law_of(answer)))),
         f'**{outcome(answer)}**: {verdict["verdict"]} {words}'.rstrip(),
         f'{gap["nominal"]:.2f} -> {gap["added"]:.2f}',
         f'{verdict["seconds"]:.0f}',
@@ -137,10 +113,19 @@ def main(arguments: list[str] | None = None) -> int:
         print(complaint, file=sys.stderr)
         return 2
     answers, missing = read_answers(given.verdicts, given.labels)
-    print(table(answers), end='')
+    print(table(answers) + summary(answers), end='')
     if given.out is not None:
         rows = [row(answer) for answer in answers]
-        given.out.write_text(json.dumps({'salt': given.salt, 'cases': rows}, indent=1) + '\n')
+        score, names = brier_score(answers)
+        found = {
+            'salt': given.salt,
+            'metrics': form_metrics(answers),
+            'reliability': reliability(answers),
+            'brier': {'score': score if names else None, 'names': names},
+            'groups': {by: dict(grouped(answers, by)) for by in ('sensor', 'law')},
+            'cases': rows,
+        }
+        given.out.write_text(json.dumps(found, indent=1) + '\n')
     if missing:
         print(f'{len(missing)} cases have no verdict')
     return 0

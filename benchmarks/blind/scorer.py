@@ -12,7 +12,7 @@ where the first is 1 at least.
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import json
 from pathlib import Path
 import sys
@@ -23,6 +23,7 @@ import numpy as np
 from benchmarks.blind.amplitudes import LIBRARY, MOTION
 from benchmarks.blind.answers import Answer
 from benchmarks.blind.labels import write_json
+from benchmarks.blind.metric_rows import median, metric_lines, row, share
 from benchmarks.blind.seal import seal_complaint
 
 COLUMNS = (*LIBRARY, *MOTION, 'unknown', 'agree', 'abstain')
@@ -63,24 +64,22 @@ def score(answers: Sequence[Answer]) -> list[dict[str, Any]]:
     alarming = [answer for answer in outside if answer.is_alarm]
     unknown = [answer for answer in outside if answer.is_unknown]
     rows = [
-        _share('false alarms on clean data', clean, lambda a: a.is_alarm, '<= 1 %', '0 of 300'),
-        _share('right name, clear cases', clear, lambda a: a.is_right, '>= 85 %', '>= 97 %'),
-        _share('the same, named below the margin too', clear, lambda a: a.is_told_right, '', ''),
-        _share('truth in the reported set, all', library, _holds_truth, '>= 95 %', '>= 99 %'),
-        _share('the same, where a gap is reported', seen, _holds_truth, '', ''),
-        _share('the same, of single effects that can be seen', detectable, _holds_truth, '', ''),
-        _median('size of the reported set', [float(len(a.reported)) for a in seen], '', '1'),
-        _share(
+        share('false alarms on clean data', clean, lambda a: a.is_alarm, '<= 1 %', '0 of 300'),
+        share('right name, clear cases', clear, lambda a: a.is_right, '>= 85 %', '>= 97 %'),
+        share('the same, named below the margin too', clear, lambda a: a.is_told_right, '', ''),
+        share('truth in the reported set, all', library, _holds_truth, '>= 95 %', '>= 99 %'),
+        share('the same, where a gap is reported', seen, _holds_truth, '', ''),
+        share('the same, of single effects that can be seen', detectable, _holds_truth, '', ''),
+        median('size of the reported set', [float(len(a.reported)) for a in seen], '', '1'),
+        share(
             'confident wrong name', faulty, lambda a: a.is_confidently_wrong, '<= 3 %', '<= 0.5 %'
         ),
-        _share('outside called unknown', outside, lambda a: a.is_unknown, '>= 80 %', '>= 95 %'),
-        _share('the same, of those with a gap', alarming, lambda a: a.is_unknown, '', ''),
-        _share(
-            'the same, told below the margin too', outside, lambda a: a.is_told_unknown, '', ''
-        ),
-        _share('class of the unknown right', unknown, _has_class, '', '>= 80 %'),
-        _share('denied effect not misnamed', denied, lambda a: not a.named, '', ''),
-        _share('both of two named', pair, lambda a: a.is_right, '60 %', '90 %'),
+        share('outside called unknown', outside, lambda a: a.is_unknown, '>= 80 %', '>= 95 %'),
+        share('the same, of those with a gap', alarming, lambda a: a.is_unknown, '', ''),
+        share('the same, told below the margin too', outside, lambda a: a.is_told_unknown, '', ''),
+        share('class of the unknown right', unknown, _has_class, '', '>= 80 %'),
+        share('denied effect not misnamed', denied, lambda a: not a.named, '', ''),
+        share('both of two named', pair, lambda a: a.is_right, '60 %', '90 %'),
     ]
     return rows + _sizes(single)
 
@@ -96,19 +95,19 @@ def _sizes(single: Sequence[Answer]) -> list[dict[str, Any]]:
     tenth = float(np.percentile(known, 10)) if known else float('nan')
     ratio = float(np.median(after) / np.median(before)) if len(moduli) else float('nan')
     return [
-        _median('held-out closure, median [%]', known, '80', '95'),
-        _row('held-out closure, 10th percentile [%]', tenth, len(known), '50', '90'),
-        _median('amplitude error [%]', [100.0 * error for error, _ in scores], '15', '5'),
-        _row(
+        median('held-out closure, median [%]', known, '80', '95'),
+        row('held-out closure, 10th percentile [%]', tenth, len(known), '50', '90'),
+        median('amplitude error [%]', [100.0 * error for error, _ in scores], '15', '5'),
+        row(
             'coverage of the 95 % interval [%]',
             100.0 * float(np.mean(covered)) if covered else float('nan'),
             len(covered),
             '90-98',
             '90-98',
         ),
-        _median('error of E, nominal [%]', (100.0 * before).tolist(), '', ''),
-        _median('error of E, added [%]', (100.0 * after).tolist(), '', ''),
-        _row('error of E, added over nominal', ratio, len(moduli), '1/3', '1/10'),
+        median('error of E, nominal [%]', (100.0 * before).tolist(), '', ''),
+        median('error of E, added [%]', (100.0 * after).tolist(), '', ''),
+        row('error of E, added over nominal', ratio, len(moduli), '1/3', '1/10'),
     ]
 
 
@@ -125,24 +124,6 @@ def _has_class(answer: Answer) -> bool:
     return bool(answer.verdict.get('unknown_class') == answer.label['outside_class'])
 
 
-def _row(name: str, value: float, count: int, ship: str, reach: str) -> dict[str, Any]:
-    given = None if np.isnan(value) else value
-    return {'metric': name, 'value': given, 'count': count, 'ship': ship, 'reach': reach}
-
-
-def _share(
-    name: str, cases: Sequence[Answer], holds: Callable[[Answer], bool], ship: str, reach: str
-) -> dict[str, Any]:
-    hits = sum(holds(case) for case in cases)
-    value = 100.0 * hits / len(cases) if cases else float('nan')
-    return {**_row(f'{name} [%]', value, len(cases), ship, reach), 'hits': hits}
-
-
-def _median(name: str, values: Sequence[float], ship: str, reach: str) -> dict[str, Any]:
-    value = float(np.median(values)) if len(values) else float('nan')
-    return _row(name, value, len(values), ship, reach)
-
-
 def confusion(answers: Sequence[Answer]) -> dict[str, dict[str, int]]:
     """Count answers by truth; pairs are left out, since they have two."""
     matrix: dict[str, Counter[str]] = {}
@@ -150,9 +131,9 @@ def confusion(answers: Sequence[Answer]) -> dict[str, dict[str, int]]:
         kind = answer.label['kind']
         if kind == 'pair':
             continue
-        row = answer.truth[0] if kind == 'single' else kind
-        matrix.setdefault(row, Counter())[answer.column] += 1
-    return {row: dict(counts) for row, counts in matrix.items()}
+        truth = answer.truth[0] if kind == 'single' else kind
+        matrix.setdefault(truth, Counter())[answer.column] += 1
+    return {truth: dict(counts) for truth, counts in matrix.items()}
 
 
 def failures(answers: Sequence[Answer]) -> list[dict[str, Any]]:
@@ -192,12 +173,7 @@ def shuffled(answers: Sequence[Answer], seed: int = 0) -> list[Answer]:
 
 def report_text(rows: Sequence[dict[str, Any]], matrix: dict[str, dict[str, int]]) -> str:
     """Write the metrics and the confusion matrix as Markdown."""
-    lines = ['| metric | value | cases | ship | reach |', '|---|---|---|---|---|']
-    for row in rows:
-        value = '-' if row['value'] is None else f'{row["value"]:.3g}'
-        hits = f' ({row["hits"]})' if 'hits' in row else ''
-        cells = (row['metric'], f'{value}{hits}', row['count'], row['ship'], row['reach'])
-        lines.append('| ' + ' | '.join(map(str, cells)) + ' |')
+    lines = metric_lines(rows)
     lines += ['', '| truth | ' + ' | '.join(COLUMNS) + ' |', '|---' * (len(COLUMNS) + 1) + '|']
     for truth in sorted(matrix):
         counts = [str(matrix[truth].get(column, '')) for column in COLUMNS]
@@ -216,7 +192,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     answers, missing = read_answers(given.verdicts, given.labels)
     rows, matrix = score(answers), confusion(answers)
-    by_chance = _share('right name', shuffled(answers), lambda a: a.is_right, '', '')
+    by_chance = share('right name', shuffled(answers), lambda a: a.is_right, '', '')
     text = report_text(rows, matrix)
     text += f'\nShuffled labels: {by_chance["hits"]} of {by_chance["count"]} names right.\n'
     given.out.mkdir(parents=True, exist_ok=True)
