@@ -20,6 +20,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, R
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
+from diffcal_ros.diagnosis.patches.rigid_reference import with_fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups, Screen, screen
@@ -179,14 +180,13 @@ def fit_nominal(
     settings = CalibrationSettings(fit=names, with_mesh_error=False, looks_farther=False)
     calibration = Calibration(scene, observations, settings)
     calibration.run()
-    model = calibration.model_of_all()
-    evaluator = make_patch_evaluator(model, calibration.coordinates)
-    readings = (calibration.coordinates, model.parameters.start())
-    known = with_material_boundary(model.scene, evaluator, readings)
+    model, robust = with_fixture_offset(calibration.model_of_all(), calibration.coordinates)
+    evaluator = make_patch_evaluator(model, robust)
+    known = with_material_boundary(model.scene, evaluator, (robust, model.parameters.start()))
     if known is not model.scene:
         model = model.with_parameters(known, model.parameters)
-        evaluator = make_patch_evaluator(model, calibration.coordinates)
-    nominal = _fit_patches(evaluator, calibration.coordinates)
+        evaluator = make_patch_evaluator(model, robust)
+    nominal = _fit_patches(evaluator, robust)
     at = find_depth_discontinuity(evaluator, nominal)
     if at is not None:
         # The model stays what it is, and so does its fit: no effect is in it yet.

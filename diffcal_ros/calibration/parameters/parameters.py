@@ -25,6 +25,8 @@ _Owner = TypeVar('_Owner', Region, Cable)
 OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 _OFFSET_LIMITS = (0.2, 0.2, 0.2, np.pi / 3, np.pi / 3, np.pi / 3)
 _EDGE_BIAS_STD = 1.0  # A LIDAR's spot smears an edge over about a pixel.
+# A body sits in its clamp to about a millimetre of where drawings have both [m, rad].
+_FIXTURE_STDS = (0.001, 0.001, 0.001, 0.01, 0.01, 0.01)
 
 
 class Kind(str, Enum):
@@ -41,6 +43,7 @@ class Kind(str, Enum):
     RIGID_OFFSET = 'rigid_offset'
     CAMERA_POSE = 'camera_pose'
     EDGE_BIAS = 'edge_bias'
+    FIXTURE_OFFSET = 'fixture_offset'
     EFFECT = 'effect'
 
 
@@ -360,6 +363,22 @@ def camera_pose_parameters(observation: int) -> list[Parameter]:
             is_nuisance=True,
         )
         for index, axis in enumerate(OFFSET_AXES)
+    ]
+
+
+def fixture_offset_parameters() -> list[Parameter]:
+    """Lay out how far a fixture is from where it is stated beside the body, a nuisance."""
+    return [
+        Parameter(
+            f'fixture_offset.{axis}',
+            Kind.FIXTURE_OFFSET,
+            0,
+            'm' if index < 3 else 'rad',
+            Quantity(0.0, -_OFFSET_LIMITS[index], _OFFSET_LIMITS[index], 0.0, std),
+            axis=index,
+            is_nuisance=True,
+        )
+        for index, (axis, std) in enumerate(zip(OFFSET_AXES, _FIXTURE_STDS, strict=True))
     ]
 
 

@@ -4,7 +4,8 @@
 
 With one pose a camera that is elsewhere and a body that sits elsewhere in its clamp are the same
 to every pixel of the body, and a depth that is read too far nearly is. A rigid part in view parts
-them: no load, clamp or material moves it.
+them: no load, clamp or material moves it. Where it is beside the body is itself known to about a
+millimetre only, the same one in all poses: a nuisance of the model.
 """
 
 from dataclasses import replace
@@ -14,6 +15,11 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import pixels_left_out, ViewMask
+from diffcal_ros.calibration.parameters.parameters import (
+    fixture_offset_parameters,
+    Kind,
+    ParameterSet,
+)
 from diffcal_ros.calibration.residuals.robust_residual import (
     Comparison,
     Reach,
@@ -22,6 +28,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
 )
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
+from diffcal_ros.rigid_motion import moved, moved_by
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.model import Fixture, Scene
 import numpy as np
@@ -47,8 +54,8 @@ class RigidReference:
             observation: what was seen.
         """
         self._seen = observation.depth
-        placed = scene.observations[observation.setup_index].world_from_object
-        self._world = apply(placed, fixture.positions)
+        self._placed = scene.observations[observation.setup_index].world_from_object
+        self._positions, self._middle = fixture.positions, fixture.positions.mean(axis=0)
         self._tracer = DepthTracer(fixture.triangles, len(fixture.positions), observation.camera)
         no_triangle = np.zeros(len(fixture.triangles), dtype=bool)
         no_edge = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
@@ -65,7 +72,8 @@ class RigidReference:
             model: whose cameras look.
             coordinates: of its parameters, shape (c,).
         """
-        view = View(model.cameras.points(number, self._world, coordinates), self._tracer)
+        world = self._world(fixture_offset(model.parameters, coordinates))
+        view = View(model.cameras.points(number, world, coordinates), self._tracer)
         try:
             view.trace  # noqa: B018  It is traced when it is first asked for.
         except OutOfViewError:
@@ -86,12 +94,21 @@ class RigidReference:
         Returns:
             Camera frame [m], shape (count, V, 3).
         """
-        tangents = np.zeros((count, *self._world.shape))
-        for index in range(len(coordinates)):
-            motion = model.cameras.motion(number, index, self._world, coordinates)
+        offset = fixture_offset(model.parameters, coordinates)
+        world = self._world(offset)
+        tangents = np.zeros((count, *world.shape))
+        camera_from_object = model.cameras.rotation(number, coordinates) @ self._placed[:3, :3]
+        for index, parameter in enumerate(model.parameters):
+            motion = model.cameras.motion(number, index, world, coordinates)
             if motion is not None:
                 tangents[index] = motion
+            if parameter.kind is Kind.FIXTURE_OFFSET:
+                own = moved_by(self._positions, offset, self._middle, parameter.axis)
+                tangents[index] = own @ camera_from_object.T
         return tangents
+
+    def _world(self, offset: FloatArray) -> FloatArray:
+        return apply(self._placed, moved(self._positions, offset, self._middle))
 
     def lay_over(
         self, residuals: FloatArray, view: View, body: Trace, sensor: SensorModel
@@ -127,6 +144,34 @@ class RigidReference:
             edge=_chosen(compared.edge, outline),
             edge_scale=compared.edge_scale[outline],
         )
+
+
+def with_fixture_offset(
+    model: ForwardModel, coordinates: FloatArray
+) -> tuple[ForwardModel, FloatArray]:
+    """Let the fixture be a little off where it is stated, where bodies at rest are seen beside it.
+
+    Args:
+        model: of a scene.
+        coordinates: of its parameters, shape (c,).
+
+    Returns:
+        A model with six parameters more, and the coordinates with these at zero.
+    """
+    if all(reference is None for reference in make_references(model)):
+        return model, coordinates
+    more = fixture_offset_parameters()
+    known = model.parameters
+    parameters = ParameterSet((*known.parameters, *more), known.pose_covariances)
+    return model.with_parameters(model.scene, parameters), np.append(coordinates, np.zeros(6))
+
+
+def fixture_offset(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
+    """Return how far a fixture is from where it is stated, object frame [m, rad], shape (6,)."""
+    offset = np.zeros(6)
+    for index in parameters.find(Kind.FIXTURE_OFFSET):
+        offset[parameters.parameters[index].axis] = coordinates[index]
+    return offset
 
 
 def make_references(model: ForwardModel) -> tuple[RigidReference | None, ...]:

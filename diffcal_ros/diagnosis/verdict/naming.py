@@ -17,6 +17,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import where_largest
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
@@ -45,6 +46,8 @@ import numpy as np
 _NAMED = 0.6
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
+# A fixture that is seen so far from where it is stated is told: thrice what is usual [m].
+_FIXTURE_OFF = 0.003
 # Of what comes about as near as the nearest.
 _MOST_NEAR = 3
 
@@ -259,6 +262,12 @@ def _notes(
         notes.append('an amplitude stopped at its bound')
     hidden = evaluator.without_fixture(nominal.groups)
     notes += [f'{name} does not show the fixture' for name in hidden]
+    shift = float(np.linalg.norm(fixture_offset(nominal.parameters, nominal.coordinates)[:3]))
+    if shift > _FIXTURE_OFF:
+        notes.append(
+            f'the fixture is seen {1e3 * shift:.1f} mm from where the scene states it beside the '
+            'body: check the shape, and how far the body is in the clamp'
+        )
     return tuple(notes)
 
 
