@@ -25,8 +25,8 @@ _Owner = TypeVar('_Owner', Region, Cable)
 OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 _OFFSET_LIMITS = (0.2, 0.2, 0.2, np.pi / 3, np.pi / 3, np.pi / 3)
 _EDGE_BIAS_STD = 1.0  # A LIDAR's spot smears an edge over about a pixel.
-# A body sits in its clamp to about a millimetre of where drawings have both [m, rad].
-_FIXTURE_STDS = (0.001, 0.001, 0.001, 0.01, 0.01, 0.01)
+# A body sits in its clamp to a millimetre in all of where drawings have both [m, rad].
+_FIXTURE_STDS = (0.0006, 0.0006, 0.0006, 0.005, 0.005, 0.005)
 
 
 class Kind(str, Enum):
