@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.finer_motion import is_affordable, refined_inputs
 from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
 from diffcal_ros.damping import Damping
+from diffcal_ros.fem.elements.prolongation import refine
 from diffcal_ros.fem.motion.inputs import HeldMotion, Release
 from diffcal_ros.fem.motion.moving_body import LONGEST_STEP, Motion, MovingBody, TIME_STEP
+from diffcal_ros.fem.motion.path import Path
 from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.fem.statics.mesh_error import MeshError
 from diffcal_ros.fem.statics.static_body import StaticBody
@@ -116,7 +118,8 @@ class MovingPosture:
         tolerance allows wherever one of them changes, which no gradient knows of.
         """
         rungs = () if warm is None else self._rungs(warm)
-        self._at = MovingStates(inputs, self._simulate(self._moving, inputs, rungs))
+        near = None if warm is None else self._moving.path
+        self._at = MovingStates(inputs, self._simulate(self._moving, inputs, rungs, near))
         return self._at
 
     def _rungs(self, states: MovingStates) -> tuple[int, ...]:
@@ -126,11 +129,18 @@ class MovingPosture:
     def _there(self, states: MovingStates) -> MovingBody:
         """Return the body after the motion of some states, which it may have to run again."""
         if self._at is not states:
-            self._simulate(self._moving, states.inputs, self._rungs(states))
+            rungs = self._rungs(states)
+            self._simulate(self._moving, states.inputs, rungs, self._moving.path)
             self._at = states
         return self._moving
 
-    def _simulate(self, moving: MovingBody, inputs: PostureInputs, rungs: Sequence[int]) -> Motion:
+    def _simulate(
+        self,
+        moving: MovingBody,
+        inputs: PostureInputs,
+        rungs: Sequence[int],
+        near: Path | None,
+    ) -> Motion:
         return moving.simulate(
             inputs.material,
             Damping(inputs.damping),
@@ -141,6 +151,7 @@ class MovingPosture:
             release_time=inputs.release_time,
             time_offset=inputs.time_offset,
             rungs=rungs or None,
+            near=near,
         )
 
     def tangents(self, states: MovingStates, changes: Sequence[Change]) -> FloatArray:
@@ -164,8 +175,13 @@ class MovingPosture:
         (setup,) = scene.observations
         finer = MovingPosture(scene, setup, self._times.tolist(), self._solver, self._device)
         inputs = refined_inputs(states.inputs, self._scene.mesh)
+        path = self._there(states).path
+        if path is not None:
+            enrichment = refine(self._scene.mesh, self.body.discretisation)
+            path = path.mapped(enrichment.fine_from_coarse)
+        moved = finer._simulate(finer._moving, inputs, self._rungs(states), path)
         # Vertices and middles of edges, in the order of the coarse nodes, come first.
-        return finer.solve(inputs, warm=states).positions[:, : scene.mesh.vertex_count]
+        return moved.positions[:, : scene.mesh.vertex_count]
 
     def _stiffness_moves(self, states: MovingStates, solver: str) -> FloatArray:
         """Return about how a better mesh would move the nodes [m], shape (S, N, 3).
@@ -202,7 +218,7 @@ class MovingPosture:
         halved = MovingBody(self._make_body(), self._release, time_step=0.5 * self._time_step)
         # Every step in two where a tolerance chose them.
         rungs = [rung for rung in self._rungs(states) for _ in range(2)]
-        halfway = self._simulate(halved, states.inputs, rungs)
+        halfway = self._simulate(halved, states.inputs, rungs, self._there(states).path)
         return (halfway.positions - states.positions) / _BY_HALVING
 
     def warnings(self, states: MovingStates) -> list[str]:

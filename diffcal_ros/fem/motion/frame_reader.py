@@ -43,7 +43,9 @@ class FrameReader:
                 continue
             step = float(times[index + 1] - times[index])
             fraction = float(stamp - times[index]) / step
-            self._use(int(index), frame, _values(fraction, step), _rates(fraction, step))
+            self._use(
+                int(index), frame, hermite_values(fraction, step), hermite_rates(fraction, step)
+            )
 
     def _use(
         self, index: int, frame: int, weights: tuple[float, ...], rates: tuple[float, ...]
@@ -83,7 +85,7 @@ class FrameReader:
             target += weight * by_frames[frame]
 
 
-def _values(fraction: float, step: float) -> tuple[float, ...]:
+def hermite_values(fraction: float, step: float) -> tuple[float, ...]:
     """Return the weights of position and velocity at the begin, then at the end."""
     rest = 1.0 - fraction
     return (
@@ -94,7 +96,7 @@ def _values(fraction: float, step: float) -> tuple[float, ...]:
     )
 
 
-def _rates(fraction: float, step: float) -> tuple[float, ...]:
+def hermite_rates(fraction: float, step: float) -> tuple[float, ...]:
     """Return the derivatives of these weights by time [1/s]."""
     bend = 6.0 * fraction * (1.0 - fraction) / step
     return (

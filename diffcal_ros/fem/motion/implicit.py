@@ -11,6 +11,7 @@ from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.implicit_derivatives import ImplicitDerivatives
 from diffcal_ros.fem.motion.implicit_march import Marcher
 from diffcal_ros.fem.motion.integrator import ByHeld, HeldAt, HeldChanges
+from diffcal_ros.fem.motion.path import Path
 from diffcal_ros.fem.motion.step_sizes import (
     ControlledSteps,
     FixedSteps,
@@ -80,12 +81,18 @@ class ImplicitIntegrator:
         """What each step of the last march is off by, about [m]; empty without a tolerance."""
         return np.array(self._trajectory.errors)
 
+    @property
+    def path(self) -> Path | None:
+        """Where the last march went; None before the first."""
+        return self._trajectory.path if self._trajectory.times else None
+
     def march(
         self,
         start: FloatArray,
         stamps: FloatArray,
         held_at: HeldAt,
         rungs: Sequence[int] | None = None,
+        near: Path | None = None,
     ) -> FrameReader:
         """March; see `Integrator`."""
         dynamics = self._dynamics
@@ -103,6 +110,7 @@ class ImplicitIntegrator:
             self._rho_inf,
             held_at,
             is_measured=self._tolerance is not None,
+            near=near,
         )
         self._trajectory = marcher.march(begin, duration, self._sizes(rungs))
         reader = self._reader()

@@ -8,6 +8,7 @@ from typing import Protocol
 from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.held_nodes import HeldState
+from diffcal_ros.fem.motion.path import Path
 from diffcal_ros.fem.statics.force_changes import Change
 import numpy as np
 from numpy.typing import NDArray
@@ -42,12 +43,17 @@ class Integrator(Protocol):
     def step_errors(self) -> FloatArray:
         """What each step of the last march is off by [m]; empty where that is not known."""
 
+    @property
+    def path(self) -> Path | None:
+        """Where the last march went; None where that is not kept."""
+
     def march(
         self,
         start: FloatArray,
         stamps: FloatArray,
         held_at: HeldAt,
         rungs: Sequence[int] | None = None,
+        near: Path | None = None,
     ) -> FrameReader:
         """March from positions (N, 3) [m] through stamps since the start [s], shape (F,).
 
@@ -56,6 +62,7 @@ class Integrator(Protocol):
             stamps: since the start [s], shape (F,).
             held_at: held nodes.
             rungs: of the steps to take, such as those of an earlier march; None: chosen anew.
+            near: a motion that this one is like, from which implicit steps are sought.
 
         Returns:
             Frames of shape (F, N, 3) and their derivative by time.

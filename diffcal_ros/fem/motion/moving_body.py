@@ -23,6 +23,7 @@ from diffcal_ros.fem.motion.inputs import (
     Release,
 )
 from diffcal_ros.fem.motion.integrator import Integrator
+from diffcal_ros.fem.motion.path import Path
 from diffcal_ros.fem.motion.semi_implicit import SemiImplicitIntegrator
 from diffcal_ros.fem.motion.start import Start
 from diffcal_ros.fem.statics.force_changes import Change
@@ -124,6 +125,11 @@ class MovingBody:
             raise RuntimeError('no motion yet: call simulate first')
         return self._motion
 
+    @property
+    def path(self) -> Path | None:
+        """Where the last motion went since the release; None where that is not kept."""
+        return self.integrator.path
+
     def simulate(
         self,
         material: Material,
@@ -136,6 +142,7 @@ class MovingBody:
         release_time: float | None = None,
         time_offset: float = 0.0,
         rungs: Sequence[int] | None = None,
+        near: Path | None = None,
     ) -> Motion:
         """Find the body's positions at the stamps.
 
@@ -153,6 +160,8 @@ class MovingBody:
             rungs: steps to take since the release, such as those of an earlier `Motion`. Its
                 derivatives hold them fixed: only motions of the same steps differ smoothly. None:
                 they are chosen anew.
+            near: a motion that this one is like, such as `path` of a body that is hardly
+                different: steps are found sooner from there.
 
         Raises:
             EquilibriumError: when the body finds no rest before its release.
@@ -169,7 +178,7 @@ class MovingBody:
         start = self._start.solve_equilibrium(inputs, self._held.vertices_at(release_time))
         self._dynamics.take(inputs)
         since = stamps - time_offset - release_time
-        reader = self.integrator.march(start, since, self._held_at, rungs)
+        reader = self.integrator.march(start, since, self._held_at, rungs, near)
         self._motion = Motion(
             stamps,
             reader.frames + self.static_body.origin,

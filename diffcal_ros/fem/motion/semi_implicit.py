@@ -16,6 +16,7 @@ from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.motion.integrator import ByHeld, HeldAt, HeldChanges
+from diffcal_ros.fem.motion.path import Path
 from diffcal_ros.fem.motion.stable_step import stable_step
 from diffcal_ros.fem.statics.force_changes import Change
 import numpy as np
@@ -61,6 +62,11 @@ class SemiImplicitIntegrator:
         return self._halvings
 
     @property
+    def path(self) -> None:
+        """Nothing: states are not kept."""
+        return None
+
+    @property
     def rungs(self) -> tuple[int, ...]:
         """Nothing: all steps are alike."""
         return ()
@@ -76,6 +82,7 @@ class SemiImplicitIntegrator:
         stamps: FloatArray,
         held_at: HeldAt,
         rungs: Sequence[int] | None = None,
+        near: Path | None = None,
     ) -> FrameReader:
         """March with steps of its own; see `Integrator`."""
         dynamics = self._dynamics

@@ -1,11 +1,17 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The linear system of an implicit step: one factorisation, held as long as it serves."""
+"""The linear system of an implicit step: one factorisation, held as long as it serves.
+
+A step's matrix changes above all because the body turns: inertia does not feel that, and stiffness
+turns with the material. So an old factorisation serves with forces turned back, node by node, to
+where it was made, and their answer turned forth.
+"""
 
 from diffcal_ros.fem.linear_solvers import make_solver, NotPositiveDefiniteError
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.fem.motion.node_rotations import NodeRotations
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +20,8 @@ FloatArray = NDArray[np.float64]
 # What the matrix leaves out of damping and drag is a thousandth of it: a round or two settle that.
 _REST_TOLERANCE = 1e-8
 _MAX_REST_ROUNDS = 30
+# A factorisation with its matrix takes about as long as so many rounds with an old one.
+_WORTH = 12
 
 
 class StepSystem:
@@ -27,6 +35,11 @@ class StepSystem:
         )
         self._step: float | None = None
         self._rate = 0.0
+        self._rotations = NodeRotations(dynamics.body.elastic)
+        self._factored_at = np.zeros((0, 3))
+        self._begun: FloatArray | None = None
+        self._turns: FloatArray | None = None
+        self._rounds: list[int] = []
 
     def forget(self) -> None:
         """Let go of the factorisation: the inputs have changed."""
@@ -46,10 +59,41 @@ class StepSystem:
         values = self._dynamics.system_values(positions, rule.inertia, rule.rate)
         self._solver.factor(values)
         self._step, self._rate = rule.step, rule.rate
+        self._factored_at, self._begun, self._turns = positions.copy(), None, None
+        self._rounds = []
+
+    def turn(self, positions: FloatArray) -> None:
+        """Turn the factorisation with the material to positions [m], shape (N, 3).
+
+        The stiffness of a law that takes a turn for a strain does not turn.
+        """
+        if not self._dynamics.body.elastic.law.TAKES_TURNING_STEPS:
+            return
+        if self._begun is None:
+            self._begun = self._rotations.at(self._factored_at)[self._free]
+        now = self._rotations.at(positions)[self._free]
+        self._turns = now @ self._begun.transpose(0, 2, 1)
+
+    def note(self, rounds: int) -> None:
+        """Take notice of how many rounds a step took with the factorisation."""
+        self._rounds.append(rounds)
+
+    @property
+    def is_worn(self) -> bool:
+        """Tell whether a new factorisation will pay.
+
+        It does once a step takes more than all have taken on average, the factorisation included.
+        """
+        count = len(self._rounds)
+        return count > 0 and self._rounds[-1] * count > _WORTH + sum(self._rounds)
 
     def apply(self, forces: FloatArray) -> FloatArray:
         """Solve with the factorisation as it is for forces (3 M,) on free nodes; shape (M, 3)."""
-        return self._solver.solve(forces).reshape(-1, 3)
+        if self._turns is None:
+            return self._solver.solve(forces).reshape(-1, 3)
+        back = np.einsum('nji,nj->ni', self._turns, forces.reshape(-1, 3))
+        solved = self._solver.solve(back.ravel()).reshape(-1, 3)
+        return np.einsum('nij,nj->ni', self._turns, solved)
 
     def solve(
         self, state: StepState, right_sides: FloatArray, *, is_transposed: bool

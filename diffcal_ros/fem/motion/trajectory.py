@@ -5,6 +5,7 @@
 from dataclasses import dataclass, field
 
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
+from diffcal_ros.fem.motion.path import Path
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,3 +51,8 @@ class Trajectory:
         self.times.append(time)
         self.positions.append(state.positions)
         self.velocities.append(state.velocities)
+
+    @property
+    def path(self) -> Path:
+        """Where it went."""
+        return Path(self.times, self.positions, self.velocities)

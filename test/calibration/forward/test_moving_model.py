@@ -178,9 +178,9 @@ def test_the_error_of_chosen_steps_is_foreseen() -> None:
 
 def test_a_step_that_was_halved_is_told(model: ForwardModel) -> None:
     assert model.warnings(model.parameters.start()) == []
-    long = moving_model(moving_scene((6, 2, 2), fit=FIT, time_step=0.02), TIMES)
+    long = moving_model(moving_scene((6, 2, 2), fit=FIT, time_step=0.04), TIMES)
     (warning,) = long.warnings(long.parameters.start())
-    assert 'the time step of 0.02 s did not converge and was halved' in warning
+    assert 'the time step of 0.04 s did not converge and was halved' in warning
     assert 'a shorter `motion.time_step`' in warning
 
 

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Old factorisations that turn with the body, and when a new one pays."""
+
+from dataclasses import replace
+
+from diffcal_ros.damping import Damping
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.laws import linear_elastic, stable_neo_hookean
+from diffcal_ros.fem.motion.dynamics import Dynamics
+from diffcal_ros.fem.motion.generalised_alpha import StepRule
+from diffcal_ros.fem.motion.inputs import MotionInputs
+from diffcal_ros.fem.motion.node_rotations import NodeRotations
+from diffcal_ros.fem.motion.step_system import StepSystem
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
+from diffcal_ros.rigid_transform import rotation_matrix
+import numpy as np
+import pytest
+from support.beams import beam_mesh, held_end
+from support.bodies import GRAVITY, uniform_material
+
+RULE = StepRule(1 / 240, 0.8)
+TURN = rotation_matrix(np.array([0.4, -1.0, 2.0]))
+
+
+def _dynamics(law, random) -> tuple[Dynamics, np.ndarray]:
+    """A damped body, and positions at which it is bent and stretched."""
+    mesh = beam_mesh((3, 1, 2))
+    body = StaticBody(mesh, Element.QUADRATIC, held_end(mesh), law=law)
+    dynamics = Dynamics(body)
+    damping = Damping(20.0 * (1.0 + random.random(mesh.tet_count)))
+    material = replace(uniform_material(mesh), conversion=law.CONVERSION)
+    dynamics.take(MotionInputs(material, damping, GRAVITY, NO_CONDITIONS))
+    rest = body.discretisation.rest_nodes
+    return dynamics, rest + 5e-5 * random.normal(size=rest.shape)
+
+
+def test_a_turned_factorisation_is_that_of_the_turned_body(random) -> None:
+    dynamics, positions = _dynamics(stable_neo_hookean, random)
+    forces = random.normal(size=3 * len(dynamics.free))
+    old, new = StepSystem(dynamics), StepSystem(dynamics)
+    new.factor(RULE, positions @ TURN.T)
+    old.factor(RULE, positions)
+    unturned = old.apply(forces)
+    old.turn(positions @ TURN.T)
+    expected = new.apply(forces)
+    np.testing.assert_allclose(old.apply(forces), expected, atol=1e-9 * np.abs(expected).max())
+    assert np.abs(unturned - expected).max() > 0.1 * np.abs(expected).max()
+
+
+def test_a_law_that_feels_turns_keeps_its_factorisation(random) -> None:
+    dynamics, positions = _dynamics(linear_elastic, random)
+    dynamics.elements.set_damping(np.zeros(dynamics.body.mesh.tet_count))
+    forces = random.normal(size=3 * len(dynamics.free))
+    system = StepSystem(dynamics)
+    system.factor(RULE, positions)
+    before = system.apply(forces)
+    system.turn(positions @ TURN.T)
+    np.testing.assert_array_equal(system.apply(forces), before)
+    system.factor(RULE, positions @ TURN.T)
+    np.testing.assert_allclose(system.apply(forces), before, rtol=1e-6)
+
+
+@pytest.mark.parametrize('element', list(Element))
+def test_rotations_of_nodes(element) -> None:
+    mesh = beam_mesh((3, 1, 2))
+    body = StaticBody(mesh, element, held_end(mesh))
+    # Stretched along askew axes first, then turned: the polar decomposition by its definition.
+    axes = rotation_matrix(np.array([0.3, 0.5, -0.2]))
+    stretch = axes @ np.diag([1.9, 0.6, 1.2]) @ axes.T
+    found = NodeRotations(body.elastic).at(body.own_discretisation.rest_nodes @ stretch @ TURN.T)
+    np.testing.assert_allclose(found, np.broadcast_to(TURN, found.shape), atol=1e-12)
+
+
+def test_a_body_inside_out_is_not_turned() -> None:
+    mesh = beam_mesh((2, 1, 1))
+    body = StaticBody(mesh, Element.LINEAR, held_end(mesh))
+    found = NodeRotations(body.elastic).at(-body.own_discretisation.rest_nodes)
+    np.testing.assert_array_equal(found, np.broadcast_to(np.eye(3), found.shape))
+
+
+def test_a_factorisation_wears_out_when_rounds_cost_more_than_a_new_one(random) -> None:
+    dynamics, positions = _dynamics(stable_neo_hookean, random)
+    system = StepSystem(dynamics)
+    system.factor(RULE, positions)
+    assert not system.is_worn
+    # With the 12 rounds that a factorisation takes: 17, 11, 9, 8.5 and 8.6 a step on average.
+    states = []
+    for rounds in (5, 5, 5, 7, 9):
+        system.note(rounds)
+        states.append(system.is_worn)
+    assert states == [False, False, False, False, True]
+    system.factor(RULE, positions)
+    assert not system.is_worn
