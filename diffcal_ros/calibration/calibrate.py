@@ -92,6 +92,7 @@ class Calibration:
         self.coordinates = parameters.start()
         self._pose_notes = pose_notes
         self._notes: tuple[str, ...] = ()
+        self._all: tuple[ForwardModel, ForwardModel] | None = None
 
     def _make_method(
         self,
@@ -272,14 +273,18 @@ class Calibration:
         """Return the model of all observations, those that are held out last."""
         if not self.held_out:
             return self.model
+        if self._all is not None and self._all[0] is self.model:
+            return self._all[1]
         # Frames that were fitted come first, so that camera poses keep their owners.
-        return ForwardModel(
+        model = ForwardModel(
             self.model.scene,
             (*self.model.observations, *self.held_out),
             self.parameters,
             solver=self.settings.solver,
             device=self.settings.device,
         )
+        self._all = self.model, model
+        return model
 
     def _held_out_gap(self, coordinates: FloatArray) -> Gap | None:
         """Measure the gap on frames that the fit did not see; None where it cannot be."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.finer_motion import is_affordable, refined_inputs
+from diffcal_ros.calibration.forward.known_motions import fingerprint, KnownMotions
 from diffcal_ros.calibration.forward.posture import make_body, PostureInputs
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.elements.prolongation import refine
@@ -63,6 +64,8 @@ class MovingPosture:
         times: Sequence[float],
         solver: str,
         device: str,
+        *,
+        has_derivatives: bool = True,
     ) -> None:
         """Prepare one body.
 
@@ -72,6 +75,7 @@ class MovingPosture:
             times: of the frames, after the first one [s], shape (S,).
             solver: name of the sparse solver.
             device: Warp device.
+            has_derivatives: whether tangents or gradients will be asked for.
 
         Raises:
             ValueError: for an observation that does not move.
@@ -98,8 +102,10 @@ class MovingPosture:
             integrator=self._integrator,
             time_step=self._time_step,
             tolerance=self._tolerance,
+            has_derivatives=has_derivatives,
         )
         self._at: MovingStates | None = None
+        self._known: KnownMotions[MovingStates] = KnownMotions()
         self._is_turned = plan.staying.path is not None
 
     def _make_body(self) -> StaticBody:
@@ -119,8 +125,15 @@ class MovingPosture:
         """
         rungs = () if warm is None else self._rungs(warm)
         near = None if warm is None else self._moving.path
-        self._at = MovingStates(inputs, self._simulate(self._moving, inputs, rungs, near))
-        return self._at
+
+        def simulate() -> MovingStates:
+            self._at = MovingStates(inputs, self._simulate(self._moving, inputs, rungs, near))
+            return self._at
+
+        # Without a tolerance all motions have the same steps, unless one does not converge.
+        if self._tolerance is not None:
+            return simulate()
+        return self._known.states(fingerprint(inputs), simulate)
 
     def _rungs(self, states: MovingStates) -> tuple[int, ...]:
         """Return the steps that were chosen; none where they are fixed."""
@@ -156,7 +169,12 @@ class MovingPosture:
 
     def tangents(self, states: MovingStates, changes: Sequence[Change]) -> FloatArray:
         """Return how all frames follow changes of the inputs [m], shape (k, S, N, 3)."""
-        return self._there(states).tangents(changes)
+        if not changes:
+            return np.zeros((0, *states.positions.shape))
+        key = fingerprint(states.inputs), states.motion.rungs
+        return self._known.tangents(
+            key, changes, lambda missing: self._there(states).tangents(missing)
+        )
 
     def gradient(self, states: MovingStates, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by positions, shape (S, N, 3), back to the inputs."""
@@ -173,7 +191,10 @@ class MovingPosture:
         """Return where the nodes are if half the mesh size moves them [m], shape (S, N, 3)."""
         scene = refined_scene(replace(self._scene, observations=(self._setup,)))
         (setup,) = scene.observations
-        finer = MovingPosture(scene, setup, self._times.tolist(), self._solver, self._device)
+        times = self._times.tolist()
+        finer = MovingPosture(
+            scene, setup, times, self._solver, self._device, has_derivatives=False
+        )
         inputs = refined_inputs(states.inputs, self._scene.mesh)
         path = self._there(states).path
         if path is not None:
@@ -215,7 +236,12 @@ class MovingPosture:
         """
         if self._integrator != _SECOND_ORDER:
             return np.zeros_like(states.positions)
-        halved = MovingBody(self._make_body(), self._release, time_step=0.5 * self._time_step)
+        halved = MovingBody(
+            self._make_body(),
+            self._release,
+            time_step=0.5 * self._time_step,
+            has_derivatives=False,
+        )
         # Every step in two where a tolerance chose them.
         rungs = [rung for rung in self._rungs(states) for _ in range(2)]
         halfway = self._simulate(halved, states.inputs, rungs, self._there(states).path)

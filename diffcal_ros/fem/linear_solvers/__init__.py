@@ -49,19 +49,21 @@ def _pardiso(pattern: SparsePattern, *_: Any) -> SparseSolver:
     return PardisoSolver(pattern)
 
 
-def _multifrontal(pattern: SparsePattern, needs_exact: bool, _: str) -> SparseSolver:
+def _multifrontal(pattern: SparsePattern, needs_exact: bool | None, _: str) -> SparseSolver:
     from diffcal_ros.fem.linear_solvers.multifrontal import MultifrontalSolver
 
-    return MultifrontalSolver(pattern, is_exact=True if needs_exact else None)
+    # Without a wish large bodies alone are factored in single precision.
+    is_exact = {True: True, False: None, None: False}[needs_exact]
+    return MultifrontalSolver(pattern, is_exact=is_exact)
 
 
-def _multifrontal_torch(pattern: SparsePattern, _: bool, device: str) -> SparseSolver:
+def _multifrontal_torch(pattern: SparsePattern, _: bool | None, device: str) -> SparseSolver:
     from diffcal_ros.fem.linear_solvers.multifrontal_torch import TorchMultifrontalSolver
 
     return TorchMultifrontalSolver(pattern, device)
 
 
-_MAKERS: dict[str, tuple[str, str, Callable[[SparsePattern, bool, str], SparseSolver]]] = {
+_MAKERS: dict[str, tuple[str, str, Callable[[SparsePattern, bool | None, str], SparseSolver]]] = {
     'pardiso': ('pypardiso', "pip install 'diffcal_ros[fast]'", _pardiso),
     'cholmod': ('cvxopt', "pip install 'diffcal_ros[cholmod]' (GPL)", _cholmod),
     'qdldl': ('qdldl', 'pip install qdldl', _qdldl),
@@ -85,7 +87,7 @@ def make_solver(
     pattern: SparsePattern,
     name: str = 'auto',
     *,
-    needs_exact: bool = False,
+    needs_exact: bool | None = False,
     device: str = 'cpu',
 ) -> SparseSolver:
     """Make a solver for matrices of one pattern.
@@ -94,7 +96,8 @@ def make_solver(
         pattern: where the entries are.
         name: `auto` takes the fastest that is installed: Pardiso, CHOLMOD, then QDLDL for small
             and multifrontal for larger bodies; for large ones on a GPU, PyTorch there.
-        needs_exact: solutions must be good to double precision, see `SparseSolver.is_exact`.
+        needs_exact: solutions must be good to double precision, see `SparseSolver.is_exact`;
+            None: single precision will do for a body of any size.
         device: where the body's elements are; only `multifrontal_torch` factors there.
 
     Raises:

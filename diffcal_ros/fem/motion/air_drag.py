@@ -71,11 +71,21 @@ class AirDrag:
 
     def tangent(self, velocities: FloatArray, sped: FloatArray) -> FloatArray:
         """Return how the forces follow a change of velocities; the matrix is symmetric."""
-        there, change = self._to_points @ velocities, self._to_points @ sped
+        return self.tangents(velocities, sped[None])[0]
+
+    def tangents(self, velocities: FloatArray, sped: FloatArray) -> FloatArray:
+        """Return how the forces follow each change of velocities [m/s], shape (k, N, 3)."""
+        there = self._to_points @ velocities
         speeds = _speeds(there)
-        along = (there * change).sum(axis=1, keepdims=True)
-        turned = np.divide(there * along, speeds, where=speeds > 0.0, out=np.zeros_like(change))
-        return self._area * np.asarray(self._to_nodes @ (self._unit * (speeds * change + turned)))
+        directions = np.divide(there, speeds, where=speeds > 0.0, out=np.zeros_like(there))
+        # Nodes first, so that one product serves all changes.
+        changes = self._to_points @ sped.transpose(1, 2, 0).reshape(len(velocities), -1)
+        changes = changes.reshape(len(there), 3, len(sped))
+        along = (there[:, :, None] * changes).sum(axis=1, keepdims=True)
+        felt = speeds[:, :, None] * changes + directions[:, :, None] * along
+        felt *= self._unit[:, :, None]
+        forces = self._to_nodes @ felt.reshape(len(there), -1)
+        return self._area * forces.reshape(len(velocities), 3, len(sped)).transpose(2, 0, 1)
 
 
 def _speeds(velocities: FloatArray) -> FloatArray:

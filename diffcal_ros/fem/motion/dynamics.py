@@ -101,19 +101,19 @@ class Dynamics:
         self,
         positions: FloatArray,
         velocities: FloatArray,
-        direction: FloatArray,
+        directions: FloatArray,
         rate: float,
         *,
         is_transposed: bool,
     ) -> FloatArray:
-        """Return what `system_values` leaves out times a direction, shape (N, 3)."""
-        product = np.zeros_like(direction)
+        """Return what `system_values` leaves out times each direction, shape (k, N, 3)."""
+        product = np.zeros_like(directions)
         if self.elements.is_damped:
             product = self.elements.rest_product(
-                positions, velocities, direction, is_transposed=is_transposed
+                positions, velocities, directions, is_transposed=is_transposed
             )
         if self.drag.is_present:
-            product += rate * self.drag.tangent(velocities, direction)
+            product += rate * self.drag.tangents(velocities, directions)
         return product
 
     def force_tangent(
@@ -129,17 +129,15 @@ class Dynamics:
             forces += self.drag.tangent(velocities, sped)
         return forces
 
-    def velocity_tangent(
+    def velocity_tangents(
         self, positions: FloatArray, velocities: FloatArray, sped: FloatArray
     ) -> FloatArray:
-        """Return how f follows a change of velocities alone."""
+        """Return how f follows each change of velocities alone, shape (k, N, 3)."""
         forces = self._mass_damping * self.masses * sped
         if self.elements.is_damped:
-            forces += self.elements.viscous_tangent(
-                positions, velocities, np.zeros_like(sped), sped
-            )
+            forces += self.elements.velocity_tangents(positions, velocities, sped)
         if self.drag.is_present:
-            forces += self.drag.tangent(velocities, sped)
+            forces += self.drag.tangents(velocities, sped)
         return forces
 
     def pull_back(

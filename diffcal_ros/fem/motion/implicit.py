@@ -45,6 +45,7 @@ class ImplicitIntegrator:
         *,
         tolerance: float | None = None,
         rho_inf: float = RHO_INF,
+        has_derivatives: bool = True,
     ) -> None:
         """Prepare marches.
 
@@ -53,11 +54,12 @@ class ImplicitIntegrator:
             time_step: longest step [s].
             tolerance: what one step may be off by [m]; None: steps are fixed.
             rho_inf: amplitude left of the fastest vibrations after a step, 0 to 1.
+            has_derivatives: tangents or gradients are asked for.
         """
         self._dynamics = dynamics
         self._longest, self._rho_inf = time_step, rho_inf
         self._tolerance = tolerance
-        self._system = StepSystem(dynamics)
+        self._system = StepSystem(dynamics, has_derivatives=has_derivatives)
         self._trajectory = Trajectory()
         self._stamps = np.zeros(0)
 

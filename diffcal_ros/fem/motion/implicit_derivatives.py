@@ -95,7 +95,7 @@ class ImplicitDerivatives:
         held: Sequence[HeldState | None],
     ) -> StepState:
         dynamics, rule, state = self._dynamics, self._rule(index), self._state(index)
-        factor_at(self._system, rule, state)
+        factor_at(self._system, rule, state, len(changes))
         known = rule.known(begin)
         fixed, sped = np.zeros_like(begin.positions), known.velocities.copy()
         sped[:, dynamics.body.held_nodes] = 0.0
@@ -103,7 +103,7 @@ class ImplicitDerivatives:
         forces = dynamics.masses * known.accelerations
         for number, change in enumerate(changes):
             forces[number] += self._residual_change(state, change)
-            forces[number] += self._pulled(state, fixed[number], sped[number])
+        forces += self._pulled(state, fixed, sped)
         moved = fixed - self._system.solve(state, forces, is_transposed=False)
         end = rule.end(known, moved)
         for part in (end.velocities, end.filtered, end.accelerations):
@@ -112,11 +112,14 @@ class ImplicitDerivatives:
         return end
 
     def _pulled(self, state: StepState, moved: FloatArray, sped: FloatArray) -> FloatArray:
-        """Return how forces follow held nodes and what velocities are known of."""
-        dynamics = self._dynamics
-        if moved.any():
-            return dynamics.force_tangent(state.positions, state.velocities, moved, sped)
-        return dynamics.velocity_tangent(state.positions, state.velocities, sped)
+        """Return how forces follow held nodes and what velocities are known of, (k, N, 3)."""
+        dynamics, place = self._dynamics, (state.positions, state.velocities)
+        forces = dynamics.velocity_tangents(*place, sped)
+        still = np.zeros_like(state.positions)
+        for force, own in zip(forces, moved, strict=True):
+            if own.any():
+                force += dynamics.force_tangent(*place, own, still)
+        return forces
 
     def _residual_change(self, state: StepState, change: Change) -> FloatArray:
         return self._dynamics.residual_change(
@@ -164,7 +167,7 @@ class ImplicitDerivatives:
         held_side = after.positions[held].copy(), after.velocities[held].copy()
         for part in (after.positions, after.velocities):
             part[held] = 0.0
-        factor_at(self._system, rule, state)
+        factor_at(self._system, rule, state, 1)
         side = after.positions + rule.rate * after.velocities + rule.pull * after.filtered
         side += rule.inertia * after.accelerations
         adjoint = self._system.solve(state, side[None], is_transposed=True)[0]

@@ -25,7 +25,8 @@ _HELD_CONTRACTION = 0.2
 _MAX_HELD_ROUNDS = 20
 _LOST = 1e3
 # Newton's last round leaves much less than it must, and these do not: they go on to this share of
-# the tolerance, unless a round leaves more than this share of what is small enough already.
+# the tolerance where derivatives are wanted, whose checks divide positions by small steps, unless
+# a round leaves more than this share of what is small enough already.
 _BEYOND, _STALLED = 0.01, 0.5
 
 
@@ -93,7 +94,8 @@ class ImplicitStep:
             except NotPositiveDefiniteError:
                 return None
         system.turn(positions)
-        mixing, before, ratio, goal = Mixing(), np.inf, 1.0, _BEYOND * self.tolerance
+        goal = self.tolerance * (_BEYOND if system.has_derivatives else 1.0)
+        mixing, before, ratio = Mixing(), np.inf, 1.0
         for count in range(_MAX_HELD_ROUNDS):
             unbalanced, largest = self._unbalanced(positions)
             last, ratio = ratio, largest / before

@@ -7,7 +7,12 @@ from typing import Any
 from diffcal_ros.fem.elements.elastic_body import ElasticBody
 from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
 from diffcal_ros.fem.motion.step_kernels import make_step_kernels
-from diffcal_ros.fem.motion.viscous_kernels import viscous_forces, viscous_rest, viscous_tangent
+from diffcal_ros.fem.motion.viscous_kernels import (
+    viscous_forces,
+    viscous_rest,
+    viscous_tangent,
+    viscous_velocity_tangents,
+)
 from diffcal_ros.material import LameParameters
 from diffcal_ros.warp_runtime.device_array import (
     float_array,
@@ -45,6 +50,7 @@ class MovingElements:
         self._positions, self._velocities, self._first, self._second, self._out, self._other = (
             HostMirror(zero_points(count, device)) for _ in range(6)
         )
+        self._sides: dict[int, tuple[HostMirror, HostMirror]] = {}
         self._is_damped = False
 
     @property
@@ -90,15 +96,43 @@ class MovingElements:
         self,
         positions: FloatArray,
         velocities: FloatArray,
-        direction: FloatArray,
+        directions: FloatArray,
         *,
         is_transposed: bool,
     ) -> FloatArray:
-        """Return what `stiffness` leaves out times a direction, shape (N, 3)."""
+        """Return what `stiffness` leaves out times each direction, shape (k, N, 3)."""
+        return self._of_sides(viscous_rest, positions, velocities, directions, [is_transposed])
+
+    def velocity_tangents(
+        self, positions: FloatArray, velocities: FloatArray, sped: FloatArray
+    ) -> FloatArray:
+        """Return how viscous forces follow each change of velocities [m/s], shape (k, N, 3)."""
+        return self._of_sides(viscous_velocity_tangents, positions, velocities, sped, [])
+
+    def _of_sides(
+        self,
+        kernel: Any,
+        positions: FloatArray,
+        velocities: FloatArray,
+        sides: FloatArray,
+        more: list[Any],
+    ) -> FloatArray:
+        """Launch a kernel that takes several directions at once."""
         self._place(positions, velocities)
-        self._first.write(direction)
-        self._launch(viscous_rest, [self._beta], [self._first.array, is_transposed], [self._out])
-        return self._out.read()
+        count = len(sides)
+        if count not in self._sides:
+            shape, device = sides.shape[:2], self._elastic.device
+            self._sides = {
+                count: (
+                    HostMirror(zero_points(shape, device)),
+                    HostMirror(zero_points(shape, device)),
+                )
+            }
+        given, found = self._sides[count]
+        given.write(sides)
+        found.clear()
+        self._launch(kernel, [self._beta], [given.array, *more], [found])
+        return found.read()
 
     def viscous_tangent(
         self, positions: FloatArray, velocities: FloatArray, moved: FloatArray, sped: FloatArray

@@ -26,7 +26,9 @@ def stable_step(dynamics: Dynamics, positions: FloatArray) -> float:
     stiffness = _largest(
         dynamics, lambda field: dynamics.force_tangent(positions, still, field, still)
     )
-    damping = _largest(dynamics, lambda field: dynamics.velocity_tangent(positions, still, field))
+    damping = _largest(
+        dynamics, lambda field: dynamics.velocity_tangents(positions, still, field[None])[0]
+    )
     longest = (np.sqrt(damping**2 + 4.0 * stiffness) - damping) / stiffness
     return _SAFETY * float(longest)
 

@@ -7,7 +7,11 @@ turns with the material. So an old factorisation serves with forces turned back,
 where it was made, and their answer turned forth.
 """
 
-from diffcal_ros.fem.linear_solvers import make_solver, NotPositiveDefiniteError
+from diffcal_ros.fem.linear_solvers import (
+    make_solver,
+    NotPositiveDefiniteError,
+    SparseSolver,
+)
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionError
@@ -20,6 +24,9 @@ FloatArray = NDArray[np.float64]
 # What the matrix leaves out of damping and drag is a thousandth of it: a round or two settle that.
 _REST_TOLERANCE = 1e-8
 _MAX_REST_ROUNDS = 30
+# From so many unknowns on, so many right sides take less time with a multifrontal factorisation,
+# made anew in every step, than with a simplicial one.
+_FRONTS_PAY, _MANY = 500, 4
 # A factorisation with its matrix takes about as long as so many rounds with an old one.
 _WORTH = 12
 
@@ -27,12 +34,21 @@ _WORTH = 12
 class StepSystem:
     """Solves with d (M A' + f) / d x' of a step on the free nodes."""
 
-    def __init__(self, dynamics: Dynamics) -> None:
+    def __init__(self, dynamics: Dynamics, *, has_derivatives: bool = True) -> None:
+        """Prepare the system.
+
+        Args:
+            dynamics: the equation of motion.
+            has_derivatives: `solve` is asked for; a march alone does with a rougher solver.
+        """
+        self.has_derivatives = has_derivatives
         self._dynamics = dynamics
         self._free = dynamics.free
-        self._solver = make_solver(
-            dynamics.pattern, dynamics.body.solver.stiffness.solver_name, needs_exact=True
+        name = dynamics.body.solver.stiffness.solver_name
+        self._marching = self._solver = make_solver(
+            dynamics.pattern, name, needs_exact=True if has_derivatives else None
         )
+        self._deriving: SparseSolver | None = None
         self._step: float | None = None
         self._rate = 0.0
         self._rotations = NodeRotations(dynamics.body.elastic)
@@ -55,10 +71,28 @@ class StepSystem:
         Raises:
             NotPositiveDefiniteError: when the step is too long for the state.
         """
+        self._factor(self._marching, rule, positions)
+        self._step = rule.step
+
+    def factor_for(self, count: int, rule: StepRule, positions: FloatArray) -> None:
+        """Do that to `solve` for so many right sides; no later step can use it.
+
+        Raises:
+            NotPositiveDefiniteError: likewise.
+        """
+        pattern = self._dynamics.pattern
+        solver = self._marching
+        if solver.name == 'qdldl' and count >= _MANY and pattern.size >= _FRONTS_PAY:
+            if self._deriving is None:
+                self._deriving = make_solver(pattern, 'multifrontal', needs_exact=True)
+            solver = self._deriving
+        self._factor(solver, rule, positions)
+
+    def _factor(self, solver: SparseSolver, rule: StepRule, positions: FloatArray) -> None:
         self._step = None
         values = self._dynamics.system_values(positions, rule.inertia, rule.rate)
-        self._solver.factor(values)
-        self._step, self._rate = rule.step, rule.rate
+        solver.factor(values)
+        self._solver, self._rate = solver, rule.rate
         self._factored_at, self._begun, self._turns = positions.copy(), None, None
         self._rounds = []
 
@@ -104,18 +138,15 @@ class StepSystem:
         if not dynamics.has_rest:
             return solution
         place = state.positions, state.velocities
-        last, size = solution, float(np.abs(solution).max())
+        last, size = solution, _sizes(solution)
         for _ in range(_MAX_REST_ROUNDS):
-            products = [
-                dynamics.rest_product(*place, side, self._rate, is_transposed=is_transposed)
-                for side in last
-            ]
-            before = float(np.abs(last).max())
-            last = -self._solve_sides(np.stack(products))
+            product = dynamics.rest_product(*place, last, self._rate, is_transposed=is_transposed)
+            before = _sizes(last)
+            last = -self._solve_sides(product)
             solution = solution + last
-            now = float(np.abs(last).max())
+            now = _sizes(last)
             # The next round is smaller than this one by as much as this one than the last.
-            if now * now <= _REST_TOLERANCE * size * before:
+            if (now * now <= _REST_TOLERANCE * size * before).all():
                 return solution
         raise MotionError(
             'damping outweighs inertia and stiffness in a step: lower the strain-rate damping or '
@@ -133,14 +164,19 @@ class StepSystem:
         return solution
 
 
-def factor_at(system: StepSystem, rule: StepRule, state: StepState) -> None:
-    """Factor at a state that a march went through.
+def _sizes(sides: FloatArray) -> FloatArray:
+    """Return the largest number of each side, shape (k,)."""
+    return np.asarray(np.abs(sides).max(axis=(1, 2)))
+
+
+def factor_at(system: StepSystem, rule: StepRule, state: StepState, count: int) -> None:
+    """Factor at a state that a march went through, for so many right sides.
 
     Raises:
         MotionError: when the matrix is indefinite there.
     """
     try:
-        system.factor(rule, state.positions)
+        system.factor_for(count, rule, state.positions)
     except NotPositiveDefiniteError as error:
         raise MotionError(
             'a step passes a state of unstable equilibrium, where it has no derivative: lower '

@@ -75,6 +75,30 @@ def viscous_tangent(
 
 
 @wp.kernel
+def viscous_velocity_tangents(
+    # In:
+    nodes: wp.array2d[wp.int32],
+    gradients: wp.array3d[wp.vec3d],
+    weights: wp.array2d[wp.float64],
+    beta: wp.array[wp.float64],
+    positions: wp.array[wp.vec3d],
+    velocities: wp.array[wp.vec3d],
+    sped: wp.array2d[wp.vec3d],  # (k, N) changes of velocities [m/s]
+    # Out:
+    internal: wp.array2d[wp.vec3d],  # (k, N) [N], accumulated
+):
+    """Add how forces follow each change of velocities: beta F sym(F^T dL)."""
+    tet = wp.tid()
+    for point in range(weights.shape[1]):
+        F = gradient_at(positions, nodes, gradients, tet, point)
+        weight = weights[tet, point] * beta[tet]
+        for side in range(sped.shape[0]):
+            dL = gradient_at(sped[side], nodes, gradients, tet, point)
+            P = weight * (F * symmetric(wp.transpose(F) * dL))
+            scatter_stress(P, nodes, gradients, tet, point, internal[side])
+
+
+@wp.kernel
 def viscous_rest(
     # In:
     nodes: wp.array2d[wp.int32],
@@ -83,21 +107,23 @@ def viscous_rest(
     beta: wp.array[wp.float64],
     positions: wp.array[wp.vec3d],
     velocities: wp.array[wp.vec3d],
-    direction: wp.array[wp.vec3d],  # (N,)
+    directions: wp.array2d[wp.vec3d],  # (k, N)
     is_transposed: wp.bool,
     # Out:
-    internal: wp.array[wp.vec3d],  # (N,) accumulated
+    internal: wp.array2d[wp.vec3d],  # (k, N) accumulated
 ):
-    """Add what the assembled stiffness leaves out, times a direction."""
+    """Add what the assembled stiffness leaves out, times each direction."""
     tet = wp.tid()
     for point in range(weights.shape[1]):
         F = gradient_at(positions, nodes, gradients, tet, point)
         L = gradient_at(velocities, nodes, gradients, tet, point)
-        dF = gradient_at(direction, nodes, gradients, tet, point)
-        P = dF * symmetric(wp.transpose(F) * L)
-        if is_transposed:
-            P += L * symmetric(wp.transpose(F) * dF)
-        else:
-            P += F * symmetric(wp.transpose(L) * dF)
-        P = weights[tet, point] * beta[tet] * P
-        scatter_stress(P, nodes, gradients, tet, point, internal)
+        rate = symmetric(wp.transpose(F) * L)
+        weight = weights[tet, point] * beta[tet]
+        for side in range(directions.shape[0]):
+            dF = gradient_at(directions[side], nodes, gradients, tet, point)
+            P = dF * rate
+            if is_transposed:
+                P += L * symmetric(wp.transpose(F) * dF)
+            else:
+                P += F * symmetric(wp.transpose(L) * dF)
+            scatter_stress(weight * P, nodes, gradients, tet, point, internal[side])

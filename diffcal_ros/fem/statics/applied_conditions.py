@@ -5,6 +5,7 @@
 from collections.abc import Hashable, Sequence
 
 from diffcal_ros.fem.body_axes import BodyAxes
+from diffcal_ros.fem.elements.element import Discretisation
 from diffcal_ros.fem.statics.tangent_stiffness import TangentStiffness
 from diffcal_ros.fem.terms.cable import CableTerm
 from diffcal_ros.fem.terms.conditions import CableState, Conditions, NO_CONDITIONS
@@ -19,6 +20,8 @@ FloatArray = NDArray[np.float64]
 
 # Step of a finite difference by curvature, as a bend of the whole body [rad].
 _BEND_STEP = 1e-4
+# Bent shapes that are kept: here and a step each way, for a curvature and for another.
+_MOST_SHAPES = 8
 
 
 class AppliedConditions:
@@ -58,6 +61,7 @@ class AppliedConditions:
         self._shape = stiffness.body.discretisation  # Without stress.
         self.axes = axes
         self._curvature = np.zeros(2)
+        self._shapes: dict[bytes, Discretisation] = {}
 
     def apply(self, conditions: Conditions, lame_parameters: LameParameters) -> None:
         """Put effects to work; the material is set already."""
@@ -133,12 +137,24 @@ class AppliedConditions:
 
     def _bend(self, curvature: FloatArray) -> None:
         body = self._stiffness.body
-        shape = bent_discretisation(self._mesh, body.discretisation, self.axes, curvature)
+        shape = self._shape_of(curvature)
         body.set_rest_shape(shape)
         self._shape = shape
         for term in self._terms.values():
             term.set_rest_shape(shape)
         self._curvature = curvature.copy()
+
+    def _shape_of(self, curvature: FloatArray) -> Discretisation:
+        """Return the elements at rest; a march asks for the same few in each of its steps."""
+        key = curvature.tobytes()
+        if key not in self._shapes:
+            if len(self._shapes) >= _MOST_SHAPES:
+                del self._shapes[next(iter(self._shapes))]
+            body = self._stiffness.body
+            self._shapes[key] = bent_discretisation(
+                self._mesh, body.discretisation, self.axes, curvature
+            )
+        return self._shapes[key]
 
     def _force_of_curvature(self, positions: FloatArray, direction: FloatArray) -> FloatArray:
         here, step = self._curvature, _BEND_STEP / self.axes.length

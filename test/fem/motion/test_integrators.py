@@ -116,7 +116,7 @@ def test_longest_stable_step(random) -> None:
         field = np.zeros_like(rest)
         field[free[column // 3], column % 3] = 1.0
         stiffness[:, column] = dynamics.force_tangent(rest, still, field, still)[free].ravel()
-        damping[:, column] = dynamics.velocity_tangent(rest, still, field)[free].ravel()
+        damping[:, column] = dynamics.velocity_tangents(rest, still, field[None])[0][free].ravel()
     inverse = 1.0 / np.repeat(dynamics.masses[free, 0], 3)
 
     def largest_root(step: float) -> float:

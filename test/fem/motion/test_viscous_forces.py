@@ -75,7 +75,12 @@ def _slopes(forward, tangent: np.ndarray) -> list[float]:
 def test_tangent_by_positions_and_velocities(moving, random) -> None:
     moved = 1e-2 * random.normal(size=moving.positions.shape)
     sped = random.normal(size=moving.positions.shape)
-    tangent = moving.elements.viscous_tangent(moving.positions, moving.velocities, moved, sped)
+    state = moving.positions, moving.velocities
+    tangent = moving.elements.viscous_tangent(*state, moved, sped)
+    by_speed = moving.elements.velocity_tangents(*state, np.stack([sped, moved]))
+    for side, own in zip((sped, moved), by_speed, strict=True):
+        alone = moving.elements.viscous_tangent(*state, np.zeros_like(side), side)
+        np.testing.assert_allclose(own, alone, rtol=1e-10, atol=1e-12 * np.abs(alone).max())
     errors = _slopes(
         lambda step: moving.viscous(
             moving.positions + step * moved, moving.velocities + step * sped
@@ -96,11 +101,12 @@ def test_stiffness_and_what_it_leaves_out_make_the_tangent(moving, random) -> No
     full = upper + upper.T
     full.setdiag(upper.diagonal())
     product = (full @ direction.ravel()).reshape(-1, 3)
-    rest = moving.elements.rest_product(*state, direction, is_transposed=False)
+    sides = np.stack([direction, other])
+    rest = moving.elements.rest_product(*state, sides, is_transposed=False)[0]
     tangent = moving.body.elastic.force_tangent(moving.positions, direction)
     tangent += moving.elements.viscous_tangent(*state, direction, rate * direction)
     np.testing.assert_allclose(product + rest, tangent, atol=1e-10 * np.abs(tangent).max())
-    turned = moving.elements.rest_product(*state, other, is_transposed=True)
+    turned = moving.elements.rest_product(*state, sides, is_transposed=True)[1]
     forward, backward = float((other * rest).sum()), float((turned * direction).sum())
     assert backward == pytest.approx(forward, rel=1e-10)
 
