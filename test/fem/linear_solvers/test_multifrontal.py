@@ -185,6 +185,12 @@ def test_who_needs_exact_solutions_gets_them_from_a_large_body_too() -> None:
     assert make_solver(pattern, 'multifrontal', needs_exact=True).is_exact
 
 
+def test_whom_single_precision_will_do_gets_it_of_a_small_body_too() -> None:
+    pattern = _pattern(_bent_mesh())
+    assert make_solver(pattern, 'multifrontal').is_exact
+    assert not make_solver(pattern, 'multifrontal', needs_exact=None).is_exact
+
+
 def test_close_to_its_factorisation_one_side_is_solved_by_iterations(monkeypatch, random) -> None:
     body = StaticBody(_bent_mesh(), Element.QUADRATIC, held_end(_bent_mesh(), 0.012))
     stiffness = body.solver.stiffness

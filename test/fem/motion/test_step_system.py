@@ -8,7 +8,7 @@ from diffcal_ros.damping import Damping
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.laws import linear_elastic, stable_neo_hookean
 from diffcal_ros.fem.motion.dynamics import Dynamics
-from diffcal_ros.fem.motion.generalised_alpha import StepRule
+from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionInputs
 from diffcal_ros.fem.motion.node_rotations import NodeRotations
 from diffcal_ros.fem.motion.step_system import StepSystem
@@ -93,3 +93,22 @@ def test_a_factorisation_wears_out_when_rounds_cost_more_than_a_new_one(random) 
     assert states == [False, False, False, False, True]
     system.factor(RULE, positions)
     assert not system.is_worn
+
+
+def test_many_sides_are_solved_for_as_one_is(random) -> None:
+    mesh = beam_mesh((5, 2, 1))
+    dynamics = Dynamics(StaticBody(mesh, Element.QUADRATIC, held_end(mesh), solver='qdldl'))
+    damping = Damping(np.full(mesh.tet_count, 60.0))
+    dynamics.take(MotionInputs(uniform_material(mesh), damping, GRAVITY, NO_CONDITIONS))
+    rest = dynamics.body.discretisation.rest_nodes
+    state = StepState(rest, 0.02 * random.normal(size=rest.shape), np.zeros(rest.shape), rest)
+    sides = random.normal(size=(5, *rest.shape)) * 10.0 ** -np.arange(5.0)[:, None, None]
+    sides[:, dynamics.body.held_nodes] = 0.0
+    system = StepSystem(dynamics)
+    system.factor_for(len(sides), RULE, rest)
+    found = system.solve(state, sides, is_transposed=False)
+    system.factor_for(1, RULE, rest)
+    for side, own in zip(sides, found, strict=True):
+        alone = system.solve(state, side[None], is_transposed=False)[0]
+        np.testing.assert_allclose(own, alone, atol=1e-7 * np.abs(alone).max())
+    assert not system.is_ready(RULE)
