@@ -189,10 +189,14 @@ class ForwardModel:
             coordinates: shape (c,).
         """
         states = self.at(coordinates).states
-        fields = {
-            index: posture.tangents(states[index], changes(index, posture.body))
-            for index, posture in self.bodies.items()
-        }
+
+        def follow(index: int, posture: Posture[Any]) -> FloatArray:
+            wanted = changes(index, posture.body)
+            # A motion keeps its tangents: those of the parameters come with the same march.
+            own = self._own_changes(index, coordinates)[1] if self.is_moving else []
+            return posture.tangents(states[index], [*wanted, *own])[: len(wanted)]
+
+        fields = {index: follow(index, posture) for index, posture in self.bodies.items()}
         return self._seen(fields, coordinates)
 
     def pull_back(self, by_points: Sequence[FloatArray], coordinates: FloatArray) -> FloatArray:
@@ -277,17 +281,21 @@ class ForwardModel:
     def _body_tangents(self, index: int, solution: Solution) -> FloatArray:
         """World displacement per unit of each coordinate [m], zero for camera parameters."""
         posture, states = self.bodies[index], solution.states[index]
-        rest = posture.body.discretisation.rest_nodes
         tangents = np.zeros((len(self.parameters), *states.positions.shape))
-        indices, changes = [], []
-        for parameter_index in range(len(self.parameters)):
-            change = self.inputs.change(parameter_index, index, rest, solution.coordinates)
-            if change is not None:
-                indices.append(parameter_index)
-                changes.append(change)
+        indices, changes = self._own_changes(index, solution.coordinates)
         if changes:
             tangents[indices] = posture.tangents(states, changes)
         return tangents
+
+    def _own_changes(self, index: int, coordinates: FloatArray) -> tuple[list[int], list[Change]]:
+        """Return which parameters change a body, and how."""
+        rest = self.bodies[index].body.discretisation.rest_nodes
+        found = [
+            self.inputs.change(number, index, rest, coordinates)
+            for number in range(len(self.parameters))
+        ]
+        indices = [number for number, change in enumerate(found) if change is not None]
+        return indices, [change for change in found if change is not None]
 
     def _pivot(self, observation: Observation) -> FloatArray:
         """Return the point about which offsets turn: the middle of the held part."""
