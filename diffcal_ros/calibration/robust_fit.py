@@ -207,5 +207,6 @@ class RobustFit:
             longest_steps(parameters),
             max_iterations=self._settings.max_iterations or 30,
             is_boxed=self._model.is_moving,
+            patience=self._settings.patience if self._model.is_moving else None,
             on_iteration=on_iteration,
         )

@@ -31,6 +31,8 @@ class CalibrationSettings:
         looks_farther: where the search ends at nothing that can be used, try whether the depth
             camera reads one of several materials too far or too near, and whether the placement
             is stated wrongly.
+        patience: steps on end that lead nowhere before the robust fit of a motion ends, for who
+            fits on from there; None: as long as a step promises a tenth of an error.
     """
 
     fit: tuple[str, ...] | None = None
@@ -43,6 +45,7 @@ class CalibrationSettings:
     profile: tuple[str, ...] = ()
     search: bool = True
     looks_farther: bool = True
+    patience: int | None = None
 
     def __post_init__(self) -> None:
         if self.loss not in LOSSES:

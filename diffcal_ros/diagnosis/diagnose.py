@@ -33,6 +33,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Progress = Callable[[str], None]
 
+# Steps of a motion's robust fit that lead nowhere before patches are fitted on from there.
+_PATIENCE = 3
 # Places that are left out at most.
 _MOST_OUTLIERS = 2
 
@@ -177,7 +179,9 @@ def fit_nominal(
     """Fit the model as it is: robustly first, then patch by patch."""
     names = None if fit is None else tuple(fit)
     # What is missing from the model is for the diagnosis to say.
-    settings = CalibrationSettings(fit=names, with_mesh_error=False, looks_farther=False)
+    settings = CalibrationSettings(
+        fit=names, with_mesh_error=False, looks_farther=False, patience=_PATIENCE
+    )
     calibration = Calibration(scene, observations, settings)
     calibration.run()
     model, robust = with_fixture_offset(calibration.model_of_all(), calibration.coordinates)

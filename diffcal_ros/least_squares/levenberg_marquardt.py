@@ -102,6 +102,7 @@ def minimise(
     max_iterations: int = 30,
     max_doublings: int = 0,
     is_boxed: bool = False,
+    patience: int | None = None,
     on_iteration: Callable[[Iteration], bool] | None = None,
 ) -> Minimum:
     """Find a minimum.
@@ -116,11 +117,12 @@ def minimise(
             proportion to the outline's distance, and Gauss-Newton steps it a pixel at a time.
         is_boxed: stop each coordinate at its own longest step, in place of shortening the step as
             a whole; see `boxed_step`.
+        patience: so many steps on end that lead nowhere are taken for the end of a rough cost's
+            slope; None: only steps that promise little are.
         on_iteration: told of every accepted step; returns False to stop.
     """
-    search = _Search(
-        objective, np.clip(start, *bounds), bounds, longest_step, max_doublings, is_boxed
-    )
+    begun = np.clip(start, *bounds)
+    search = _Search(objective, begun, bounds, longest_step, max_doublings, is_boxed, patience)
     report = on_iteration or (lambda _: True)
     if not report(search.iteration()):
         return search.minimum(Stop.INTERRUPTED)
@@ -156,7 +158,9 @@ class _Search:
         longest_step: FloatArray,
         max_doublings: int,
         is_boxed: bool,
+        patience: int | None,
     ) -> None:
+        self._patience = patience
         self._objective = objective
         self._lower, self._upper = bounds
         self._longest_step = longest_step
@@ -203,6 +207,8 @@ class _Search:
         # Damping makes any step small: beside what cannot be simulated that says nothing.
         if self.rejections and self._impossible == self.rejections:
             return False
+        if self._patience is not None and self.rejections >= self._patience:
+            return True
         if self._linear.gain(step) < _SMALL_GAIN:
             return True
         return bool((np.abs(step) < _NEGLIGIBLE * self._longest_step).all())

@@ -143,6 +143,26 @@ def test_a_slope_that_is_rougher_than_an_error_is_not_called_converged() -> None
     assert _minimum(RoughBowl(3.0), max_iterations=30).stop is not Stop.CONVERGED
 
 
+class Illusion(RoughBowl):
+    """A bowl whose slope leads up, wherever one goes from the start."""
+
+    def __init__(self) -> None:
+        super().__init__(0.0)
+        self.looks = 0
+
+    def cost(self, at: np.ndarray) -> float:
+        self.looks += 1
+        return 200.0 if np.array_equal(at, START) else 300.0
+
+
+@pytest.mark.parametrize(('patience', 'looks'), [(None, 9), (3, 4)])
+def test_patience_ends_where_steps_lead_nowhere(patience, looks) -> None:
+    illusion = Illusion()
+    found = _minimum(illusion, patience=patience)
+    assert (found.stop, illusion.looks) == (Stop.CONVERGED, looks)
+    np.testing.assert_array_equal(found.coordinates, START)
+
+
 def test_it_says_when_it_ran_out_and_when_it_was_stopped() -> None:
     short = _minimum(Valley(), max_iterations=2)
     assert (short.stop, short.iterations) == (Stop.EXHAUSTED, 2)
