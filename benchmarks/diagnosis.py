@@ -3,7 +3,7 @@
 """Run the diagnosis on blind cases; resumes where it stopped.
 
     python -m benchmarks.diagnosis --cases DIR/cases --out RUN [--only 'case_*'] [--jobs 2]
-                                   [--fixture] [--cluster tcp://HOST:8786]
+                                   [--processes 1] [--fixture] [--cluster tcp://HOST:8786]
 
 It sees the cases, never the generator or the labels; `python -m benchmarks.blind.scorer` reads
 both. RUN/<case>/verdict.json are the verdicts. A cluster is the address of a Dask scheduler whose
@@ -34,7 +34,8 @@ def main() -> int:
     with _workers(given.cluster):
         work = joblib.Parallel(n_jobs=given.jobs, return_as='generator_unordered')
         verdicts = work(
-            joblib.delayed(_judge_safely)(f, given.out / f.name, given.fixture) for f in left
+            joblib.delayed(_judge_safely)(f, given.out / f.name, given.fixture, given.processes)
+            for f in left
         )
         for number, (name, words, is_done) in enumerate(verdicts, start=1):
             failures += not is_done
@@ -51,6 +52,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', nargs='+', default=['*'], help='patterns of case names')
     parser.add_argument('--jobs', type=int, default=os.cpu_count(), help='default: all cores')
+    parser.add_argument(
+        '--processes', type=int, default=1, help='that refit the models of one case (1)'
+    )
     parser.add_argument(
         '--fixture', action='store_true', help='state the block around the clamp in every scene'
     )
@@ -72,21 +76,25 @@ def _workers(cluster: str | None) -> Iterator[None]:
         yield
 
 
-def _judge_safely(case: Path, out: Path, has_fixture: bool) -> tuple[str, str, bool]:
+def _judge_safely(
+    case: Path, out: Path, has_fixture: bool, processes: int
+) -> tuple[str, str, bool]:
     """Judge a case; return its name, the verdict or the error, and whether there is a verdict."""
     try:
-        return case.name, judge(case, out, has_fixture=has_fixture), True
+        words = judge(case, out, has_fixture=has_fixture, processes=processes)
+        return case.name, words, True
     except Exception as error:  # One bad case must not end the others.
         return case.name, f'FAILED: {type(error).__name__}: {error}', False
 
 
-def judge(case: Path, out: Path, *, has_fixture: bool = False) -> str:
+def judge(case: Path, out: Path, *, has_fixture: bool = False, processes: int = 1) -> str:
     """Diagnose one case as a user would; return the verdict in a few words.
 
     Args:
         case: its folder.
         out: where the verdict goes.
         has_fixture: the scene states the block around the clamp.
+        processes: that refit models, as `--jobs` of `diffcal diagnose`.
     """
     from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
     from diffcal_ros.offline.calibrate_recordings import open_inputs
@@ -96,7 +104,8 @@ def judge(case: Path, out: Path, *, has_fixture: bool = False) -> str:
 
     extra = yaml.safe_load((case / 'extra.yaml').read_text())
     ruled_out = extra.get('library_without')
-    settings = DiagnosisSettings(without=(ruled_out,) if ruled_out else ())
+    without = (ruled_out,) if ruled_out else ()
+    settings = DiagnosisSettings(without=without, jobs=processes)
     scene = load_scene(case / 'scene.yaml')
     if has_fixture:
         box = extra['fixture']['box']
