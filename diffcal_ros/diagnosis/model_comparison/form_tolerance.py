@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 import numpy as np
 from numpy.typing import NDArray
@@ -103,15 +103,12 @@ def _borders() -> FloatArray:
 
 def _done_by(fit: Refit, nominal: Refit) -> list[FloatArray]:
     """Return how far the effects move each patch of each group beside what the nominal fit did."""
-    before = {
-        (group.view, group.kind, group.is_rigid, int(cell)): float(value)
-        for group in nominal.groups
-        for cell, value in zip(group.patches.cells, group.patches.values, strict=True)
-    }
+    before: dict[FullName, float] = {}
+    for group in nominal.groups:
+        before.update(zip(full_names([group]), group.patches.values.tolist(), strict=True))
     found = []
     for group in fit.groups:
-        names = [(group.view, group.kind, group.is_rigid, int(c)) for c in group.patches.cells]
-        after = group.patches.values
+        names, after = full_names([group]), group.patches.values
         found.append(
             np.array([before.get(name, v) - v for name, v in zip(names, after, strict=True)])
         )

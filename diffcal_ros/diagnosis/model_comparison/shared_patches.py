@@ -14,7 +14,7 @@ from itertools import compress
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import OUT_OF_REACH
 from diffcal_ros.diagnosis.patch_fits.refit import ended
-from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, only
+from diffcal_ros.diagnosis.patches.patch_group import full_names, only, PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 
 
@@ -27,7 +27,7 @@ def on_shared_patches(models: Sequence[Hypothesis]) -> list[Hypothesis]:
     if not models:
         return []
     shared = set.intersection(*(set(full_names(model.fit.groups)) for model in models))
-    return [_counting(model, shared) for model in models]
+    return [with_groups(model, only(model.fit.groups, shared)) for model in models]
 
 
 def on_shared_patches_of_the_near(models: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -43,9 +43,9 @@ def on_shared_patches_of_the_near(models: Sequence[Hypothesis]) -> list[Hypothes
     return [next(near) if own else m for m, own in zip(models, is_near, strict=True)]
 
 
-def _counting(model: Hypothesis, names: set[FullName]) -> Hypothesis:
+def with_groups(model: Hypothesis, groups: list[PatchGroup]) -> Hypothesis:
+    """Return a model whose fit counts these patches, where it stands."""
     fit = model.fit
-    groups = only(fit.groups, names)
     counted = ended(
         model.evaluator,
         fit.coordinates,

@@ -8,10 +8,9 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
 from diffcal_ros.diagnosis.model_comparison.shared_patches import (
     on_shared_patches,
     on_shared_patches_of_the_near,
+    with_groups,
 )
-from diffcal_ros.diagnosis.patch_fits.refit import ended
 from diffcal_ros.diagnosis.patches.patch_group import full_names, only
-from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np
 import pytest
@@ -25,7 +24,8 @@ def whole(screened):
         for c in candidates(evaluator.model.scene)
         if c.identifier == 'gravity_tilt' and len(c.components) == 2
     )
-    return _with_groups(try_effects(evaluator, nominal, [tilt], {}), _spoilt)
+    found = try_effects(evaluator, nominal, [tilt], {})
+    return with_groups(found, _spoilt(found.fit))
 
 
 def _spoilt(fit):
@@ -44,23 +44,8 @@ def _without_it(fit):
     return only(fit.groups, set(full_names(fit.groups)) - {worst})
 
 
-def _with_groups(hypothesis, change):
-    fit = hypothesis.fit
-    groups = change(fit)
-    again = ended(
-        hypothesis.evaluator,
-        fit.coordinates,
-        groups,
-        whiten(groups, Part.FIT),
-        promise=fit.promise,
-        evaluations=fit.evaluations,
-        is_converged=True,
-    )
-    return replace(hypothesis, fit=again)
-
-
 def test_a_patch_that_one_model_lost_counts_for_neither(whole):
-    blind = _with_groups(whole, _without_it)
+    blind = with_groups(whole, _without_it(whole.fit))
     # The same model at the same place, and much likelier for what it does not see.
     assert blind.fit.patch_count == whole.fit.patch_count - 1
     assert blind.log_evidence > whole.log_evidence + 5.0
@@ -71,7 +56,7 @@ def test_a_patch_that_one_model_lost_counts_for_neither(whole):
 
 
 def test_a_model_far_behind_has_no_say(whole):
-    blind = _with_groups(whole, _without_it)
+    blind = with_groups(whole, _without_it(whole.fit))
     behind = replace(blind, fit=replace(blind.fit, log_evidence=whole.log_evidence - 4000.0))
     near, far = on_shared_patches_of_the_near([whole, behind])
     assert near.fit.patch_count == whole.fit.patch_count
