@@ -39,7 +39,20 @@ def fingerprint(value: object) -> Hashable:
         return tuple(fingerprint(own) for own in value)
     if isinstance(value, dict):
         return tuple((key, fingerprint(own)) for key, own in value.items())
-    return value if isinstance(value, Hashable) else id(value)
+    return value if isinstance(value, Hashable) else _Itself(value)
+
+
+class _Itself:
+    """Something that is the same as itself only, kept so that nothing else takes its place."""
+
+    def __init__(self, value: object) -> None:
+        self._value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Itself) and other._value is self._value
+
+    def __hash__(self) -> int:
+        return id(self._value)
 
 
 class KnownMotions(Generic[States]):

@@ -98,3 +98,12 @@ def test_fingerprints_go_into_effects() -> None:
     one, same, other = (Conditions(forces=np.array([[0.0, 1.0, size]])) for size in (2, 2, 3))
     assert fingerprint((one, [1.0], {'a': 2})) == fingerprint((same, [1.0], {'a': 2}))
     assert fingerprint(one) != fingerprint(other)
+
+
+def test_what_cannot_be_compared_is_the_same_as_itself_only() -> None:
+    one, other = {1.0}, {1.0}
+    assert fingerprint((one, 2)) == fingerprint((one, 2))
+    assert fingerprint((one, 2)) != fingerprint((other, 2))
+    # What was compared stays: a later object may not be taken for it.
+    kept = fingerprint([{3.0}])
+    assert all(fingerprint([{3.0}]) != kept for _ in range(100))
