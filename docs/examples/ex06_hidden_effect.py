@@ -5,8 +5,8 @@
 Eight frames show the beam with a depth camera that reads three millimetres too far, which the
 scene does not say. A diagnosis sees that simulation and measurement disagree, refits the model
 with each effect of the library that might do, and tells which of them explain patches of the
-images that no refit has seen. One pose cannot tell a camera that reads too far from one that
-stands elsewhere: the verdict says so, and what would settle it.
+images that no refit has seen. One pose hardly tells a camera that reads too far from one that
+stands elsewhere: the verdict says what comes next, and what would settle it.
 
 Printed: what a person reads, and the modulus before and after.
 """
