@@ -18,7 +18,8 @@ from diffcal_ros.diagnosis.screening.candidates import Candidate
 
 Progress = Callable[[str], None]
 
-# Processes take two seconds to begin: with less than this left to do [s] they are not started.
+# Processes take two seconds to begin: where refits take less than this in all [s], by those that
+# were done and those that are asked for, they are not started.
 _WORTH_STARTING = 6.0
 # A nominal fit of as many seconds is followed by refits of more, where something is missing.
 _LONG_NOMINAL_FIT = 3.0
@@ -83,7 +84,7 @@ class RefitPool:
         self.nominal, self.base = nominal, base
         self._report = report
         self._jobs = _job_count(nominal, jobs)
-        self._processes = processes
+        self._processes, self._spent = processes, 0.0
         if processes is not None:
             processes.teach(nominal, base)
 
@@ -154,7 +155,8 @@ class RefitPool:
             self._report(left[0].words)
             found.append(fit_here(left[0], self.nominal, self.base))
             seconds = time.perf_counter() - begun
-            if self._jobs > 1 and seconds * (len(left) - 1) > _WORTH_STARTING:
+            self._spent += seconds
+            if self._jobs > 1 and self._spent + seconds * (len(left) - 1) > _WORTH_STARTING:
                 self._processes = Processes(self._jobs)
                 self._processes.teach(self.nominal, self.base)
         return found
