@@ -15,7 +15,7 @@ from diffcal_ros.diagnosis.detection.disagreement import Disagreement, measure_d
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
 from diffcal_ros.diagnosis.detection.material_boundary import with_material_boundary, with_setting
 from diffcal_ros.diagnosis.model_comparison.choice import choose
-from diffcal_ros.diagnosis.model_comparison.hypothesis import refitted_there
+from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit

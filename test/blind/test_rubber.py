@@ -6,17 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.blind_law import stress_change, stress_of
 
 from benchmarks.blind.body import make_body
 from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.material import (
-    cofactors,
     Constants,
     constants,
     respond,
-    squares_stiffness,
-    squares_stress,
 )
 from benchmarks.blind.rubber import draw_rubber, LAWS, Rubber
 from benchmarks.blind.shapes import Shape
@@ -36,12 +34,6 @@ def _numbers(rubber: Rubber, nu: float = NU) -> Constants:
     return rubber.numbers(np.array(MODULUS), nu)
 
 
-def _stress(F: np.ndarray, numbers: Constants) -> np.ndarray:
-    law = respond(F, numbers)
-    stress = law.along * F + law.pressure * law.cofactor + squares_stress(F, law.squares)
-    return stress if numbers.fibres is None else stress + numbers.fibres.stress(F)
-
-
 def _compliance(numbers: Constants) -> np.ndarray:
     """Return the compliance of small strains by stresses, shape (3, 3, 3, 3)."""
     step, stiffness = 1e-6, np.zeros((3, 3, 3, 3))
@@ -50,7 +42,7 @@ def _compliance(numbers: Constants) -> np.ndarray:
             strain = np.zeros((3, 3))
             strain[k, m] += 0.5 * step
             strain[m, k] += 0.5 * step
-            ends = [_stress(np.eye(3) + sign * strain, numbers) for sign in (1.0, -1.0)]
+            ends = [stress_of(np.eye(3) + sign * strain, numbers) for sign in (1.0, -1.0)]
             stiffness[:, :, k, m] = (ends[0] - ends[1]) / (2.0 * step)
     # It maps symmetric to symmetric: turns have no stiffness.
     return np.linalg.pinv(stiffness.reshape(9, 9), rcond=1e-8).reshape(3, 3, 3, 3)
@@ -69,7 +61,7 @@ def test_stress_is_the_slope_of_the_energy(rubber: Rubber, step: float) -> None:
     direction = random.standard_normal((3, 3))
     numbers = _numbers(rubber)
     high, low = (respond(F + sign * step * direction, numbers).energy for sign in (1.0, -1.0))
-    expected = float(np.sum(_stress(F, numbers) * direction))
+    expected = float(np.sum(stress_of(F, numbers) * direction))
     # Second order in the step, beside the rounding of energies.
     bound = (1e2 * step**2 + 1e-11 / step) * MODULUS
     assert abs((high - low) / (2.0 * step) - expected) < bound
@@ -82,7 +74,7 @@ def test_nothing_is_stressed_at_rest_or_by_a_turn(rubber: Rubber) -> None:
     turn = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
     turn *= np.linalg.det(turn)
     for F in (np.eye(3), turn):
-        assert np.abs(_stress(F, numbers)).max() < 1e-9 * MODULUS
+        assert np.abs(stress_of(F, numbers)).max() < 1e-9 * MODULUS
         assert abs(respond(F, numbers).energy) < 1e-9 * MODULUS
 
 
@@ -117,16 +109,9 @@ def test_stiffness_of_the_plain_law_is_the_slope_of_its_stress(step: float) -> N
     F = np.eye(3) + random.uniform(-0.15, 0.2, size=(3, 3))
     direction = random.standard_normal((3, 3))
     numbers = _numbers(RUBBERS[0])
-    law = respond(F, numbers)
     ends = [F + sign * step * direction for sign in (1.0, -1.0)]
-    change = (
-        law.along * direction
-        + law.stretch * np.sum(F * direction) * F
-        + law.bulk * np.sum(law.cofactor * direction) * law.cofactor
-        + law.pressure * np.subtract(*map(cofactors, ends)) / (2.0 * step)
-        + np.einsum('iIjJ,jJ->iI', squares_stiffness(F, law.squares), direction)
-    )
-    expected = np.subtract(*(_stress(end, numbers) for end in ends)) / (2.0 * step)
+    change = stress_change(F, numbers, direction, step)
+    expected = np.subtract(*(stress_of(end, numbers) for end in ends)) / (2.0 * step)
     assert np.allclose(change, expected, rtol=0.0, atol=1e-5 * np.abs(expected).max())
 
 

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""One screened fit of a beam whose gravity is tilted."""
+"""Fits of a beam whose gravity is tilted, and of one that is seen too far away."""
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
+from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator
 from diffcal_ros.diagnosis.screening.candidates import candidates
@@ -22,6 +23,12 @@ def screened():
 def clearly_screened():
     """A tilt that closes more of the gap than a name asks for, whatever the last digits are."""
     return _screened(0.09)
+
+
+@pytest.fixture(scope='session')
+def too_far():
+    """A fit of a beam before a camera that reads too far everywhere."""
+    return fit_nominal(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.002)], None)
 
 
 def _screened(tilt: float):

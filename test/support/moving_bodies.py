@@ -3,6 +3,7 @@
 """Small bodies that are let go, with nothing symmetric about them."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.elements.element import Element
@@ -32,8 +33,8 @@ class Case:
     held_motion: HeldMotion | None = None
     rungs: tuple[int, ...] | None = None
 
-    def run(self) -> Motion:
-        """Simulate."""
+    def run(self, **more: Any) -> Motion:
+        """Simulate, with what else `MovingBody.simulate` takes."""
         return self.body.simulate(
             self.material,
             self.damping,
@@ -43,6 +44,7 @@ class Case:
             conditions=self.conditions,
             release_time=self.release_time,
             rungs=self.rungs,
+            **more,
         )
 
     def moved(self, change: MotionChange, step: float) -> 'Case':

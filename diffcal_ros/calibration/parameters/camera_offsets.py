@@ -45,7 +45,8 @@ class CameraOffsets:
 
     def rigid_offset(self, coordinates: FloatArray) -> FloatArray:
         """Return the offset's translation [m] and rotation vector [rad], shape (6,)."""
-        return self._twist(coordinates, Kind.RIGID_OFFSET, None)
+        stated = stated_offset(self._scene.effects)
+        return self._parameters.twist(Kind.RIGID_OFFSET, coordinates, stated=stated)
 
     def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
         """Return world positions in the frame of one observation's camera [m], shape (N, 3)."""
@@ -94,16 +95,8 @@ class CameraOffsets:
         measured = self._observations[number].pose_pivot
         return [
             (
-                self._twist(coordinates, Kind.CAMERA_POSE, self._owners[number]),
+                self._parameters.twist(Kind.CAMERA_POSE, coordinates, self._owners[number]),
                 pivot if measured is None else measured,
             ),
             (self.rigid_offset(coordinates), self.offset_pivot),
         ]
-
-    def _twist(self, coordinates: FloatArray, kind: Kind, observation: int | None) -> FloatArray:
-        is_rigid = kind is Kind.RIGID_OFFSET
-        values = stated_offset(self._scene.effects) if is_rigid else np.zeros(6)
-        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            if parameter.kind is kind and observation in (None, parameter.target):
-                values[parameter.axis] = coordinate
-        return values

@@ -25,8 +25,6 @@ _Owner = TypeVar('_Owner', Region, Cable)
 OFFSET_AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 _OFFSET_LIMITS = (0.2, 0.2, 0.2, np.pi / 3, np.pi / 3, np.pi / 3)
 _EDGE_BIAS_STD = 1.0  # A LIDAR's spot smears an edge over about a pixel.
-# A body sits in its clamp to a millimetre in all of where drawings have both [m, rad].
-_FIXTURE_STDS = (0.0006, 0.0006, 0.0006, 0.005, 0.005, 0.005)
 
 
 class Kind(str, Enum):
@@ -174,6 +172,27 @@ class ParameterSet:
             for index, p in enumerate(self.parameters)
             if p.kind is Kind.CAMERA_POSE and p.target == observation
         ]
+
+    def twist(
+        self,
+        kind: Kind,
+        coordinates: FloatArray,
+        target: int | None = None,
+        stated: FloatArray | None = None,
+    ) -> FloatArray:
+        """Return the rigid motion that parameters of one kind are [m, rad], shape (6,).
+
+        Args:
+            kind: of the parameters.
+            coordinates: of all, shape (k,).
+            target: what they are of; None: of anything.
+            stated: what it is where no parameter is of it, shape (6,); None: none.
+        """
+        values = np.zeros(6) if stated is None else stated.copy()
+        for parameter, coordinate in zip(self.parameters, coordinates, strict=True):
+            if parameter.kind is kind and target in (None, parameter.target):
+                values[parameter.axis] = coordinate
+        return values
 
     def find(self, kind: Kind) -> list[int]:
         """Places of the parameters of one kind."""
@@ -352,33 +371,28 @@ def _nominal_std(scene: Scene, kind: Kind, part: Component) -> float:
 
 def camera_pose_parameters(observation: int) -> list[Parameter]:
     """Lay out the error of one observation's camera pose, a nuisance."""
+    return rigid_motion_parameters(f'camera_pose.{observation}', Kind.CAMERA_POSE, observation)
+
+
+def rigid_motion_parameters(name: str, kind: Kind, target: int) -> list[Parameter]:
+    """Lay out a rigid motion of which nothing is known, a nuisance.
+
+    Args:
+        name: before those of the axes.
+        kind: of the parameters.
+        target: what they are of.
+    """
     return [
         Parameter(
-            f'camera_pose.{observation}.{axis}',
-            Kind.CAMERA_POSE,
-            observation,
+            f'{name}.{axis}',
+            kind,
+            target,
             'm' if index < 3 else 'rad',
             Quantity(0.0, -_OFFSET_LIMITS[index], _OFFSET_LIMITS[index]),
             axis=index,
             is_nuisance=True,
         )
         for index, axis in enumerate(OFFSET_AXES)
-    ]
-
-
-def fixture_offset_parameters() -> list[Parameter]:
-    """Lay out how far a fixture is from where it is stated beside the body, a nuisance."""
-    return [
-        Parameter(
-            f'fixture_offset.{axis}',
-            Kind.FIXTURE_OFFSET,
-            0,
-            'm' if index < 3 else 'rad',
-            Quantity(0.0, -_OFFSET_LIMITS[index], _OFFSET_LIMITS[index], 0.0, std),
-            axis=index,
-            is_nuisance=True,
-        )
-        for index, (axis, std) in enumerate(zip(OFFSET_AXES, _FIXTURE_STDS, strict=True))
     ]
 
 

@@ -120,10 +120,8 @@ def halves(
     if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
         return []
     best = pairs[0]
-    alone: dict[str, float] = {}
-    for single in singles:
-        if single.fit.is_converged:
-            alone.setdefault(single.added[0].identifier, single.fit.log_evidence)
+    ended = _distinct([single for single in singles if single.fit.is_converged])
+    alone = {single.added[0].identifier: single.fit.log_evidence for single in ended}
     scale = max(1.0, best.fit.chi_square_per_patch)
     requests = [
         first_request([added], best.fit.values_by_name(), [best])

@@ -17,7 +17,7 @@ import numpy as np
 _BRIEF, _LONG = 4, 8
 # So many times a model that ran out of evaluations, and may still win, is fitted on.
 _ROUNDS = 2
-OUT_OF_REACH = 40.0
+_OUT_OF_REACH = 40.0
 
 
 def first_request(
@@ -33,7 +33,7 @@ def within_reach(rivals: Sequence[Hypothesis]) -> float:
     if not rivals:
         return -np.inf
     scale = max(1.0, min(h.fit.chi_square_per_patch for h in rivals))
-    return max(h.fit.log_evidence for h in rivals) - OUT_OF_REACH * scale
+    return max(h.fit.log_evidence for h in rivals) - _OUT_OF_REACH * scale
 
 
 def finished(

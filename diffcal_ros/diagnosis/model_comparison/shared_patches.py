@@ -12,7 +12,7 @@ from dataclasses import replace
 from itertools import compress
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.model_comparison.refit_rounds import OUT_OF_REACH
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import within_reach
 from diffcal_ros.diagnosis.patch_fits.refit import ended
 from diffcal_ros.diagnosis.patches.patch_group import full_names, only, PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
@@ -36,9 +36,8 @@ def on_shared_patches_of_the_near(models: Sequence[Hypothesis]) -> list[Hypothes
     Args:
         models: of one nominal model whose floor was measured.
     """
-    scale = max(1.0, min((model.fit.chi_square_per_patch for model in models), default=1.0))
-    most = max((model.fit.log_evidence for model in models), default=0.0)
-    is_near = [model.fit.log_evidence > most - OUT_OF_REACH * scale for model in models]
+    least = within_reach(models)
+    is_near = [model.fit.log_evidence > least for model in models]
     near = iter(on_shared_patches(list(compress(models, is_near))))
     return [next(near) if own else m for m, own in zip(models, is_near, strict=True)]
 

@@ -15,11 +15,8 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import pixels_left_out, ViewMask
-from diffcal_ros.calibration.parameters.parameters import (
-    fixture_offset_parameters,
-    Kind,
-    ParameterSet,
-)
+from diffcal_ros.calibration.parameters.fixture_offset import fixture_offset_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.robust_residual import (
     Comparison,
     Reach,
@@ -158,7 +155,7 @@ def with_fixture_offset(
     Returns:
         A model with six parameters more, and the coordinates with these at zero.
     """
-    if all(reference is None for reference in make_references(model)):
+    if not any(_shows_fixture(model, observation) for observation in model.observations):
         return model, coordinates
     more = fixture_offset_parameters()
     known = model.parameters
@@ -168,10 +165,7 @@ def with_fixture_offset(
 
 def fixture_offset(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
     """Return how far a fixture is from where it is stated, object frame [m, rad], shape (6,)."""
-    offset = np.zeros(6)
-    for index in parameters.find(Kind.FIXTURE_OFFSET):
-        offset[parameters.parameters[index].axis] = coordinates[index]
-    return offset
+    return parameters.twist(Kind.FIXTURE_OFFSET, coordinates)
 
 
 def make_references(model: ForwardModel) -> tuple[RigidReference | None, ...]:
@@ -181,11 +175,15 @@ def make_references(model: ForwardModel) -> tuple[RigidReference | None, ...]:
     """
     fixture = model.scene.fixture
     return tuple(
-        None
-        if fixture is None or observation.instant is not None
-        else RigidReference(model.scene, fixture, observation)
+        RigidReference(model.scene, fixture, observation)
+        if fixture is not None and _shows_fixture(model, observation)
+        else None
         for observation in model.observations
     )
+
+
+def _shows_fixture(model: ForwardModel, observation: Observation) -> bool:
+    return model.scene.fixture is not None and observation.instant is None
 
 
 def _in_front(body: Trace, fixture: Trace) -> BoolArray:

@@ -10,8 +10,6 @@ from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     Hypothesis,
     try_effects,
-    with_effects,
-    with_own_size,
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
@@ -157,19 +155,3 @@ def test_a_second_effect_can_gain_what_is_left_and_what_tolerance_costs(screened
     exact = single.fit.log_evidence
     judged = Tolerated(exact + most_gain(single), 0.0, 0.1, 1e-3, 0.0, exact, 60)
     assert most_gain(replace(single, judged=judged)) == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize('times', [0.5, -5.0])
-def test_an_amplitude_that_is_there_is_as_large_as_it_is(clean, times):
-    evaluator, fit = clean
-    _, tried = with_effects(evaluator, fit, [_candidate(evaluator, 'added_mass')])
-    before = tried.model.parameters
-    index = before.names.index('added_mass.mass')
-    usual = before.parameters[index].quantity.prior_std
-    coordinates = before.start()
-    coordinates[index] = times * usual
-    after = with_own_size(before, coordinates, {'added_mass.mass'})
-    assert after.parameters[index].quantity.prior_std == pytest.approx(max(1.0, -times) * usual)
-    assert after.parameters[index].quantity.prior_mean == 0.0
-    others = [n for n in range(len(before)) if n != index]
-    assert [after.parameters[n] for n in others] == [before.parameters[n] for n in others]

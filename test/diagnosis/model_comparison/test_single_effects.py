@@ -4,7 +4,6 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import single_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
 from diffcal_ros.diagnosis.model_comparison.pair_search import halves
@@ -15,8 +14,6 @@ from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.diagnosis.screening.shortlist import shortlist
 import numpy as np
 import pytest
-from support.scenes import beam_scene
-from support.watched import watched
 
 
 class _Pool(RefitPool):
@@ -32,36 +29,31 @@ class _Pool(RefitPool):
 
 
 @pytest.fixture(scope='module')
-def fitted():
-    return fit_nominal(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.002)], None)
-
-
-@pytest.fixture(scope='module')
-def scores(fitted):
-    evaluator, nominal = fitted
+def scores(too_far):
+    evaluator, nominal = too_far
     wanted = ('depth_affine', 'gravity_tilt')
     listed = [c for c in candidates(evaluator.model.scene) if c.identifier in wanted]
     return screen(evaluator, nominal.coordinates, listed)
 
 
 @pytest.fixture(scope='module')
-def variants(fitted, scores):
+def variants(too_far, scores):
     found = [s.candidate for s in shortlist(scores, is_measured=True)]
     by_components = {frozenset(c.components): c for c in found if c.identifier == 'depth_affine'}
     return by_components[frozenset({'bias'})], by_components[frozenset({'scale', 'bias'})]
 
 
 def test_a_variant_with_fewer_amplitudes_is_refitted_only_where_it_may_win(
-    fitted, scores, variants, monkeypatch
+    too_far, scores, variants, monkeypatch
 ):
     part, whole = variants
-    (alone,) = RefitPool(*fitted).refit_all([single_effects.first_request([part], {})])
-    near = _Pool(*fitted)
+    (alone,) = RefitPool(*too_far).refit_all([single_effects.first_request([part], {})])
+    near = _Pool(*too_far)
     found = {h.added: h for h in refitted_singles(near, scores)}
     assert {(part,), (whole,)} <= found.keys()
     assert near.asked.index((whole,)) < near.asked.index((part,))
     monkeypatch.setattr(single_effects, '_NEAR', -1e9)
-    far = _Pool(*fitted)
+    far = _Pool(*too_far)
     told = {h.added: h for h in refitted_singles(far, scores)}
     assert (part,) not in far.asked
     # It begins where tangents lead, and comes to the same rest.
@@ -72,8 +64,8 @@ def test_a_variant_with_fewer_amplitudes_is_refitted_only_where_it_may_win(
     assert told[(part,)].fit.evaluations == 0
 
 
-def test_half_of_a_pair_is_tried_where_it_may_come_farther_than_alone(fitted, variants):
-    evaluator, base = fitted
+def test_half_of_a_pair_is_tried_where_it_may_come_farther_than_alone(too_far, variants):
+    evaluator, base = too_far
     tilt = next(
         c
         for c in candidates(evaluator.model.scene)

@@ -4,38 +4,29 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects, with_fewer_effects
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np
 import pytest
-from support.scenes import beam_scene
-from support.watched import watched
 
 
 @pytest.fixture(scope='module')
-def fitted():
-    """A beam before a camera that reads too far everywhere."""
-    return fit_nominal(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.002)], None)
-
-
-@pytest.fixture(scope='module')
-def variants(fitted):
-    evaluator, _ = fitted
+def variants(too_far):
+    evaluator, _ = too_far
     listed = [c for c in candidates(evaluator.model.scene) if c.identifier == 'depth_affine']
     by_count = sorted(listed, key=lambda candidate: len(candidate.components))
     return by_count[0], by_count[-1]
 
 
 @pytest.fixture(scope='module')
-def whole(fitted, variants):
-    evaluator, nominal = fitted
+def whole(too_far, variants):
+    evaluator, nominal = too_far
     return try_effects(evaluator, nominal, [variants[1]], {})
 
 
-def test_it_is_the_larger_ones_posterior_given_that_amplitudes_are_zero(fitted, variants, whole):
-    evaluator, nominal = fitted
+def test_it_is_the_larger_ones_posterior_given_that_amplitudes_are_zero(too_far, variants, whole):
+    evaluator, nominal = too_far
     # At the very bottom, where the posterior is known: fits rest a little before it.
     bottom = replace(whole, fit=fitted_with_fewer(whole.fit, whole.evaluator))
     told = with_fewer_effects(evaluator, nominal, bottom, [variants[0]]).fit
@@ -54,8 +45,8 @@ def test_it_is_the_larger_ones_posterior_given_that_amplitudes_are_zero(fitted, 
     assert rise == pytest.approx(float(zeroed @ np.linalg.solve(own, zeroed)), rel=1e-5)
 
 
-def test_without_an_amplitude_it_is_what_a_fit_without_it_finds(fitted, variants, whole):
-    evaluator, nominal = fitted
+def test_without_an_amplitude_it_is_what_a_fit_without_it_finds(too_far, variants, whole):
+    evaluator, nominal = too_far
     part, _ = variants
     told = with_fewer_effects(evaluator, nominal, whole, [part])
     found = try_effects(evaluator, nominal, [part], {})
@@ -69,7 +60,7 @@ def test_without_an_amplitude_it_is_what_a_fit_without_it_finds(fitted, variants
     np.testing.assert_allclose(np.sqrt(np.diag(told.fit.covariance)), errors, rtol=0.02)
 
 
-def test_a_model_with_more_is_refused(fitted, whole):
-    _, nominal = fitted
+def test_a_model_with_more_is_refused(too_far, whole):
+    _, nominal = too_far
     with pytest.raises(ValueError, match=r'lacks .*depth_affine'):
         fitted_with_fewer(nominal, whole.evaluator)

@@ -7,27 +7,15 @@ from dataclasses import replace
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.elements.prolongation import refine
 from diffcal_ros.fem.motion.implicit_step import ImplicitStep
-from diffcal_ros.fem.motion.moving_body import Motion, MovingBody
-from diffcal_ros.fem.motion.path import Path
+from diffcal_ros.fem.motion.moving_body import MovingBody
 from diffcal_ros.fem.motion.step_system import StepSystem
 from diffcal_ros.fem.statics.static_body import StaticBody
 import numpy as np
 import pytest
-from support.moving_bodies import Case, released_beam
+from support.moving_bodies import released_beam
 
 # What is left of the forces moves no node by more [m].
 _SAME = 1e-9
-
-
-def _near(case: Case, path: Path) -> Motion:
-    return case.body.simulate(
-        case.material,
-        case.damping,
-        case.gravity,
-        case.stamps,
-        release_time=case.release_time,
-        near=path,
-    )
 
 
 @pytest.fixture
@@ -64,7 +52,7 @@ def test_the_motion_before_is_a_beginning_and_no_more(random) -> None:
     other = released_beam(Element.LINEAR, np.random.default_rng(4), counts=(4, 1, 2))
     alone = case.run()
     other.run()
-    beside = _near(case, other.body.path)
+    beside = case.run(near=other.body.path)
     np.testing.assert_allclose(beside.positions, alone.positions, rtol=0.0, atol=_SAME)
 
 
@@ -75,7 +63,7 @@ def test_a_motion_of_other_steps_serves_as_far_as_it_goes(random) -> None:
     shorter.body.simulate(
         case.material, case.damping, case.gravity, case.stamps[:2], release_time=0.0
     )
-    beside = _near(case, shorter.body.path)
+    beside = case.run(near=shorter.body.path)
     np.testing.assert_allclose(beside.positions, alone.positions, rtol=0.0, atol=_SAME)
 
 
