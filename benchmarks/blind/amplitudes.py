@@ -245,6 +245,10 @@ OUTSIDE_CLASS = {
     'cone': 'shape',
     'torn': 'material',
     'wiggle': 'sensor',
+    'hollow': 'shape',
+    'jet': 'load',
+    'stripes': 'sensor',
+    'warming': 'material',
 }
 
 

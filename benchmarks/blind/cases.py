@@ -14,6 +14,8 @@ from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
+from benchmarks.blind.seventh_forms import SEVENTH_PAIRS
+from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 
 SETS = ('development', 'sealed')
@@ -21,9 +23,6 @@ FORM_SETS = tuple(FORMS)
 CLEAN_COUNT = 300
 MOTION_CLEAN_COUNT = 100
 FORM_CLEAN_COUNT = 60
-# Of the set whose bodies are of several laws.
-LAWS_SET = 'sixth'
-LAWS_CLEAN_COUNT = 300
 # Whose end face can lie on a ledge.
 _SWINGING = {'development': ('beam', 'taper', 'plate'), 'sealed': ('waist', 'fin', 'beam')}
 _PAIR_COUNT = 20
@@ -74,6 +73,28 @@ class Case:
         """What the case is, in words: the seed of its draws."""
         parts = [f'{name}-{SIZES[size]}' for name, size in self.effects]
         return '_'.join([self.kind, self.family, str(self.poses), *parts, self.id])
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a set with bodies of several laws has beside single forms.
+
+    Attributes:
+        pairs: of forms, by their keys.
+        outside: names of causes outside the library.
+        clean_count: number of worlds without any.
+    """
+
+    pairs: tuple[tuple[str, str], ...]
+    outside: tuple[str, ...]
+    clean_count: int
+
+
+# Sets whose bodies are of several laws.
+LAWS_SETS = {
+    'sixth': Contents(PAIRS, tuple(FURTHER_OUTSIDE), 300),
+    'seventh': Contents(SEVENTH_PAIRS, tuple(SEVENTH_OUTSIDE), 60),
+}
 
 
 def list_cases(set_name: str, salt: str = '') -> list[Case]:
@@ -129,14 +150,14 @@ def list_motion_form_cases(set_name: str, salt: str = '') -> list[Case]:
 def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
     """List the cases of other forms: 60 clean, and each form of the set in two sizes.
 
-    The sixth set has 300 clean ones, pairs of forms and causes outside the library as well, and
-    bodies of several laws.
+    The sixth set has 300 clean ones, and it and the seventh have pairs of forms and causes outside
+    the library as well, and bodies of several laws.
     """
     if set_name not in FORM_SETS:
         raise ValueError(f'set is {set_name!r}: {" or ".join(FORM_SETS)}')
     families = DEVELOPMENT_FAMILIES if set_name == 'development' else SEALED_FAMILIES
-    if set_name == LAWS_SET:
-        return _of_several_laws(families, salt)
+    if set_name in LAWS_SETS:
+        return _of_several_laws(set_name, families, salt)
     sensors = tuple(DRAWN)
     clean = [
         Case(
@@ -168,25 +189,25 @@ def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
     return [replace(case, salt=salt) for case in (*clean, *named)]
 
 
-def _of_several_laws(families: tuple[str, ...], salt: str) -> list[Case]:
-    """List the sixth set: four families, three sensors and five laws have no common divisor."""
-    sensors = tuple(DRAWN)
-    singles = [('form', ((form.key, size),), size) for form in FORMS[LAWS_SET] for size in (1, 2)]
-    pairs = [('pair', ((one, 2), (two, 2)), 0) for one, two in PAIRS]
-    outside = [('outside', ((name, size),), size) for name in FURTHER_OUTSIDE for size in (1, 2)]
+def _of_several_laws(set_name: str, families: tuple[str, ...], salt: str) -> list[Case]:
+    """List a set whose four families, three sensors and five laws have no common divisor."""
+    sensors, contents = tuple(DRAWN), LAWS_SETS[set_name]
+    singles = [('form', ((form.key, size),), size) for form in FORMS[set_name] for size in (1, 2)]
+    pairs = [('pair', ((one, 2), (two, 2)), 0) for one, two in contents.pairs]
+    outside = [('outside', ((name, size),), size) for name in contents.outside for size in (1, 2)]
     faulty = [
-        Case('', kind, families[0], 4, effects, LAWS_SET)
+        Case('', kind, families[0], 4, effects, set_name)
         for kind, effects, _ in (*singles, *pairs, *outside)
     ]
     # The second size of a form is far from its first in all three rotations.
     turns = [number // 2 + 7 * size for number, (_, _, size) in enumerate(singles)]
     turns += list(range(len(singles), len(singles) + len(pairs)))
     turns += [number // 2 + 7 * size for number, (_, _, size) in enumerate(outside)]
-    order = _seeded(f'{salt}/{LAWS_SET}/form order').permutation(len(faulty))
+    order = _seeded(f'{salt}/{set_name}/form order').permutation(len(faulty))
     named = [(f'form_{number:03d}', faulty[i], turns[i]) for number, i in enumerate(order)]
-    clean = Case('', 'clean', families[0], 4, (), LAWS_SET)
+    clean = Case('', 'clean', families[0], 4, (), set_name)
     named = [
-        *((f'world_{number:03d}', clean, number) for number in range(LAWS_CLEAN_COUNT)),
+        *((f'world_{number:03d}', clean, number) for number in range(contents.clean_count)),
         *named,
     ]
     found = []

@@ -54,6 +54,8 @@ def contact_laws(
 def half_space(observation: Observation, faults: Faults) -> tuple[FloatArray, float]:
     """Return normal, shape (3,), and height [m] of a half-space in the object frame."""
     assert faults.contact_height is not None
+    if faults.contact_form == 'rig':
+        return np.array(faults.contact_normal), faults.contact_height
     matrix = observation.world_from_object
     world_normal = np.array(faults.contact_normal)
     normal = matrix[:3, :3].T @ world_normal

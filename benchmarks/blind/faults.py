@@ -36,8 +36,9 @@ class Faults:
         contrast: log E of the tip less that of the clamp's end; the mean stays.
         contrast_mode: `split` at half the free length, `linear` along it, `smooth` about two
             fifths of it, in `thirds`, of the `skin` against the core, a `cosine` over the whole
-            length, `late` at seven tenths, with the `square` of the place, or of a `spot`
-            from two to four tenths against all else.
+            length, `late` at seven tenths, with the `square` of the place, of a `spot`
+            from two to four tenths against all else, or by `three pours`: a step of three fifths
+            of it at a quarter, and of the rest at three fifths.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin` or `ogden` (of power four).
@@ -45,31 +46,35 @@ class Faults:
             shear modulus at rest that the form has [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
-            one half as far out, a `coat` from there to the tip, or two points on `opposite` sides,
-            one half as far out.
+            one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
+            one half as far out, or at the end of a rigid `arm`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
-            -0.4; or `about a corner` of the held section, three times as much about its y as
-            about its z.
+            -0.4; `about a corner` of the held section, three times as much about its y as
+            about its z; or `one-sided`, as far as the moment has the signs of `clamp_way`.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
-            place along the body as well, `outer_push` on the outer two fifths alone; or a tilt
-            `changing` by 30 % of its mean from pose to pose.
+            place along the body as well, `outer_push` on the outer two fifths alone,
+            `middle_push` six times as much on the middle third alone; or a tilt `changing` by
+            30 % of its mean from pose to pose.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
-            in the outer), or `middle` (three times as much in the middle third alone).
+            in the outer), `middle` (three times as much in the middle third alone), or `helix`
+            (the plane of bending turns by 150 degrees along the body).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
-            `shelf` that ends before the inner half, an `edge`: a round bar, or `friction`, which
-            holds the body back where it comes to the plane.
+            `shelf` that ends before the inner half, an `edge`: a round bar, `friction`, which
+            holds the body back where it comes to the plane, or a plane on the `rig`, which goes
+            with it: normal and height are in the object's frame.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
-            three tenths from pose to pose, or by `temperature`: it rises and falls over the poses,
-            while that of `depth_scale` grows from nothing.
+            three tenths from pose to pose, by `temperature`: it rises and falls over the poses,
+            while that of `depth_scale` grows from nothing; or by `incidence`: over the cosine of
+            the angle between ray and surface, up to three times.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -108,6 +113,24 @@ class Faults:
         wiggle: amplitude of an error of depth that goes with the sine of the depth [mm].
         wiggle_period: of the depth [mm].
         wiggle_phase: [rad].
+        camera_from: number of the pose from which on the camera is off.
+        clamp_by_load: whether the clamp's shift and turn are there as far as the share of the
+            weight that is across the body goes beyond seven tenths.
+        clamp_way: signs of the moments about y and z to which a clamp gives way.
+        mass_arm: from the body's middle to an added mass at its end, object's y and z [mm].
+        region_slant: by which share of the free length the border of `region_bias` is farther
+            out at the side of positive y than in the middle.
+        hollow: share of the free length of a cavity, three fifths of the body wide, in its upper
+            half.
+        hollow_at: share of the free length of its middle.
+        jet: force of a jet of air on one place [N].
+        jet_at: that place's share of the free length.
+        jet_normal: direction of the force, object frame.
+        jet_shares: how much of it is there in each pose.
+        stripes: amplitude of an error of depth that goes with the sine of the column [mm].
+        stripes_period: [px].
+        stripes_phase: [rad].
+        warming: log E in the first pose less that in the last.
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -171,6 +194,21 @@ class Faults:
     wiggle: float = 0.0
     wiggle_period: float = 0.0
     wiggle_phase: float = 0.0
+    camera_from: int = 0
+    clamp_by_load: bool = False
+    clamp_way: tuple[float, float] = (1.0, 1.0)
+    mass_arm: tuple[float, float] = (0.0, 0.0)
+    region_slant: float = 0.0
+    hollow: float = 0.0
+    hollow_at: float = 0.0
+    jet: float = 0.0
+    jet_at: float = 0.0
+    jet_normal: Vector = (0.0, 0.0, 0.0)
+    jet_shares: tuple[float, ...] = ()
+    stripes: float = 0.0
+    stripes_period: float = 0.0
+    stripes_phase: float = 0.0
+    warming: float = 0.0
 
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,

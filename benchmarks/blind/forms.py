@@ -7,167 +7,33 @@ from where the scene says, and a scene that says of these errors what is true, h
 much. The forms of each set are none of another's.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import (
-    direction,
-    Effect,
-    number,
-    signed,
-    weight_moment,
+from benchmarks.blind.amplitudes import direction, number, signed
+from benchmarks.blind.form import (
+    border_form,
+    camera_form,
+    contact_form,
+    contrast_form,
+    curvature_form,
+    depth_form,
+    Form,
+    give_form,
+    mass_form,
+    stiffening_form,
+    tilt_form,
 )
 from benchmarks.blind.rotations import rigid, rotation
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.setups import Observation, Setup
+from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.shapes import FloatArray
 
 _POSITION_ERROR, _ROTATION_ERROR = 0.0003, 0.2  # One standard deviation [m], [deg].
 _MISSTATED = (0.5, 1.0, 2.0)
-
-Drawer = Callable[[int, Setup, np.random.Generator], Effect]
-
-
-@dataclass(frozen=True)
-class Form:
-    """One mathematical form of an effect.
-
-    Attributes:
-        truth: identifier of the effect, of the library.
-        name: of the form.
-        draw: changes of the faults by size, set-up and source of random numbers.
-    """
-
-    truth: str
-    name: str
-    draw: Callable[[int, Setup, np.random.Generator], dict[str, Any]]
-
-    @property
-    def key(self) -> str:
-        """What a list of cases calls it."""
-        return f'{self.truth}/{self.name}'
-
-    def effect(self, size: int, setup: Setup, random: np.random.Generator) -> Effect:
-        """Draw the effect."""
-        changes = self.draw(size, setup, random)
-        told = {name: str(value) for name, value in changes.items()}
-        return Effect(self.truth, {'form': self.name, **told}, 'as the faults', changes)
-
-
-def _drawn(
-    truth: str,
-    name: str,
-    fixed: dict[str, Any],
-    key: str,
-    draw: Callable[[int, np.random.Generator], Any],
-) -> Form:
-    """Return a form of which one number or vector is drawn, by size."""
-    return Form(truth, name, lambda size, setup, random: {**fixed, key: draw(size, random)})
-
-
-def _stiffening(form: str, amounts: tuple[float, float, float]) -> Form:
-    return _drawn(
-        'strain_stiffening',
-        form,
-        {'stiffening_form': form},
-        'stiffening',
-        lambda size, random: number(amounts[size], random),
-    )
-
-
-def _contrast(mode: str) -> Form:
-    return _drawn(
-        'stiffness_contrast',
-        mode,
-        {'contrast_mode': mode},
-        'contrast',
-        lambda size, random: signed((0.4, 0.9, 1.8)[size], random),
-    )
-
-
-def _mass(form: str) -> Form:
-    def draw(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
-        mass, _ = weight_moment(setup)
-        return {
-            'mass_form': form,
-            'added_mass': number(1e3 * mass * (0.05, 0.12, 0.30)[size], random),
-            'added_mass_at': round(float(random.uniform(0.5, 0.9)), 3),
-        }
-
-    return Form('added_mass', form, draw)
-
-
-def _give(form: str) -> Form:
-    def draw(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
-        mass, moment = weight_moment(setup)
-        by_turn = float(np.deg2rad((1.0, 3.0, 7.0)[size])) / moment
-        by_shift = (0.001, 0.003, 0.006)[size] / (9.81 * mass)
-        others = {'shear': by_shift, 'jaw': (0.3, 0.7, 1.3)[size]}
-        amount = others.get(form, by_turn)
-        return {'clamp_form': form, 'clamp_compliance': number(amount, random)}
-
-    return Form('compliant_clamp', form, draw)
-
-
-def _tilt(form: str) -> Form:
-    return _drawn(
-        'gravity_tilt',
-        form,
-        {'tilt_form': form},
-        'gravity_tilt',
-        lambda size, random: direction((4.0, 9.0, 18.0)[size], 2, random),
-    )
-
-
-def _curvature(form: str) -> Form:
-    return _drawn(
-        'rest_curvature',
-        form,
-        {'curvature_form': form},
-        'rest_curvature',
-        lambda size, random: direction((0.4, 1.0, 2.5)[size], 2, random),
-    )
-
-
-def _depth(form: str) -> Form:
-    return _drawn(
-        'depth_affine',
-        form,
-        {'depth_form': form},
-        'depth_bias',
-        lambda size, random: signed((1.5, 4.0, 9.0)[size], random),
-    )
-
-
-def _border(name: str, fixed: dict[str, Any]) -> Form:
-    return _drawn(
-        'depth_bias_by_region',
-        name,
-        fixed,
-        'region_bias',
-        lambda size, random: signed((0.8, 2.0, 5.0)[size], random),
-    )
-
-
-def _contact(form: str) -> Form:
-    return _drawn(
-        'contact_plane',
-        form,
-        {'contact_form': form},
-        'contact_height',
-        lambda size, random: number((2.0, 5.0, 11.0)[size], random),
-    )
-
-
-def _camera(name: str, key: str, amounts: tuple[float, float, float]) -> Form:
-    def draw(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
-        amount = signed(amounts[size], random)
-        return {key: amount, 'center_shift': direction((3.0, 7.0, 15.0)[size], 2, random)}
-
-    return Form('camera_offset', name, draw)
 
 
 def _edge(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
@@ -209,22 +75,22 @@ def _temperature(size: int, setup: Setup, random: np.random.Generator) -> dict[s
 
 FORMS: dict[str, tuple[Form, ...]] = {
     'development': (
-        _stiffening('gent', (16.0, 40.0, 80.0)),
-        _stiffening('cubic', (300.0, 1000.0, 4000.0)),
-        _contrast('smooth'),
-        _mass('ring'),
-        _mass('smear'),
-        _give('uneven'),
-        _give('shear'),
+        stiffening_form('gent', (16.0, 40.0, 80.0)),
+        stiffening_form('cubic', (300.0, 1000.0, 4000.0)),
+        contrast_form('smooth'),
+        mass_form('ring'),
+        mass_form('smear'),
+        give_form('uneven'),
+        give_form('shear'),
         Form(
             'camera_offset',
             'focal',
             lambda size, setup, random: {'focal_scale': signed((0.004, 0.01, 0.03)[size], random)},
         ),
-        _tilt('side_force'),
-        _curvature('tip'),
-        _depth('radial'),
-        _border('early border', {'region_from': 0.35}),
+        tilt_form('side_force'),
+        curvature_form('tip'),
+        depth_form('radial'),
+        border_form('early border', {'region_from': 0.35}),
         Form(
             'clamp_offset',
             'slips on',
@@ -235,13 +101,13 @@ FORMS: dict[str, tuple[Form, ...]] = {
         ),
     ),
     'sealed': (
-        _stiffening('mooney_rivlin', (0.3, 0.6, 0.9)),
-        _stiffening('ogden', (0.2, 0.4, 0.7)),
-        _stiffening('fung', (10.0, 30.0, 80.0)),
-        _contrast('thirds'),
-        _contrast('skin'),
-        _mass('point'),
-        _give('jaw'),
+        stiffening_form('mooney_rivlin', (0.3, 0.6, 0.9)),
+        stiffening_form('ogden', (0.2, 0.4, 0.7)),
+        stiffening_form('fung', (10.0, 30.0, 80.0)),
+        contrast_form('thirds'),
+        contrast_form('skin'),
+        mass_form('point'),
+        give_form('jaw'),
         Form(
             'camera_offset',
             'lens',
@@ -250,10 +116,10 @@ FORMS: dict[str, tuple[Form, ...]] = {
                 'center_shift': direction((4.0, 9.0, 20.0)[size], 2, random),
             },
         ),
-        _tilt('rig_force'),
-        _curvature('twist'),
-        _depth('drift'),
-        _border('late border', {'region_from': 0.65}),
+        tilt_form('rig_force'),
+        curvature_form('twist'),
+        depth_form('drift'),
+        border_form('late border', {'region_from': 0.65}),
         Form(
             'clamp_offset',
             'turns on',
@@ -262,15 +128,15 @@ FORMS: dict[str, tuple[Form, ...]] = {
                 'clamp_turn': direction((1.0, 2.5, 6.0)[size], 3, random),
             },
         ),
-        _contact('foam'),
+        contact_form('foam'),
     ),
     'anew': (
-        _contrast('cosine'),
-        _mass('two'),
-        _give('hardening'),
-        _camera('aspect', 'aspect', (0.003, 0.008, 0.02)),
-        _tilt('growing'),
-        _depth('disparity'),
+        contrast_form('cosine'),
+        mass_form('two'),
+        give_form('hardening'),
+        camera_form('aspect', 'aspect', (0.003, 0.008, 0.02)),
+        tilt_form('growing'),
+        depth_form('disparity'),
         Form(
             'clamp_offset',
             'slips once',
@@ -282,34 +148,36 @@ FORMS: dict[str, tuple[Form, ...]] = {
         ),
     ),
     'fifth': (
-        _contrast('late'),
-        _contrast('square'),
-        _mass('coat'),
-        _give('softening'),
-        _tilt('outer_push'),
-        _curvature('root'),
-        _depth('ramp'),
-        _depth('settling'),
-        _border('near the tip', {'region_from': 0.78}),
-        _camera('focal and centre', 'focal_scale', (0.003, 0.008, 0.02)),
-        _contact('shelf'),
+        contrast_form('late'),
+        contrast_form('square'),
+        mass_form('coat'),
+        give_form('softening'),
+        tilt_form('outer_push'),
+        curvature_form('root'),
+        depth_form('ramp'),
+        depth_form('settling'),
+        border_form('near the tip', {'region_from': 0.78}),
+        camera_form('focal and centre', 'focal_scale', (0.003, 0.008, 0.02)),
+        contact_form('shelf'),
     ),
     'sixth': (
         Form('contact_plane', 'edge', _edge),
-        _contact('friction'),
-        _border('gradual', {'region_ramp': 0.15}),
+        contact_form('friction'),
+        border_form('gradual', {'region_ramp': 0.15}),
         Form('camera_offset', 'drifting', _drifting),
-        _curvature('S'),
-        _curvature('middle'),
+        curvature_form('S'),
+        curvature_form('middle'),
         Form('clamp_offset', 'another each pose', _another_each_pose),
-        _mass('opposite'),
-        _give('about a corner'),
-        _contrast('spot'),
-        _tilt('changing'),
+        mass_form('opposite'),
+        give_form('about a corner'),
+        contrast_form('spot'),
+        tilt_form('changing'),
         Form('depth_affine', 'temperature', _temperature),
     ),
+    'seventh': SEVENTH_FORMS,
 }
-# Two at a time, of different effects: some that sets of before had singly, some of the last.
+# Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
+# had singly.
 PAIRS = (
     ('added_mass/coat', 'rest_curvature/root'),
     ('depth_affine/temperature', 'clamp_offset/another each pose'),

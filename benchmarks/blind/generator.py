@@ -35,27 +35,25 @@ from benchmarks.blind.cases import (
     list_motion_form_cases,
     SETS,
 )
-from benchmarks.blind.contact import highest_tops
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
 from benchmarks.blind.labels import label_of, write_json
+from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
-from benchmarks.blind.rotations import applied
 from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.scene_file import extra_text, scene_text
 from benchmarks.blind.sensor import smooth_field
-from benchmarks.blind.setups import draw_setup, Observation, Setup
-from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.setups import draw_setup, Setup
+from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 
 # A motion is many simulations: its mesh has longer cells.
 _MOTION_COARSENING = 1.7
-_CLEARANCE = 0.008  # Of a body that does not touch the plane [m].
 _FIXTURE_ERROR = 1.0  # Of where a fixture is stated [mm].
 
 
@@ -96,18 +94,18 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     if case.law is not None:
         setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
-    drawers = {**LIBRARY, **MOTION, **OUTSIDE, **FURTHER_OUTSIDE, **forms}
+    drawers = {**LIBRARY, **MOTION, **OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)
     if case.is_moving:
         # A body that hardly sags hardly swings.
-        setup = _softer(setup, 0.6)
+        setup = softer(setup, 0.6)
     if faults.yeoh_ratio or faults.stiffening:
         # Stiffening shows where the strain is large.
-        setup = _softer(setup, 0.6 if faults.yeoh_ratio else 0.3)
+        setup = softer(setup, 0.6 if faults.yeoh_ratio else 0.3)
     if faults.contact_height is not None:
-        laid, faults = _lay_on_plane(setup, faults, random)
+        laid, faults = lay_on_plane(setup, faults, random)
         setup = placed_again(laid, setup)
     return setup, effects, faults
 
@@ -127,67 +125,6 @@ def draw_timing(case: Case, effects: tuple[Effect, ...]) -> Timing:
     creeps = any(effect.identifier == 'creep' for effect in effects)
     is_slow = creeps or (case.kind == 'clean' and int(case.id[-3:]) % 4 == 3)
     return draw_hold(random) if is_slow else draw_swing(random)
-
-
-def _softer(setup: Setup, factor: float) -> Setup:
-    return replace(
-        setup,
-        youngs_modulus=setup.youngs_modulus * factor,
-        start_modulus=setup.start_modulus * factor,
-    )
-
-
-def _lay_on_plane(
-    setup: Setup, faults: Faults, random: np.random.Generator
-) -> tuple[Setup, Faults]:
-    """Put the plane under the body so that it lifts it in some poses and is free in others."""
-    assert faults.contact_height is not None
-    lift = 1e-3 * faults.contact_height
-    normal = np.array(faults.contact_normal)
-    if faults.contact_form == 'edge':
-        faults = replace(faults, contact_at=_over_bar(setup, faults))
-    lows, is_at_tip = _lowest_points(setup, faults, normal)
-    while not is_at_tip:
-        setup = _softer(setup, 0.75)
-        lows, is_at_tip = _lowest_points(setup, faults, normal)
-    height = lows[0] + lift
-    # The second and the last pose are free, the third is lifted by a part.
-    lifts = [lift, -_CLEARANCE, lift * random.uniform(0.4, 0.8), -_CLEARANCE]
-    moved = []
-    for observation, low, wanted in zip(setup.observations, lows, lifts, strict=False):
-        matrix = observation.world_from_object.copy()
-        matrix[1, 3] += (height - wanted - low) / normal[1]
-        moved.append(Observation(observation.name, matrix))
-    return replace(setup, observations=tuple(moved)), replace(faults, contact_height=height)
-
-
-def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[list[float], bool]:
-    """Return how low the free body hangs in each pose [m], and whether with its tip at first."""
-    free = replace(faults, contact_height=None)
-    specimen = make_specimen(setup, free)
-    lows, shares = [], []
-    for observation in setup.observations:
-        rest = settle(specimen, setup, observation, free)
-        heights = highest_tops(applied(observation.world_from_object, rest), faults)
-        lows.append(float(heights.min()))
-        shares.append(specimen.shares[heights.argmin()])
-    # With room for the lift: what is at the root must stay above the plane.
-    root = applied(setup.observations[0].world_from_object, specimen.mesh.nodes) @ normal
-    lift = 1e-3 * (faults.contact_height or 0.0)
-    is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
-    # A bar lies under a part of the body that is not at the root.
-    clear = is_clear or faults.contact_form == 'edge'
-    return lows, bool(shares[0] > 0.5) and clear
-
-
-def _over_bar(setup: Setup, faults: Faults) -> float:
-    """Return where along the world's x the part of the body hangs that is to lie on a bar [m]."""
-    free = replace(faults, contact_height=None)
-    specimen, observation = make_specimen(setup, free), setup.observations[0]
-    rest = settle(specimen, setup, observation, free)
-    places = applied(observation.world_from_object, rest)[:, 0]
-    order = np.argsort(specimen.shares)
-    return float(np.interp(faults.contact_share, specimen.shares[order], places[order]))
 
 
 def _write_seen(

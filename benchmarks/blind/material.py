@@ -107,6 +107,26 @@ def stiffened(numbers: Constants, form: str, amount: float) -> Constants:
     raise ValueError(f'form of stiffening is {form!r}: gent, fung, cubic, mooney_rivlin, ogden')
 
 
+def softened(numbers: Constants, factor: float) -> Constants:
+    """Return the numbers of a law whose energy is a factor of what it was."""
+    fibres = numbers.fibres
+    if fibres is not None:
+        fibres = replace(fibres, stiffness=factor * fibres.stiffness)
+    return replace(
+        numbers,
+        shear=factor * numbers.shear,
+        bulk=factor * numbers.bulk,
+        yeoh=factor * numbers.yeoh,
+        cubic=factor * numbers.cubic,
+        gent=(factor * numbers.gent[0], numbers.gent[1]),
+        fung=(factor * numbers.fung[0], numbers.fung[1]),
+        invariant=factor * numbers.invariant,
+        squares=factor * numbers.squares,
+        rest=factor * numbers.rest,
+        fibres=fibres,
+    )
+
+
 @dataclass(frozen=True)
 class Response:
     """Energy and its derivatives by F, written with F and its cofactor C.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.amplitudes import number, signed
-from benchmarks.blind.forms import Form
+from benchmarks.blind.form import Form
 from benchmarks.blind.setups import Setup
 
 _DRAG, _LATE, _CREEP = (150.0, 450.0, 1200.0), (2.0, 5.0, 12.0), (0.08, 0.2, 0.4)

@@ -35,15 +35,16 @@ def true_rendering(
     positions: FloatArray,
 ) -> Rendering:
     """Render body and fixture without noise, sensor faults included."""
+    mesh = specimen.mesh
+    across = mesh.lattice[:, 1] / (0.5 * setup.shape.section[0])
+    along = specimen.shares - faults.region_slant * np.clip(across, -1.0, 1.0)
     surface = joined(
-        body_triangles(
-            specimen.mesh, positions, specimen.shares, faults.region_from, faults.region_ramp
-        ),
+        body_triangles(mesh, positions, along, faults.region_from, faults.region_ramp),
         box_triangles(*setup.fixture, FIXTURE),
     )
     world_from_object = observation.world_from_object
-    drift = setup.reached(observation) if faults.camera_drifts else 1.0
-    camera_from_world = true_camera(specimen, setup, faults, drift)
+    moved_by = _camera_share(setup, observation, faults)
+    camera_from_world = true_camera(specimen, setup, faults, moved_by)
     camera = _true_intrinsics(setup.camera, faults)
     rendering = render(moved(surface, camera_from_world @ world_from_object), camera)
     bias = 1e-3 * faults.depth_bias * _bias_share(rendering, setup, observation, faults)
@@ -51,6 +52,7 @@ def true_rendering(
     if faults.depth_form == 'temperature':
         scale *= setup.pose_number(observation) / max(len(setup.observations) - 1, 1)
     depth = rendering.depth * (1.0 + 0.01 * scale) + bias + _wiggle(rendering, faults)
+    depth = depth + _stripes(rendering, faults)
     return replace(rendering, depth=depth + 1e-3 * faults.region_bias * tip_part(rendering.labels))
 
 
@@ -61,6 +63,22 @@ def _wiggle(rendering: Rendering, faults: Faults) -> FloatArray | float:
     seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
     angle = 2.0 * np.pi * seen / (1e-3 * faults.wiggle_period) + faults.wiggle_phase
     return np.asarray(1e-3 * faults.wiggle * np.sin(angle))
+
+
+def _stripes(rendering: Rendering, faults: Faults) -> FloatArray | float:
+    """Return an error that swings over the image's columns [m]."""
+    if not faults.stripes:
+        return 0.0
+    columns = rendering.column + np.arange(rendering.depth.shape[1])
+    angle = 2.0 * np.pi * columns / faults.stripes_period + faults.stripes_phase
+    return np.asarray(1e-3 * faults.stripes * np.sin(angle))[None, :, None]
+
+
+def _camera_share(setup: Setup, observation: Observation, faults: Faults) -> float:
+    """Return how much of the camera's error is there in a pose."""
+    if faults.camera_from:
+        return float(setup.pose_number(observation) >= faults.camera_from)
+    return setup.reached(observation) if faults.camera_drifts else 1.0
 
 
 def _true_intrinsics(camera: Camera, faults: Faults) -> Camera:
@@ -90,6 +108,8 @@ def _bias_share(
         distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
         return np.asarray((seen / distance) ** 2)
+    if faults.depth_form == 'incidence':
+        return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
     if faults.depth_form == 'ramp':
         columns = rendering.column + np.arange(width) - setup.camera.cx
         return np.broadcast_to(0.7 + columns / setup.camera.width, (height, width))[..., None]

@@ -14,7 +14,7 @@ from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 
-_MOVES = (0.001, 0.003, 0.010)  # Of the tip [m].
+MOVES = (0.001, 0.003, 0.010)  # Of the tip [m].
 # Of a magnet's pull, over what the formula asks: it comes from another side in every pose.
 _MORE = 1.6
 
@@ -26,7 +26,7 @@ def magnet(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     # Its force acts at the middle of what is drawn.
     at = 0.5 * (1.0 + MAGNETIC_FROM)
     lever = at**2 * (1.5 - 0.5 * at) * aside
-    force = number(_MORE * _MOVES[size] * _tip_stiffness(setup) / lever, random)
+    force = number(_MORE * MOVES[size] * tip_stiffness(setup) / lever, random)
     changes = {'magnet': force, 'pull_point': point, 'pull_distance': round(distance, 5)}
     return Effect('magnet', {'force': force, **_place(point)}, 'N at first, m', changes)
 
@@ -35,7 +35,7 @@ def tether(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     """Draw a soft spring from the tip to a point mostly beside it."""
     distance = float(random.uniform(0.11, 0.15))
     point, aside = _beyond_tip(setup, distance, 0.3, random)
-    force = number(_MOVES[size] * _tip_stiffness(setup) / aside, random)
+    force = number(MOVES[size] * tip_stiffness(setup) / aside, random)
     slack = round(float(random.uniform(0.4, 0.7)), 4)
     changes = {
         'tether': force,
@@ -51,7 +51,7 @@ def heat(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     """Draw how much the upper side grows, and which share of that in each pose."""
     free = setup.shape.length - setup.shape.clamp
     # A bend of growth / height turns and carries the tip.
-    growth = 100.0 * _MOVES[size] * 2.0 * setup.shape.section[1] / free**2
+    growth = 100.0 * MOVES[size] * 2.0 * setup.shape.section[1] / free**2
     upper = signed(growth, random)
     shares = tuple(round(float(random.uniform(0.3, 1.0)), 4) for _ in setup.observations)
     told = {f'share_{number}': share for number, share in enumerate(shares)}
@@ -85,7 +85,7 @@ def wiggle(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     return Effect('wiggle', amplitude, 'mm, mm, rad', changes)
 
 
-def _tip_stiffness(setup: Setup) -> float:
+def tip_stiffness(setup: Setup) -> float:
     """Return the force at the tip by how far it gives way [N/m]."""
     low, high = sorted(setup.shape.section)
     free = setup.shape.length - setup.shape.clamp

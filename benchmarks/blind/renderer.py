@@ -57,12 +57,14 @@ class Rendering:
         row: first row [px].
         depth: z [m], shape (h, w, 9); infinite where nothing is.
         labels: of the surface, -1 where nothing is, shape (h, w, 9).
+        facing: cosine of the angle between ray and surface, 1 where nothing is, shape (h, w, 9).
     """
 
     column: int
     row: int
     depth: FloatArray
     labels: IntArray
+    facing: FloatArray
 
 
 def render(surface: Triangles, camera: Camera) -> Rendering:
@@ -78,20 +80,37 @@ def render(surface: Triangles, camera: Camera) -> Rendering:
     # Sample k of a pixel sits at (k + 1/2) / SAMPLES - 1/2 from its centre.
     samples = (image - low + 0.5) * SAMPLES - 0.5
     shape = (height * SAMPLES, width * SAMPLES)
-    depth, labels = _fill(samples, surface, shape)
+    depth, owners = _fill(samples, surface, shape)
+    labels = np.where(owners < 0, -1, surface.labels[owners])
+    facing = np.where(owners < 0, 1.0, _cosines(surface)[owners])
     blocks = (height, SAMPLES, width, SAMPLES)
     return Rendering(
         column=int(low[0]),
         row=int(low[1]),
         depth=depth.reshape(blocks).swapaxes(1, 2).reshape(height, width, -1),
         labels=labels.reshape(blocks).swapaxes(1, 2).reshape(height, width, -1),
+        facing=facing.reshape(blocks).swapaxes(1, 2).reshape(height, width, -1),
     )
+
+
+def _cosines(surface: Triangles) -> FloatArray:
+    """Return the cosine between each triangle's normal and the ray to its middle, shape (T,)."""
+    a, b, c = surface.corners.swapaxes(0, 1)
+    normals, rays = np.cross(b - a, c - a), surface.corners.mean(axis=1)
+    sizes = np.linalg.norm(normals, axis=1) * np.linalg.norm(rays, axis=1)
+    return np.abs((normals * rays).sum(axis=1)) / np.maximum(sizes, 1e-30)
 
 
 def _fill(
     corners: FloatArray, surface: Triangles, shape: tuple[int, int]
 ) -> tuple[FloatArray, IntArray]:
-    """Fill a depth buffer; corners are in units of samples, shape (T, 3, 2)."""
+    """Return depth, and which triangle is seen, -1 for none, at each sample, flat.
+
+    Args:
+        corners: in units of samples, shape (T, 3, 2).
+        surface: the triangles.
+        shape: samples down and across.
+    """
     owners, columns, rows = _candidates(corners, shape)
     a, b, c = (corners[owners, corner] for corner in range(3))
     point = np.stack([columns, rows], axis=1)
@@ -116,10 +135,10 @@ def _fill(
     first[1:] = flat[order][1:] != flat[order][:-1]
     nearest = order[first]
     depth = np.full(shape[0] * shape[1], np.inf)
-    labels = np.full(shape[0] * shape[1], -1)
+    seen = np.full(shape[0] * shape[1], -1)
     depth[flat[nearest]] = z[nearest]
-    labels[flat[nearest]] = surface.labels[owners[nearest]]
-    return depth, labels
+    seen[flat[nearest]] = owners[nearest]
+    return depth, seen
 
 
 def _candidates(

@@ -8,6 +8,10 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
 
+_HELIX_PARTS = 12  # Arcs that a helix is made of.
+_HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
+_HELIX_MORE = 1.3  # Curvature over that of an arc.
+
 
 def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatArray:
     """Return the nodes of a body when nothing pulls on it, shape (N, 3).
@@ -23,8 +27,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'root':
         straight_on = bend(nodes, 0.5 * (shape.clamp + shape.length), -2.0 * curvature)
         return bend(straight_on, shape.clamp, 2.0 * curvature)
-    if faults.curvature_form in ('S', 'middle'):
-        return _bent_in_parts(nodes, shape, curvature, faults.curvature_form)
+    if faults.curvature_form in ('S', 'middle', 'helix'):
+        return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
         rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
         angles = rate * np.maximum(nodes[:, 0] - shape.clamp, 0.0)
@@ -34,15 +38,28 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     return bend(nodes, shape.clamp, curvature)
 
 
+def _parts(curvature: FloatArray, form: str) -> list[tuple[float, float, FloatArray]]:
+    """Return begin and end of the parts of a body and how they are bent, the outer one first."""
+    if form == 'S':
+        return [(0.5, 1.0, -2.0 * curvature), (0.0, 0.5, 2.0 * curvature)]
+    if form == 'middle':
+        return [(1 / 3, 2 / 3, 3.0 * curvature)]
+    found = []
+    for number in reversed(range(_HELIX_PARTS)):
+        begin, end = number / _HELIX_PARTS, (number + 1) / _HELIX_PARTS
+        angle = _HELIX_TURN * (0.5 * (begin + end) - 0.5)
+        turn = rotation(np.array([angle, 0.0, 0.0]))
+        found.append((begin, end, _HELIX_MORE * turn @ curvature))
+    return found
+
+
 def _bent_in_parts(
-    nodes: FloatArray, shape: Shape, curvature: FloatArray, form: str
+    nodes: FloatArray, shape: Shape, parts: list[tuple[float, float, FloatArray]]
 ) -> FloatArray:
     """Bend parts of a body to arcs, the outer one first; what lies beyond is carried along."""
-    parts = {'S': ((0.5, 1.0, -2.0), (0.0, 0.5, 2.0)), 'middle': ((1 / 3, 2 / 3, 3.0),)}[form]
     bent = nodes
-    for begin, end, factor in parts:
+    for begin, end, rate in parts:
         first, last = shape.clamp + (shape.length - shape.clamp) * np.array([begin, end])
-        rate = factor * curvature
         joint = np.array([last, 0.0, 0.0])
         beyond = bend(joint, first, rate) + (bent - joint) @ rotation((last - first) * rate).T
         bent = np.where(nodes[:, :1] > last, beyond, bend(bent, first, rate))

@@ -13,20 +13,18 @@ from benchmarks.blind.contact import contact_laws, friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
-from benchmarks.blind.material import stiffened
+from benchmarks.blind.masses import added_mass
+from benchmarks.blind.material import softened, stiffened
+from benchmarks.blind.moduli import cavity, log_modulus
 from benchmarks.blind.pulls import pulls
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
+from benchmarks.blind.seventh_outside import pressed, warmed
 from benchmarks.blind.shapes import FloatArray
 
-_MASS_REACH = 0.06  # Half the share of the free length over which an added mass is spread.
-_POINT_REACH = 0.025  # The same of a mass on one side, and of one around the surface.
-_SMEAR_REACH = 0.5
-_JAW = 0.15  # Share of the free length over which a soft root gives way.
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
-_TORN = 0.05  # Half the share of the free length of a torn piece.
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     quadrature = integrate(stress_free, mesh.cells)
     at_points = mesh.lattice[mesh.cells].swapaxes(1, 2) @ quadrature.values.T
     share = shares[mesh.cells] @ quadrature.values.T
-    modulus = setup.youngs_modulus * np.exp(_log_modulus(setup, faults, share, at_points))
+    modulus = setup.youngs_modulus * np.exp(log_modulus(setup, faults, share, at_points))
     numbers = stiffened(
         setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio),
         faults.stiffening_form,
@@ -76,6 +74,8 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     )
     count = len(mesh.nodes)
     masses = setup.density * quadrature.volumes
+    if faults.hollow:
+        masses = masses * (1.0 - cavity(setup, faults, share, at_points))
     body = Body(
         cells=mesh.cells,
         quadrature=_swollen(quadrature, (share > 0.5).astype(float), faults.swelling),
@@ -87,7 +87,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         mesh=mesh,
         shares=shares,
         body=body,
-        added=_added_mass(setup, faults, share, at_points, quadrature, mesh),
+        added=added_mass(setup, faults, share, at_points, quadrature, mesh),
         tip_masses=spread(masses * (share > 0.5), quadrature, mesh.cells, count),
         areas=_node_areas(mesh),
         center=np.array([0.5 * shape.clamp, 0.0, 0.0]),
@@ -95,46 +95,17 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     )
 
 
-def _log_modulus(
-    setup: Setup, faults: Faults, share: FloatArray, points: FloatArray
-) -> FloatArray:
-    """Return the change of log E at the Gauss points, shape (C, 8)."""
-    outward = np.abs(points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
-    mode = {
-        'split': np.where(share > 0.5, 0.5, -0.5),
-        'linear': share - 0.5,
-        'smooth': 0.5 * np.tanh((share - 0.4) / 0.15),
-        'thirds': np.where(np.abs(share - 0.5) < 1.0 / 6.0, 0.5, -0.5),
-        'skin': np.where(outward.max(axis=1) > 0.6, 0.5, -0.5),
-        'cosine': -0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)),
-        'late': np.where(share > 0.7, 0.5, -0.5),
-        'square': np.clip(share, 0.0, 1.0) ** 2 - 0.5,
-        'spot': (np.abs(share - 0.3) < 0.1).astype(float),
-    }[faults.contrast_mode]
-    change = faults.contrast * mode
-    if faults.clamp_form == 'jaw':
-        # A root that is softer by as much as the clamp gives way.
-        change = change - faults.clamp_compliance * (share < _JAW)
-    height = points[:, 2] / (0.5 * setup.shape.section[1])
-    change = change + faults.soft_skin * (height > 0.5)
-    if faults.torn:
-        change = change - 3.0 * _torn(faults, share, height)
-    return change
-
-
-def _torn(faults: Faults, share: FloatArray, height: FloatArray) -> FloatArray:
-    """Return which Gauss points lie in a torn piece: the nearest, where none lies in it."""
-    away = np.abs(share - faults.torn_at)
-    is_there = away < max(_TORN, 1.01 * float(away.min()))
-    above = height > min(1.0 - 2.0 * faults.torn, 0.99 * float(height.max()))
-    return np.asarray((is_there & above).astype(float))
-
-
 def _heated(specimen: Specimen, growth: float) -> Specimen:
     """Grow what has no stress by a percentage at the upper face, and not at the lower one."""
     upper = np.clip(0.5 * (1.0 + specimen.heights), 0.0, 1.0)
     quadrature = _swollen(specimen.body.quadrature, upper, growth)
     return replace(specimen, body=replace(specimen.body, quadrature=quadrature))
+
+
+def _softened(specimen: Specimen, factor: float) -> Specimen:
+    """Make all of a body softer by a factor."""
+    numbers = softened(specimen.body.numbers, factor)
+    return replace(specimen, body=replace(specimen.body, numbers=numbers))
 
 
 def _swollen(quadrature: Quadrature, where: FloatArray, swelling: float) -> Quadrature:
@@ -145,39 +116,6 @@ def _swollen(quadrature: Quadrature, where: FloatArray, swelling: float) -> Quad
         gradients=quadrature.gradients / growth[..., None, None],
         volumes=quadrature.volumes * growth**3,
     )
-
-
-def _added_mass(
-    setup: Setup,
-    faults: Faults,
-    share: FloatArray,
-    points: FloatArray,
-    quadrature: Quadrature,
-    mesh: HexMesh,
-) -> FloatArray:
-    across = points[:, 1:] / (0.5 * np.array(setup.shape.section)[:, None])
-    reach, where = {
-        'hat': (_MASS_REACH, 1.0),
-        'ring': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
-        'smear': (_SMEAR_REACH, 1.0),
-        'point': (_POINT_REACH, across[:, 0] > 0.5),
-        'two': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
-        'coat': (_POINT_REACH, 1.0),
-        'opposite': (_POINT_REACH, np.abs(across[:, 0]) > 0.5),
-    }[faults.mass_form]
-    # At least the elements around the place, however long they are.
-    away = np.abs(share - faults.added_mass_at)
-    if faults.mass_form == 'opposite':
-        inner = np.abs(share - 0.5 * faults.added_mass_at)
-        away = np.where(across[:, 0] > 0.0, away, inner)
-    if faults.mass_form == 'two':
-        away = np.minimum(away, np.abs(share - 0.5 * faults.added_mass_at))
-    if faults.mass_form == 'coat':
-        away = np.where(share > faults.added_mass_at, 0.0, away)
-    nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
-    weights = nearness * where * (share > 0.0) * quadrature.volumes
-    masses = 1e-3 * faults.added_mass * weights / max(float(weights.sum()), 1e-30)
-    return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
 
 
 def _node_areas(mesh: HexMesh) -> FloatArray:
@@ -200,17 +138,10 @@ def settle(
     if faults.heat:
         share = faults.heat_shares[setup.pose_number(observation)]
         specimen = _heated(specimen, share * faults.heat)
-    object_from_world = observation.world_from_object[:3, :3].T
-    gravity = _gravity(setup, observation, faults)
-    wind = object_from_world @ np.array([0.0, 0.0, faults.wind * GRAVITY])
+    if faults.warming:
+        specimen = _softened(specimen, warmed(setup, observation, faults.warming))
+    forces = _forces(specimen, setup, observation, faults)
     masses = specimen.body.masses + specimen.added
-    forces = masses[:, None] * gravity + specimen.tip_masses[:, None] * wind
-    if faults.tilt_form == 'growing':
-        side = object_from_world @ _side(faults)
-        forces = forces + (masses * np.maximum(specimen.shares, 0.0))[:, None] * side
-    if faults.tilt_form == 'outer_push':
-        side = object_from_world @ _side(faults)
-        forces = forces + 2.0 * (masses * (specimen.shares > 0.6))[:, None] * side
     below = contact_laws(specimen.areas, specimen.shares, observation, faults)
     load = Load(forces, (*below, *pulls(masses, specimen.shares, observation, faults)))
     nominal = _clamp(specimen, setup, observation, faults)
@@ -225,17 +156,47 @@ def settle(
         'about a corner': np.diag([1.0, 1.5, 0.5]),
     }
     compliance = give * axes.get(faults.clamp_form, np.eye(3))
-    power = {'hardening': 0.5, 'softening': -0.4}.get(faults.clamp_form)
     if faults.clamp_form == 'about a corner':
         width, height = setup.shape.section
         corner = specimen.center + 0.5 * np.array([0.0, width, -height])
         specimen = replace(specimen, center=corner)
+    return _settle_clamped(specimen, load, nominal, compliance, _hardening(setup, faults))
+
+
+def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArray | float]:
+    """Return by how much less than its compliance says a clamp gives way, by the moment on it."""
+    if faults.clamp_form == 'one-sided':
+        way = np.array([0.0, *faults.clamp_way])
+        return lambda moment: np.where(way * moment > 0.0, 1.0, np.inf)
+    power = {'hardening': 0.5, 'softening': -0.4}.get(faults.clamp_form)
     if power is None:
-        return _settle_clamped(specimen, load, nominal, compliance)
+        return lambda moment: 1.0
     _, usual = weight_moment(setup)
-    return _settle_clamped(
-        specimen, load, nominal, compliance, lambda moment: max(moment / usual, 1e-6) ** power
-    )
+    return lambda moment: max(float(np.linalg.norm(moment)) / usual, 1e-6) ** power
+
+
+def _forces(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray:
+    """Return what pulls on the nodes wherever they are, object frame [N], shape (N, 3)."""
+    object_from_world = observation.world_from_object[:3, :3].T
+    gravity = _gravity(setup, observation, faults)
+    wind = object_from_world @ np.array([0.0, 0.0, faults.wind * GRAVITY])
+    masses, shares = specimen.body.masses + specimen.added, specimen.shares
+    forces = masses[:, None] * gravity + specimen.tip_masses[:, None] * wind
+    if faults.tilt_form in ('growing', 'outer_push', 'middle_push'):
+        where = {
+            'growing': np.maximum(shares, 0.0),
+            'outer_push': 2.0 * (shares > 0.6),
+            'middle_push': 6.0 * (np.abs(shares - 0.5) < 1.0 / 6.0),
+        }[faults.tilt_form]
+        forces = forces + (masses * where)[:, None] * (object_from_world @ _side(faults))
+    if faults.jet:
+        share = faults.jet_shares[setup.pose_number(observation)]
+        forces = forces + pressed(
+            faults.jet, faults.jet_at, faults.jet_normal, share, specimen.body.masses, shares
+        )
+    return forces
 
 
 def _clamp(
@@ -264,7 +225,7 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)
-    if faults.tilt_form in ('growing', 'outer_push'):
+    if faults.tilt_form in ('growing', 'outer_push', 'middle_push'):
         return np.asarray(object_from_world @ down)
     if faults.tilt_form == 'side_force':
         return np.asarray(object_from_world @ (down + side))
@@ -287,6 +248,9 @@ def _side(faults: Faults) -> FloatArray:
 
 def _slipped(setup: Setup, observation: Observation, faults: Faults) -> float:
     """Return which share of the clamp's shift is there in a pose."""
+    if faults.clamp_by_load:
+        down = observation.world_from_object[1, :3]
+        return max(float(np.hypot(down[1], down[2])) - 0.7, 0.0) / 0.3
     reached = setup.reached(observation)
     if faults.clamp_late:
         return float(reached > 0.5)
@@ -332,7 +296,7 @@ def _settle_clamped(
     load: Load,
     clamp: FloatArray,
     compliance: FloatArray,
-    hardening: Callable[[float], float] = lambda moment: 1.0,
+    hardening: Callable[[FloatArray], FloatArray | float],
 ) -> FloatArray:
     """Find the equilibrium; a compliant clamp turns until its spring bears the moment.
 
@@ -341,7 +305,7 @@ def _settle_clamped(
         load: on it.
         clamp: where the held section is to be, shape (4, 4).
         compliance: turn by moment about the object's axes [rad/(N m)], shape (3, 3).
-        hardening: by how much less it is at a moment [N m].
+        hardening: by how much less it is at a moment [N m], about each axis or all.
     """
     nodes = specimen.mesh.nodes
     positions = find_equilibrium(specimen.body, load, applied(clamp, nodes))
@@ -351,7 +315,7 @@ def _settle_clamped(
     turn = np.zeros(3)
     for _ in range(60):
         moment = _clamp_moment(specimen, load, positions, center)
-        wanted = compliance @ moment / hardening(float(np.linalg.norm(moment)))
+        wanted = compliance @ moment / hardening(moment)
         # Half a step: the moment itself falls as the clamp gives way.
         change = 0.7 * (wanted - turn)
         if np.linalg.norm(change) < _TURN_TOLERANCE:

@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Masses that are added to a body."""
+
+import numpy as np
+
+from benchmarks.blind.body import spread
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.hexahedra import HexMesh, Quadrature
+from benchmarks.blind.setups import Setup
+from benchmarks.blind.shapes import FloatArray
+
+_MASS_REACH = 0.06  # Half the share of the free length over which an added mass is spread.
+_POINT_REACH = 0.025  # The same of a mass on one side, and of one around the surface.
+_SMEAR_REACH = 0.5
+
+
+def added_mass(
+    setup: Setup,
+    faults: Faults,
+    share: FloatArray,
+    points: FloatArray,
+    quadrature: Quadrature,
+    mesh: HexMesh,
+) -> FloatArray:
+    """Return further masses of the nodes [kg], shape (N,).
+
+    Args:
+        setup: the rig.
+        faults: say how much there is, and how it is spread.
+        share: of the free length at which Gauss points lie, shape (C, 8).
+        points: their places before the shape's map [m], shape (C, 3, 8).
+        quadrature: over the shape without stress.
+        mesh: the body.
+    """
+    across = points[:, 1:] / (0.5 * np.array(setup.shape.section)[:, None])
+    reach, where = {
+        'hat': (_MASS_REACH, 1.0),
+        'ring': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
+        'smear': (_SMEAR_REACH, 1.0),
+        'point': (_POINT_REACH, across[:, 0] > 0.5),
+        'two': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
+        'coat': (_POINT_REACH, 1.0),
+        'opposite': (_POINT_REACH, np.abs(across[:, 0]) > 0.5),
+        'arm': (_MASS_REACH, 1.0),
+    }[faults.mass_form]
+    # At least the elements around the place, however long they are.
+    away = np.abs(share - faults.added_mass_at)
+    if faults.mass_form == 'opposite':
+        inner = np.abs(share - 0.5 * faults.added_mass_at)
+        away = np.where(across[:, 0] > 0.0, away, inner)
+    if faults.mass_form == 'two':
+        away = np.minimum(away, np.abs(share - 0.5 * faults.added_mass_at))
+    if faults.mass_form == 'coat':
+        away = np.where(share > faults.added_mass_at, 0.0, away)
+    nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
+    weights = nearness * where * (share > 0.0) * quadrature.volumes
+    masses = 1e-3 * faults.added_mass * weights / max(float(weights.sum()), 1e-30)
+    if faults.mass_form == 'arm':
+        masses = masses * _carried(masses, np.array([0.0, *faults.mass_arm]), quadrature, mesh)
+    return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
+
+
+def _carried(
+    masses: FloatArray, arm: FloatArray, quadrature: Quadrature, mesh: HexMesh
+) -> FloatArray:
+    """Return factors that carry the middle of masses to the end of an arm, shape (C, 8).
+
+    The arm is rigid and fixed to the affine map that is nearest to how its foot moves: the mass
+    goes where that takes the arm's end, and some parts of the foot are lifted by it.
+
+    Args:
+        masses: of Gauss points, the arm's foot [kg], shape (C, 8).
+        arm: from the middle of its foot to the mass, object frame [mm], shape (3,).
+        quadrature: of the body.
+        mesh: the same.
+    """
+    places = quadrature.values @ mesh.nodes[mesh.cells]
+    weights = masses / max(float(masses.sum()), 1e-30)
+    away = places - np.einsum('cg,cgi->i', weights, places)
+    spread_out = np.einsum('cg,cgi,cgj->ij', weights, away, away)
+    slopes = np.linalg.lstsq(spread_out, 1e-3 * arm, rcond=None)[0]
+    return np.asarray(1.0 + away @ slopes)

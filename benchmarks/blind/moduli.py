@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How stiff a body is from place to place."""
+
+import numpy as np
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.setups import Setup
+from benchmarks.blind.shapes import FloatArray
+
+_JAW = 0.15  # Share of the free length over which a soft root gives way.
+_TORN = 0.05  # Half the share of the free length of a torn piece.
+_CAVITY = 5.0  # By which log E falls where there is no matter.
+
+
+def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the change of log E at the Gauss points, shape (C, 8)."""
+    outward = np.abs(points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
+    mode = {
+        'split': np.where(share > 0.5, 0.5, -0.5),
+        'linear': share - 0.5,
+        'smooth': 0.5 * np.tanh((share - 0.4) / 0.15),
+        'thirds': np.where(np.abs(share - 0.5) < 1.0 / 6.0, 0.5, -0.5),
+        'skin': np.where(outward.max(axis=1) > 0.6, 0.5, -0.5),
+        'cosine': -0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)),
+        'late': np.where(share > 0.7, 0.5, -0.5),
+        'square': np.clip(share, 0.0, 1.0) ** 2 - 0.5,
+        'spot': (np.abs(share - 0.3) < 0.1).astype(float),
+        'three pours': np.where(share > 0.6, 0.5, np.where(share > 0.25, 0.1, -0.5)),
+    }[faults.contrast_mode]
+    change = faults.contrast * mode
+    if faults.clamp_form == 'jaw':
+        # A root that is softer by as much as the clamp gives way.
+        change = change - faults.clamp_compliance * (share < _JAW)
+    height = points[:, 2] / (0.5 * setup.shape.section[1])
+    change = change + faults.soft_skin * (height > 0.5)
+    if faults.torn:
+        change = change - 3.0 * _torn(faults, share, height)
+    if faults.hollow:
+        change = change - _CAVITY * cavity(setup, faults, share, points)
+    return change
+
+
+def cavity(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return which Gauss points lie in a cavity below the upper side, 1 or 0, shape (C, 8)."""
+    width, height = setup.shape.section
+    is_inside = (np.abs(points[:, 1]) < 0.3 * width) & (points[:, 2] > 0.05 * height)
+    is_there = (np.abs(share - faults.hollow_at) < 0.5 * faults.hollow) & (share > 0.0)
+    return np.asarray((is_inside & is_there).astype(float))
+
+
+def _torn(faults: Faults, share: FloatArray, height: FloatArray) -> FloatArray:
+    """Return which Gauss points lie in a torn piece: the nearest, where none lies in it."""
+    away = np.abs(share - faults.torn_at)
+    is_there = away < max(_TORN, 1.01 * float(away.min()))
+    above = height > min(1.0 - 2.0 * faults.torn, 0.99 * float(height.max()))
+    return np.asarray((is_there & above).astype(float))

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The second set with bodies of several laws, pairs of forms, and causes outside the library."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from benchmarks.blind.amplitudes import LIBRARY, OUTSIDE, OUTSIDE_CLASS
+from benchmarks.blind.cases import Case, list_form_cases
+from benchmarks.blind.forms import BY_KEY, FORMS, PAIRS
+from benchmarks.blind.generator import draw_case
+from benchmarks.blind.labels import label_of
+from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
+from benchmarks.blind.rubber import LAWS
+from benchmarks.blind.sensor import DRAWN
+from benchmarks.blind.seventh_forms import SEVENTH_FORMS, SEVENTH_PAIRS
+from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
+
+
+@pytest.fixture(scope='module')
+def cases() -> list[Case]:
+    return list_form_cases('seventh', 'salt')
+
+
+def test_it_has_its_cases_and_their_names_tell_nothing(cases: list[Case]) -> None:
+    assert Counter(case.kind for case in cases) == {
+        'clean': 60,
+        'form': 20,
+        'pair': 8,
+        'outside': 8,
+    }
+    named = [case for case in cases if case.kind != 'clean']
+    assert [case.id for case in named] == [f'form_{number:03d}' for number in range(36)]
+    other = [case for case in list_form_cases('seventh', 'other') if case.kind != 'clean']
+    assert [case.effects for case in named] != [case.effects for case in other]
+    kinds = [case.kind for case in named]
+    assert kinds != sorted(kinds), 'kinds are mixed'
+    assert {case.effects for case in named} == {case.effects for case in other}
+
+
+def test_worlds_are_of_all_laws_sensors_and_shapes(cases: list[Case]) -> None:
+    clean = [case for case in cases if case.kind == 'clean']
+    whole = Counter((case.law, case.sensor, case.family) for case in clean)
+    assert len(whole) == len(LAWS) * len(DRAWN) * 4
+    assert set(whole.values()) == {1}
+    faulty = [case for case in cases if case.kind != 'clean']
+    for name, most in (('law', 11), ('sensor', 16), ('family', 14)):
+        counts = Counter(getattr(case, name) for case in faulty)
+        assert len(counts) == len({getattr(case, name) for case in clean})
+        assert max(counts.values()) <= most
+
+
+def test_no_form_pair_or_cause_is_of_another_set() -> None:
+    earlier = {form.key for name in FORMS if name != 'seventh' for form in FORMS[name]}
+    assert FORMS['seventh'] == SEVENTH_FORMS
+    assert not {form.key for form in SEVENTH_FORMS} & earlier
+    assert not {frozenset(pair) for pair in SEVENTH_PAIRS} & {frozenset(pair) for pair in PAIRS}
+    assert not set(SEVENTH_OUTSIDE) & {*OUTSIDE, *FURTHER_OUTSIDE, *LIBRARY}
+    classes = {OUTSIDE_CLASS[name] for name in SEVENTH_OUTSIDE}
+    assert classes == {'load', 'shape', 'material', 'sensor'}
+
+
+def test_pairs_are_of_different_effects_and_mix_new_and_earlier_forms() -> None:
+    new = {form.key for form in SEVENTH_FORMS}
+    assert all(BY_KEY[one].truth != BY_KEY[other].truth for one, other in SEVENTH_PAIRS)
+    assert all(new & set(pair) for pair in SEVENTH_PAIRS)
+    assert new <= {key for pair in SEVENTH_PAIRS for key in pair}
+    assert any(set(pair) - new for pair in SEVENTH_PAIRS)
+
+
+def test_two_effects_of_a_pair_change_different_faults(cases: list[Case]) -> None:
+    for case in cases:
+        if case.kind != 'pair' or 'contact_plane' in str(case.effects):
+            continue  # Drawing it takes a simulation.
+        _, (one, other), _ = draw_case(case)
+        assert not set(one.changes) & set(other.changes)
+
+
+def test_labels_tell_law_fixture_effects_and_class(cases: list[Case]) -> None:
+    shifted = []
+    for case in cases:
+        if 'contact_plane' in str(case.effects):
+            continue  # Drawing it takes a simulation.
+        setup, effects, faults = draw_case(case)
+        label = label_of(case, setup, effects, faults, np.zeros(3))
+        assert label['rubber']['law'] == case.law
+        assert len(label['effects']) == len(case.effects)
+        assert (label['outside_class'] is None) == (case.kind != 'outside')
+        for effect in effects:
+            for name in effect.changes:
+                if name not in ('added_mass_at', 'contrast_mode'):
+                    assert name in label['faults'] or effect.changes[name] == (1.0, 1.0)
+        shifted.append(np.linalg.norm(label['fixture_shift_mm']) > 0.0)
+    assert 0.35 < np.mean(shifted) < 0.65
