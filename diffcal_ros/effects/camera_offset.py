@@ -26,6 +26,8 @@ class CameraOffset(Effect):
     is_fitted_whole = is_of_recording = True
     variants = (SHIFT, RIGID_AXES)
     across_picture = ('x', 'y')
+    # It may be moved between two recordings.
+    most_by_pose = 1.0
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """It turns `about` a point in the depth camera's frame."""

@@ -18,6 +18,10 @@ class ClampOffset(Effect):
     settles = (ROLLED,)
     twins = ('camera_offset', 'rest_curvature')
     variants = (SHIFT, TURN, RIGID_AXES)
+    # What moves the clamp moves the body by the body's own mechanics, and does not bend it.
+    most_along = 0.3
+    # It is clamped anew for each pose, or slips.
+    most_by_pose = 1.0
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the clamp's motion."""

@@ -4,6 +4,7 @@
 
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Site
+from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.terms.conditions import Conditions
 import numpy as np
 
@@ -37,6 +38,8 @@ class CompliantClamp(Effect):
         _OF_SECTION,
     )
     is_at_rest_only = True
+    # As with an offset in the clamp.
+    most_along = 0.3
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the clamp's compliance: alike about all axes, and about those of its section."""
@@ -46,6 +49,10 @@ class CompliantClamp(Effect):
         axes = site.axes.section[1:]
         compliance[3:, 3:] += axes.T @ np.array([[a, ab], [ab, b]]) @ axes
         return Conditions(clamp_compliance=compliance)
+
+    def otherwise(self, site: Site) -> tuple[Change, ...]:
+        """Return motions of the clamp: one that turns about a corner shifts, too."""
+        return tuple(Change(conditions=Conditions(clamp_motion=row)) for row in np.eye(6))
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """`a` and `b` are axes in the object's frame, within the section where the clamp ends."""

@@ -23,6 +23,7 @@ _OBSTACLE = 2e8
 _NORMAL_STEP = 1e-5  # Of a finite difference that is exact to rounding [rad].
 # Places along the body, and their width, of the forces that stand in for it.
 _PUSHED, _PUSHED_WIDTH = (0.25, 0.5, 0.75, 1.0), 0.05
+_OTHERWISE_WIDTH = 0.15
 # A plane is first tried at the lowest point seen, and so much above it [m].
 _RISES = (0.0, 0.003)
 _LOWEST_FRACTION = 0.01
@@ -44,6 +45,8 @@ class ContactPlane(Effect):
     has_tangent = has_limit = False
     beyond_robust_fit = ('height',)
     needs_long_look = True
+    # Friction is as large as what presses.
+    most_besides = 2.0
     # The forces that stand in for it would be masses in a motion.
     is_at_rest_only = True
 
@@ -72,6 +75,15 @@ class ContactPlane(Effect):
         return tuple(
             Change(conditions=Conditions(added_masses=-site.weights_at(at, _PUSHED_WIDTH)))
             for at in _PUSHED
+        )
+
+    def otherwise(self, site: Site) -> tuple[Change, ...]:
+        """Return forces on the body: what it lies on may be an edge, and hold it sideways."""
+        weights = [site.weights_at(at, _OTHERWISE_WIDTH) for at in _PUSHED]
+        return tuple(
+            Change(conditions=Conditions(forces=own[:, None] * axis))
+            for own in weights
+            for axis in np.eye(3)
         )
 
     def starts(self, seen: FitsSeen) -> list[dict[str, float]]:

@@ -20,6 +20,8 @@ class DepthAffine(Effect):
     settles = ('a rigid target at two known distances',)
     twins = ('camera_offset',)
     variants = (('bias',), ('scale',), ('scale', 'bias'))
+    # A camera warms up.
+    most_by_pose = 1.0
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
         """Return the derivative by scale [m] or bias."""

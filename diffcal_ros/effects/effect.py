@@ -88,6 +88,9 @@ class Effect:
             one region.
         across_picture: amplitudes that move the body across the picture, where the form of the
             picture (a focal length, a lens) belongs to what it is.
+        most_along: by how much of itself it may be another one from place to place along the body.
+        most_besides: by how much of itself it may do besides; see `otherwise`.
+        most_by_pose: by how much of itself it may be another one in each pose.
         most_confidence: that its name deserves where a cause outside the library looks the same.
         imitated_by: such causes, in words with what would tell them; empty: none is known.
     """
@@ -118,6 +121,9 @@ class Effect:
     hides_in_release = False
     has_boundary = False
     across_picture: tuple[str, ...] = ()
+    most_along = 1.0
+    most_besides = 1.0
+    most_by_pose = 0.3
     most_confidence = 1.0
     imitated_by = ''
 
@@ -192,6 +198,10 @@ class Effect:
 
         One for each place or time of `screened_at`; where it has none, any number of them.
         """
+        return ()
+
+    def otherwise(self, site: Site) -> tuple[Change, ...]:
+        """Return what it may do besides in each pose, where it is not quite of this form."""
         return ()
 
     def starts(self, seen: FitsSeen) -> list[dict[str, float]]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import FORM_DOUBT, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import AS_WELL, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -59,7 +59,7 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     ]
     levels: dict[tuple[str, ...], float] = {}
     for hypothesis in rivals:
-        level = hypothesis.log_evidence / selection.noise_scale
+        level = hypothesis.level / selection.noise_scale
         key = hypothesis.identifiers
         levels[key] = max(levels.get(key, -np.inf), level)
     top = levels[best.identifiers]
@@ -69,13 +69,20 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     others = [key for key in ranked if key != best.identifiers]
     has_one_pose = len({seen.setup_index for seen in evaluator.model.observations}) == 1
     as_well = _ONE_POSE_AS_WELL if has_one_pose else AS_WELL
-    near = {key for key in others if top - levels[key] < as_well}
+    doubt = FORM_DOUBT * best.leaning / selection.noise_scale
+    near = {key for key in others if top - levels[key] < as_well + doubt}
     if not evaluator.is_measured:
         # The log evidence rests on a floor that is a guess: what is left must tell.
         near |= _as_near(best, rivals)
     # A name that shares the answer with others is no surer than one of them.
     confidence = min(confidence, 1.0 / (1 + len(near)))
     alike = [best.identifiers, *(key for key in others if key in near)]
+    if len(best.added) > 1:
+        near_first = _as_good_alone(selection, as_well) - set(best.identifiers)
+        if near_first:
+            # Beside the second effect, too, it may be another one that is the first.
+            confidence = min(confidence, 1.0 / (1 + len(near_first)))
+            alike += [(name,) for name in near_first]
     if selection.rival is not None:
         # One effect or two others: no recording at hand tells.
         confidence = min(confidence, 1.0 / (1 + len(near) + 1))
@@ -86,6 +93,15 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
         alike=tuple(dict.fromkeys(name for key in alike for name in key)),
         runner_up=_joined(others[0]) if others else None,
     )
+
+
+def _as_good_alone(selection: Selection, as_well: float) -> set[str]:
+    """Return the single effects that explain the data about as well as the best one."""
+    best = selection.singles[0]
+    if selection.best is None or best.identifiers[0] not in selection.best.identifiers:
+        return set()  # Neither is a part of what explains more.
+    least = best.level - as_well * selection.noise_scale - FORM_DOUBT * best.leaning
+    return {h.identifiers[0] for h in selection.singles if h.level > least and not h.is_at_bound}
 
 
 def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, ...]]:

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.chi_square import chance_beyond
-from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated, tolerated
+from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated, tolerated
+from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -24,6 +26,11 @@ FloatArray = NDArray[np.float64]
 
 # Of a start that tangents propose, where the whole cannot be simulated.
 _FRACTIONS = (1.0, 0.3, 0.0)
+# What a model owes to forms other than the library's rests on what is believed of forms; so much
+# of it is in doubt.
+FORM_DOUBT = 0.1
+# What is off from the library's form by more of what it does is another thing.
+FARTHEST_FORM = 0.5
 # An effect whose usual size moves no patch by more than this is idle [m].
 _NOTHING = 1e-7
 
@@ -77,6 +84,16 @@ class Hypothesis:
         return self.fit.log_evidence if self.judged is None else self.judged.log_evidence
 
     @property
+    def level(self) -> float:
+        """Log evidence less its doubtful part: by this models are held against one another."""
+        return self.log_evidence - FORM_DOUBT * self.leaning
+
+    @property
+    def leaning(self) -> float:
+        """Log evidence that it owes to forms other than the library's."""
+        return 0.0 if self.judged is None else self.judged.log_evidence - self.judged.exact
+
+    @property
     def chi_square(self) -> float:
         """What is left on the patches that were fitted, likewise."""
         return self.fit.chi_square if self.judged is None else self.judged.chi_square
@@ -93,8 +110,9 @@ class Hypothesis:
 
     @property
     def _freedom(self) -> int:
-        count = self.fit.patch_count if self.judged is None else self.judged.patch_count
-        return max(count - len(self.fit.coordinates), 1)
+        if self.judged is not None:
+            return max(round(self.judged.freedom), 1)
+        return max(self.fit.patch_count - len(self.fit.coordinates), 1)
 
     @property
     def identifiers(self) -> tuple[str, ...]:
@@ -244,9 +262,7 @@ def with_fewer_effects(
     return Hypothesis(tuple(kept), scene, evaluator, fitted_with_fewer(whole.fit, evaluator))
 
 
-def with_tolerance(
-    hypothesis: Hypothesis, nominal: Refit, points: Sequence[FloatArray]
-) -> Hypothesis:
+def with_tolerance(hypothesis: Hypothesis, basis: FormBasis | None) -> Hypothesis:
     """Judge a fitted model with a tolerance for the form of its effects.
 
     Where the floor is a guess so is what is left above it, and what a motion leaves is its mesh's
@@ -254,16 +270,13 @@ def with_tolerance(
 
     Args:
         hypothesis: the model.
-        nominal: fit of the model without its effects.
-        points: nodes of the body in each view there [m], camera frame, shape (N, 3) each.
+        basis: of the model without its effects; None: it is judged as it is.
     """
-    evaluator = hypothesis.evaluator
-    seen = evaluator.model.observations
-    if not evaluator.is_measured or any(one.instant is not None for one in seen):
+    if basis is None:
         return hypothesis
-    effect_classes = [candidate.effect.group for candidate in hypothesis.added]
-    judged = tolerated(evaluator.model, hypothesis.fit, nominal, effect_classes, points)
-    return replace(hypothesis, judged=judged)
+    fit = hypothesis.fit
+    ways = ways_of(hypothesis.evaluator.model, fit, basis, hypothesis.added)
+    return replace(hypothesis, judged=tolerated(fit, ways))
 
 
 def _refit_from(

@@ -5,6 +5,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_fewer_effects
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
@@ -19,6 +21,9 @@ from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
@@ -35,8 +40,12 @@ _FARTHER = 2.0
 _AS_NOISE = 0.05
 
 
-def best_pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[Hypothesis]:
+def best_pairs(
+    pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen, basis: FormBasis | None
+) -> list[Hypothesis]:
     """Add a second effect to the best single ones, by the scores around each.
+
+    What the form of a single one may explain no second one needs to.
 
     Beside a single effect that leaves noise only what may add enough is tried. What promises
     most comes first: where that leaves noise, others need not be tried whose tangents lead nowhere
@@ -44,7 +53,7 @@ def best_pairs(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -
     """
     most = _MOST_PAIRS if pool.nominal.is_measured else _MOST_PAIRS_GUESSED
     least = max(h.fit.log_evidence for h in singles) + PAIR_GAIN
-    listed = _offers(pool, singles, scores)
+    listed = _offers(pool, singles, scores, basis)
     offers = [offer for offer in listed if offer.at_most > least or not offer.is_linear][:most]
     if not pool.nominal.is_measured or len(offers) < 2:
         return finished(pool, pool.refit_all([offer.request for offer in offers]), rivals=singles)
@@ -68,7 +77,7 @@ class _Offer:
         request: to refit it.
         start: log evidence of the single effect that it adds to.
         gain: what tangents there promise of it.
-        is_linear: whether that effect leaves noise, so that tangents hold.
+        is_linear: whether that effect leaves noise in the library's form, so that tangents hold.
     """
 
     request: RefitRequest
@@ -88,16 +97,19 @@ class _Offer:
         return self.start + (_TANGENTS_MISS if is_smooth else _STAND_INS_MISS) * self.gain
 
 
-def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> list[_Offer]:
+def _offers(
+    pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen, basis: FormBasis | None
+) -> list[_Offer]:
     """Return the pairs of the best single effects with what scores best around each."""
     found: dict[tuple[str, ...], _Offer] = {}
     listed = [score.candidate for score in scores.scores]
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
-        is_linear = pool.nominal.is_measured and one.chance_of_noise > _AS_NOISE
+        leaves_noise = one.chance_of_noise > _AS_NOISE and one.leaning < PAIR_GAIN
+        is_linear = pool.nominal.is_measured and leaves_noise
         try:
-            again = screen(one.evaluator, one.fit.coordinates, others)
+            again = screen(one.evaluator, one.fit.coordinates, others, _forms(one, basis))
         except NotSimulatedError:
             continue  # It was reached by small load steps, and is not found from rest.
         for score in distinct(again.scores)[:_SECONDS]:
@@ -107,6 +119,18 @@ def _offers(pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen) -> l
             offer = _Offer(request, one.fit.log_evidence, score.log_evidence, is_linear)
             found.setdefault(key, offer)
     return list(found.values())
+
+
+def _forms(one: Hypothesis, basis: FormBasis | None) -> list[FloatArray] | None:
+    """Return what the form of a single effect may do to the patches of its fit, (n, m) each."""
+    if basis is None or one.judged is None:
+        return None
+    ways = ways_of(one.evaluator.model, one.fit, basis, one.added)
+    share, fraction = one.judged.by_pose, one.judged.fraction
+    return [
+        np.hstack([share * by_pose, fraction * form])
+        for by_pose, form in zip(ways.by_pose, ways.form, strict=True)
+    ]
 
 
 def halves(

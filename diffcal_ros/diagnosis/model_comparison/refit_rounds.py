@@ -77,4 +77,4 @@ def finished(
 
 def by_evidence(hypothesis: Hypothesis) -> tuple[bool, float]:
     """Order models by evidence, the best first, those at a bound last."""
-    return hypothesis.is_at_bound, -hypothesis.log_evidence
+    return hypothesis.is_at_bound, -hypothesis.level

@@ -7,8 +7,15 @@ from dataclasses import dataclass, field, replace
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
+from diffcal_ros.diagnosis.model_comparison.hypothesis import (
+    FARTHEST_FORM,
+    FORM_DOUBT,
+    Hypothesis,
+    with_tolerance,
+)
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence
@@ -24,7 +31,6 @@ from diffcal_ros.diagnosis.model_comparison.shared_patches import (
 )
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
@@ -37,6 +43,9 @@ FloatArray = NDArray[np.float64]
 AS_WELL = 5.0
 # Where the floor is a guess, what most patches are off by in floors where something may be left.
 _POOR_FLOORS = 2.0
+# A second effect must explain so much more, in log evidence per unit of noise scale, than any form
+# of the first.
+_LEAST_GAIN = 4.0
 # A second effect must be better by so much log likelihood on held-out patches, and on each pose
 # given the others. Where the floor is a guess likelihoods are too: it must close so much of what
 # the first one leaves on those.
@@ -83,19 +92,20 @@ class Selection:
             return None
         one = self.singles[0]
         is_part = set(one.identifiers) <= set(two.identifiers)
-        return None if is_part or one.chance_of_noise < ALPHA else two
+        doubt = PAIR_GAIN * self.noise_scale + FORM_DOUBT * one.leaning
+        is_clear = two.level - one.level > doubt
+        return None if is_part or is_clear or one.chance_of_noise < ALPHA else two
 
     def _needed_pair(self) -> Hypothesis | None:
         """Return the best pair where one effect is not enough, in whatever form."""
         if not (self.singles and self.pairs):
             return None
         one, two = self._fullest(self.singles[0]), self.pairs[0]
-        gains = [two.log_evidence - one.log_evidence]
+        is_more = two.level - one.level > PAIR_GAIN * self.noise_scale
         transfer = np.inf
         if self.added is not None:
-            gains.append(self.added.log_evidence)
+            is_more &= self.added.log_evidence > _LEAST_GAIN * self.noise_scale
             transfer = self.added.log_transfer
-        is_more = min(gains) > PAIR_GAIN * self.noise_scale
         is_everywhere = transfer > _HELD_OUT_GAIN * self.noise_scale
         return two if is_more and is_everywhere and self._is_confirmed(one, two) else None
 
@@ -103,9 +113,11 @@ class Selection:
         """Tell whether held-out patches want the second effect, too."""
         if not self.is_measured:
             return _closed(one.fit, two.fit) > _CLOSES_GUESSED
-        if one.judged is not None and two.judged is not None:
+        in_form = one.judged is not None and one.judged.fraction <= FARTHEST_FORM
+        if one.judged is not None and two.judged is not None and in_form:
             told = two.judged.log_prediction - one.judged.log_prediction
             return told / self.noise_scale > _HELD_OUT_GAIN
+        # A form so far from the library's goes between the patches that were fitted.
         fits = (one.fit, two.fit)
         likelihoods = [-0.5 * whiten(fit.groups, Part.REPORT).chi_square for fit in fits]
         return (likelihoods[1] - likelihoods[0]) / self.noise_scale > _HELD_OUT_GAIN
@@ -115,12 +127,12 @@ class Selection:
 
         One that leaves an amplitude out is sure of what it cannot know.
         """
-        least = leader.log_evidence - AS_WELL * self.noise_scale
+        least = leader.level - AS_WELL * self.noise_scale
         variants = [
             h
             for h in self.singles
             if h.identifiers == leader.identifiers
-            and h.log_evidence > least
+            and h.level > least
             and not (h.is_at_bound or h.has_absent_amplitude)
         ]
         return max(variants, key=lambda h: h.amplitude_count, default=leader)
@@ -143,44 +155,60 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         scores: of all candidates.
         with_pairs: whether two effects may be named; else only which one comes nearest is asked.
     """
-    is_measured = pool.nominal.is_measured
     singles = refitted_singles(pool, scores)
     if singles and all(h.has_idle_effect for h in singles):
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = refitted_singles(pool, with_tangents(scores))
-    singles = sorted(_judged(pool, singles), key=by_evidence)
+    singles, basis = judged_singles(pool, singles)
     if pool.nominal.stays_robust:
         singles = sorted(ranked(singles), key=by_evidence)
     pairs: list[Hypothesis] = []
-    if with_pairs and singles and _is_poor(pool, singles[0]):
-        pairs = best_pairs(pool, singles, scores)
+    if with_pairs and singles and _is_poor(pool, singles[0], basis):
+        pairs = best_pairs(pool, singles, scores, basis)
         singles = sorted([*singles, *halves(pool, singles, pairs)], key=by_evidence)
+    return compared(pool, singles, pairs, basis)
+
+
+def compared(
+    pool: RefitPool,
+    singles: Sequence[Hypothesis],
+    pairs: Sequence[Hypothesis],
+    basis: FormBasis | None,
+) -> Selection:
+    """Hold refitted models against one another; those that do nothing fall out.
+
+    Args:
+        pool: who refitted them, and what the nominal model is.
+        singles: models with one effect each.
+        pairs: with two.
+        basis: of the nominal model; None where models are judged as they are.
+    """
     singles = [h for h in singles if not h.has_idle_effect]
     pairs = [
         h for h in pairs if not (h.has_idle_effect or has_doubtful_effect(h, pool.base, singles))
     ]
-    compared = _judged(pool, [*singles, *pairs])
-    singles = sorted(compared[: len(singles)], key=by_evidence)
-    pairs = sorted(compared[len(singles) :], key=by_evidence)
+    if basis is not None and pairs:
+        best = min(_judged(pairs, basis), key=by_evidence)
+        singles = [*singles, *each_alone(pool, best, basis)]
+    models = _judged([*singles, *pairs], basis)
     if pool.nominal.stays_robust:
-        compared = ranked([*singles, *pairs])
-        singles = sorted(compared[: len(singles)], key=by_evidence)
-        pairs = sorted(compared[len(singles) :], key=by_evidence)
+        models = ranked(models)
+    singles = sorted(one_of_each(models[: len(singles)]), key=by_evidence)
+    pairs = sorted(models[-len(pairs) :] if pairs else [], key=by_evidence)
     scale = _noise_scale([*singles, *pairs])
     added = None
-    if singles and pairs and pairs[0].judged is not None:
-        added = second_adds(singles[0], pairs[0], _nominal_points(pool))
-    return Selection(tuple(singles), tuple(pairs), scale, is_measured, added)
+    if singles and pairs and basis is not None:
+        added = second_adds(singles, pairs[0], basis)
+    return Selection(tuple(singles), tuple(pairs), scale, pool.nominal.is_measured, added)
 
 
-def _is_poor(pool: RefitPool, hypothesis: Hypothesis) -> bool:
+def _is_poor(pool: RefitPool, hypothesis: Hypothesis, basis: FormBasis | None) -> bool:
     """Tell whether one effect leaves so much that a second one is sought."""
     if pool.nominal.is_measured:
         least = PAIR_GAIN * max(1.0, hypothesis.chi_square_per_patch)
         if most_gain(hypothesis) <= least:
             return False
-        in_form = hypothesis.judged is None
-        return in_form or most_added(hypothesis, _nominal_points(pool)) > least
+        return basis is None or most_added(hypothesis, basis) > least
     left = patch_gap(hypothesis.fit.groups, Part.FIT)
     return left.most > _POOR_FLOORS * left.whole_floor
 
@@ -192,20 +220,32 @@ def _noise_scale(models: Sequence[Hypothesis]) -> float:
     return max(1.0, min((h.chi_square_per_patch for h in models), default=1.0))
 
 
-def _judged(pool: RefitPool, models: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _judged(models: Sequence[Hypothesis], basis: FormBasis | None) -> list[Hypothesis]:
     """Judge models with a tolerance for the form of their effects, in their order.
 
     They are held against one another on the patches that all near the best see; their fits stay
     those of all patches.
     """
-    base = replace(pool.base, groups=unstrained(pool.base))
-    points = _nominal_points(pool)
     return [
-        replace(with_tolerance(counted, base, points), fit=model.fit)
+        replace(with_tolerance(counted, basis), fit=model.fit)
         for model, counted in zip(models, on_shared_patches_of_the_near(models), strict=True)
     ]
 
 
-def _nominal_points(pool: RefitPool) -> list[FloatArray]:
-    """Return the nodes of the nominal body in each view [m], camera frame, shape (N, 3) each."""
-    return [view.points for view in pool.nominal.model.views(pool.base.coordinates)]
+def judged_singles(
+    pool: RefitPool, singles: Sequence[Hypothesis]
+) -> tuple[list[Hypothesis], FormBasis | None]:
+    """Judge models with one effect each, best first, and say by what their forms are told.
+
+    What effects may do besides is found around the best of them, whose body stands about where the
+    measured one does; and which that is, around the nominal one. A floor that is a guess, and
+    motions, are judged as they are.
+    """
+    seen = pool.nominal.model.observations
+    is_exact = not pool.nominal.is_measured or any(one.instant is not None for one in seen)
+    if is_exact or not singles:
+        return sorted(_judged(singles, None), key=by_evidence), None
+    basis = FormBasis.of(pool.nominal, pool.base, pool.base)
+    best = min(_judged(singles, basis), key=by_evidence)
+    basis = FormBasis.of(best.evaluator, best.fit, pool.base)
+    return sorted(_judged(singles, basis), key=by_evidence), basis

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
+from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit, prior_of
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -57,6 +58,12 @@ class Refit:
     def chi_square_per_patch(self) -> float:
         """Chi-square per degree of freedom: 1 where noise alone is left."""
         return self.chi_square / max(self.patch_count - len(self.coordinates), 1)
+
+    @property
+    def chance_of_noise(self) -> float:
+        """Return the chance that noise alone leaves as much."""
+        freedom = max(self.patch_count - len(self.coordinates), 1)
+        return float(chance_beyond(self.chi_square, freedom))
 
     def values_by_name(self) -> dict[str, float]:
         """Return the coordinates by the names of their parameters: where another fit may start."""

@@ -22,6 +22,7 @@ from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.optimize import nnls
 
 FloatArray = NDArray[np.float64]
@@ -37,7 +38,8 @@ class Score:
         candidate: which.
         gain: fall of chi-square to first order.
         plain_gain: the same without allowance for the error of tangents.
-        log_evidence: half of that less the price of its freedom.
+        gain_by_pose: the same with amplitudes of its own in each pose, less their price.
+        log_evidence: half of the gain less the price of its freedom.
         amplitudes: expected, SI units, in the order of the candidate's components.
         detectable: smallest amplitudes that would be seen, SI units.
         direction: what it would explain, whitened, nuisances projected out, shape (n,).
@@ -49,6 +51,7 @@ class Score:
     candidate: Candidate
     gain: float
     plain_gain: float
+    gain_by_pose: float
     log_evidence: float
     amplitudes: FloatArray
     detectable: FloatArray
@@ -128,7 +131,10 @@ def library_groups(
 
 
 def screen(
-    evaluator: PatchEvaluator, coordinates: FloatArray, listed: Sequence[Candidate]
+    evaluator: PatchEvaluator,
+    coordinates: FloatArray,
+    listed: Sequence[Candidate],
+    beside: Sequence[FloatArray] | None = None,
 ) -> Screen:
     """Score candidates around a fit.
 
@@ -136,9 +142,16 @@ def screen(
         evaluator: of the nominal model.
         coordinates: of its fit, shape (k,).
         listed: candidates.
+        beside: what else may move the patches of each group, in independent columns of size one
+            [m], shape (n, m) each: it is projected out, too.
     """
     nominal = evaluator.model.parameters
     names, groups = library_groups(evaluator, coordinates, listed)
+    if beside is not None:
+        groups = [
+            replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, own])))
+            for b, own in zip(groups, beside, strict=True)
+        ]
     beyond = _beyond_prior(
         nominal, coordinates + evaluator.discretisation_error.shifts_of(nominal)
     )
@@ -204,9 +217,11 @@ def _seen_through(
 ) -> _Sight:
     seen = whiten(groups, Part.FIT, slack)
     _, precision = regularised_prior(nominal)
-    own = seen.jacobian[:, : len(nominal)]
-    project = Projection(own, precision)
-    columns = project(seen.jacobian[:, len(nominal) :])
+    count = len(nominal) + len(names)
+    own, beside = seen.jacobian[:, : len(nominal)], seen.jacobian[:, count:]
+    known = block_diag(precision, np.eye(beside.shape[1]))
+    project = Projection(np.hstack([own, beside]), known)
+    columns = project(seen.jacobian[:, len(nominal) : count])
     # Seen from the priors' means, so that what strains a prior has to be explained, too.
     residual = project(seen.values + own @ beyond)
     return _Sight(names, residual, columns, seen.views, project)
@@ -276,6 +291,7 @@ def _score(candidate: Candidate, sight: _Sight) -> Score:
         candidate=candidate,
         gain=gain,
         plain_gain=gain,
+        gain_by_pose=_gain_by_pose(candidate, own, sight) - volumes,
         log_evidence=0.5 * (gain - volumes),
         amplitudes=amplitudes,
         detectable=_DETECTABLE_SIGMAS / sensitivity,
@@ -284,6 +300,23 @@ def _score(candidate: Candidate, sight: _Sight) -> Score:
         plain_columns=own,
         plain_residual=sight.residual,
     )
+
+
+def _gain_by_pose(candidate: Candidate, own: FloatArray, sight: _Sight) -> float:
+    """Return how much chi-square falls with amplitudes of its own in each pose.
+
+    Only of what may be another one in each pose by all of itself; else as if it were the same.
+    """
+    views = np.unique(sight.views)
+    if candidate.effect.most_by_pose < 1.0 or len(views) < 2:
+        return float(gains(candidate, own, sight.residual))
+    scales = np.array([candidate.effect.component(name).scale for name in candidate.components])
+    scaled = own * scales
+    apart = np.hstack([scaled, *(scaled * (sight.views == view)[:, None] for view in views)])
+    information = apart.T @ apart + np.eye(apart.shape[1])
+    pull = apart.T @ sight.residual
+    fall = float(pull @ np.linalg.solve(information, pull))
+    return fall - float(np.linalg.slogdet(information)[1])
 
 
 def expected_amplitudes(
@@ -331,6 +364,7 @@ def _one_sided_score(candidate: Candidate, sight: _Sight) -> Score:
         candidate=candidate,
         gain=gain,
         plain_gain=gain,
+        gain_by_pose=gain,
         log_evidence=0.5 * gain - free * float(np.log(1.0 + np.sqrt(max(gain, 0.0)))),
         amplitudes=np.zeros(len(candidate.components)),
         detectable=np.full(len(candidate.components), np.nan),

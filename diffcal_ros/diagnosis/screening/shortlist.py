@@ -47,6 +47,9 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
         and gain > _LEAST_WITHOUT_TANGENT * least
         and name not in chosen
     ]
+    # What is another one in each pose is not seen as one that is the same in all.
+    chosen += [name for name, listed in best.items() if _leads_by_pose(listed, least)]
+    chosen = list(dict.fromkeys(chosen))
     variants = {name: _variants(best[name]) for name in chosen}
     most = {name: max(map(_amplitude_count, listed)) for name, listed in variants.items()}
     for name, listed in variants.items():
@@ -56,6 +59,11 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
         if min(of_twins, _amplitude_count(fullest)) > most[name]:
             listed.append(fullest)
     return [score for listed in variants.values() for score in listed]
+
+
+def _leads_by_pose(scores: Sequence[Score], least: float) -> bool:
+    """Tell whether an effect may explain enough with amplitudes of its own in each pose."""
+    return max(score.gain_by_pose for score in scores) > max(2.0 * least, 0.0)
 
 
 def _amplitude_count(score: Score) -> int:

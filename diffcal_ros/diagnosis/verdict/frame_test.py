@@ -9,6 +9,7 @@ fields, learnt from the other poses, predict a pose best is that of the cause.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.diagnosis.patch_fits.free_fields import free_fields
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
@@ -20,7 +21,6 @@ from diffcal_ros.diagnosis.patches.whitened import (
     tangent_slack,
     whiten,
 )
-from diffcal_ros.diagnosis.verdict.free_fields import free_fields
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.answers import Evidence, Verdict
-from diffcal_ros.diagnosis.detection.disagreement import Disagreement
+from diffcal_ros.diagnosis.detection.disagreement import ALPHA, Disagreement
 from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import where_largest
@@ -31,6 +31,7 @@ from diffcal_ros.diagnosis.verdict.unknown import (
 )
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
+    closed_in_its_form,
     closure_of,
     details_of,
     gap_figures,
@@ -44,10 +45,14 @@ import numpy as np
 
 # An effect is named by itself from this confidence on.
 _NAMED = 0.6
+# What closes more of the gap in the library's form tells the class, if not the name.
+_MOST_OF_IT = 0.5
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
 # A fixture that is seen so far from where it is stated is told: thrice what is usual [m].
 _FIXTURE_OFF = 0.003
+# Of a form that is off by less nothing is said.
+_TOLD = 0.05
 # Of what comes about as near as the nearest.
 _MOST_NEAR = 3
 
@@ -145,7 +150,10 @@ def _name(
     if nearest is None and choice is not None and doubts:
         is_large = disagreement.verdict is Verdict.DISAGREE
         nearest = choice.hypothesis.added[0].effect.group if is_large else None
-    unknown = None if nearest is None else describe_unknown(evaluator, nominal, nearest)
+    is_sure = choice is not None and _tells_class(choice.hypothesis, closure)
+    unknown = None
+    if nearest is not None:
+        unknown = describe_unknown(evaluator, nominal, nearest, is_sure=is_sure)
     effects: tuple[NamedEffect, ...] = ()
     is_open = choice is None or unknown is not None or bool(doubts)
     # A name is for a disagreement: at the size of what sensor and forms are off by anyway several
@@ -200,13 +208,24 @@ def doubts_about(
             f'{words} came nearest, but {where} the gap is within the floors '
             f'({1e3 * before.rms:.2f} of {1e3 * before.whole_floor:.2f} mm): no name for it',
         )
-    if not after.rms < before.rms and not after.most < before.most:
+    library = closure_of(nominal, hypothesis.fit, evaluator.is_measured, part)
+    closed = closed_in_its_form(nominal, hypothesis, library)
+    if not (closed > 0.0 or after.rms < before.rms or after.most < before.most):
         return (f'{words} came nearest, but leaves as much {where}: no name for it',)
-    closed = closure_of(nominal, hypothesis.fit, evaluator.is_measured, part)
+    off = _off_in_form(hypothesis)
+    if off is not None:
+        return (f'{words} came nearest, in a form that is {off}: no name for it',)
     if closed < LEAST_CLOSURE:
         # Whatever it follows on the patches that were fitted, most of what is missing is not it.
         return (
             f'{words} came nearest, but closes {closed:.0%} of the gap {where}: no name for it',
+        )
+    # Two effects close much by what each may be besides.
+    least = _MOST_OF_IT if len(hypothesis.added) == 1 else LEAST_CLOSURE
+    if hypothesis.judged is not None and library < least:
+        return (
+            f'{words} came nearest, but in the form that the library has closes {library:.0%} of '
+            f'the gap {where}: no name for it',
         )
     return ()
 
@@ -226,9 +245,36 @@ def _nearest_class(
         # Whatever was refitted does nothing.
         best = next(iter(with_tangents(scores).scores), None)
         return 'load' if best is None else best.candidate.effect.group
-    if is_unexplained(nominal, choice.hypothesis, closure, is_measured=evaluator.is_measured):
+    closed = closed_in_its_form(nominal, choice.hypothesis, closure)
+    if is_unexplained(nominal, choice.hypothesis, closed, is_measured=evaluator.is_measured):
         return choice.hypothesis.added[0].effect.group
     return None
+
+
+def _off_in_form(hypothesis: Hypothesis) -> str | None:
+    """Say by how much effects are off from the library's form, where that is too much for a name.
+
+    It is not where that form leaves noise. What is moved, clamped anew or warms up may be another
+    one in each pose. Of two effects either of which may be far off nothing is known.
+    """
+    judged = hypothesis.judged
+    if judged is None or hypothesis.fit.chance_of_noise >= ALPHA:
+        return None
+    if judged.fraction > FARTHEST_FORM / len(hypothesis.added):
+        return f'off by {judged.fraction:.0%} of what it does'
+    is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0
+    if judged.by_pose > FARTHEST_FORM and not is_moved:
+        return 'another one in each pose'
+    return None
+
+
+def _tells_class(hypothesis: Hypothesis, closure: float) -> bool:
+    """Tell whether a model that may not be named tells the class of what is missing.
+
+    It closes most of the gap, in about the library's form.
+    """
+    is_in_form = hypothesis.judged is not None and _off_in_form(hypothesis) is None
+    return is_in_form and closure > _MOST_OF_IT and not hypothesis.is_at_bound
 
 
 def _notes(
@@ -277,12 +323,11 @@ def _left(hypothesis: Hypothesis) -> list[str]:
     if left.rms <= FAR_ABOVE * left.whole_floor:
         return []
     judged = hypothesis.judged
-    tolerance = 0.0 if judged is None else judged.size
-    if judged is not None and left.rms <= FAR_ABOVE * float(np.hypot(left.whole_floor, tolerance)):
-        return [
-            f'{1e3 * left.rms:.2f} mm are still left, as where the form of it is off by '
-            f'{judged.fraction:.0%}'
-        ]
+    if judged is not None and judged.left <= FAR_ABOVE * left.whole_floor:
+        shares = {'in itself': judged.fraction, 'from pose to pose': judged.by_pose}
+        own = [f'{share:.0%} {words}' for words, share in shares.items() if share >= _TOLD]
+        words = f', as where it is another one by {" and ".join(own)}' if own else ''
+        return [f'{1e3 * left.rms:.2f} mm are still left in the form that the library has{words}']
     return [f'{1e3 * left.rms:.2f} mm are still left: this is not all that is missing']
 
 

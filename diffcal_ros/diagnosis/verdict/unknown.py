@@ -4,7 +4,6 @@
 
 from dataclasses import dataclass
 
-from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
@@ -66,13 +65,13 @@ def is_unexplained(
     """
     if not is_measured:
         return not closure >= LEAST_CLOSURE
-    left = patch_gap(added.fit.groups, Part.REPORT)
-    is_far_above = left.rms > FAR_ABOVE * left.whole_floor
+    gap = patch_gap(added.fit.groups, Part.REPORT)
+    left = gap.rms if added.judged is None else min(gap.rms, added.judged.left)
+    is_far_above = left > FAR_ABOVE * gap.whole_floor
     if is_far_above and closure < LEAST_CLOSURE:
         # It follows the patches that were fitted, and does not predict the others.
         return True
-    freedom = max(added.fit.patch_count - len(added.fit.coordinates), 1)
-    if chance_beyond(added.chi_square, freedom) >= ALPHA:
+    if added.chance_of_noise >= ALPHA:
         return False
     excess = nominal.chi_square_per_patch - 1.0
     fraction = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
@@ -81,24 +80,29 @@ def is_unexplained(
     return added.chi_square_per_patch > _POOR and is_far_above
 
 
-def describe_unknown(evaluator: PatchEvaluator, nominal: Refit, nearest: str) -> Unknown:
+def describe_unknown(
+    evaluator: PatchEvaluator, nominal: Refit, nearest: str, *, is_sure: bool = False
+) -> Unknown:
     """Tell what class an effect outside the library is most like.
 
     Args:
         evaluator: of the nominal model.
         nominal: its fit.
         nearest: class of the library's effect that comes nearest.
+        is_sure: whether that tells the class.
     """
     # Frames of a motion are no poses of which one could be predicted from the others.
     is_moving = any(seen.instant is not None for seen in evaluator.model.observations)
     tested = () if is_moving else frame_test(evaluator, nominal)
     if not tested:
         return Unknown(nearest, None)
-    return Unknown(tested[0].group, _stand_in(tested))
-
-
-def _stand_in(tested: tuple[ClassScore, ...]) -> StandIn:
     best = tested[0]
+    if is_sure:
+        best = next((score for score in tested if score.group == nearest), best)
+    return Unknown(best.group, _stand_in(best, tested))
+
+
+def _stand_in(best: ClassScore, tested: tuple[ClassScore, ...]) -> StandIn:
     return StandIn(
         group=best.group,
         frame=_FRAMES[best.group],

@@ -96,6 +96,21 @@ def closure_of(nominal: Refit, added: Refit, is_measured: bool, part: Part = Par
     return closed_fraction(old, new, floor)
 
 
+def closed_in_its_form(nominal: Refit, added: Hypothesis, closure: float) -> float:
+    """Return what a model closes on the report's patches in the form that the data favour.
+
+    Args:
+        nominal: fit of the model without its effects.
+        added: the model.
+        closure: what it closes in the library's form.
+    """
+    if added.judged is None:
+        return closure
+    before = patch_gap(unstrained(nominal), Part.REPORT)
+    own = closed_fraction(before.rms, added.judged.left, before.whole_floor)
+    return float(np.fmax(closure, own))
+
+
 def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str]]:
     """Return value, standard error and unit of the parameters that were asked for.
 
@@ -170,6 +185,8 @@ def _refit_table(selection: Selection) -> list[dict[str, object]]:
             'at': [c.at for c in h.added],
             'log_evidence': h.log_evidence,
             'tolerance': None if h.judged is None else h.judged.fraction,
+            'by_pose': None if h.judged is None else h.judged.by_pose,
+            'doubtful': h.leaning,
             'chi_square': h.fit.chi_square,
             'at_bound': h.is_at_bound,
             'evaluations': h.fit.evaluations,

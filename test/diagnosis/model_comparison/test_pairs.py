@@ -40,7 +40,7 @@ def test_where_a_pair_leaves_noise_others_that_lead_nowhere_near_are_left(screen
     chi_square = 0.7 if leaves_noise else 3.0
     good = replace(one.fit, log_evidence=5e3, chi_square=chi_square * one.fit.patch_count)
     pool = _Pool(evaluator, nominal, {name: replace(one, fit=good) for name in names})
-    pair_search.best_pairs(pool, [wrong], scores)
+    pair_search.best_pairs(pool, [wrong], scores, None)
     # It is three that are tried at most, and no promise of the others reaches as far.
     assert (len(pool.asked) == 1) == leaves_noise
 
@@ -62,5 +62,5 @@ def test_beside_an_effect_that_leaves_noise_only_what_may_add_enough_is_tried(
     pool = _Pool(evaluator, nominal, dict.fromkeys(names, one))
     best = replace(one, fit=good)
     other = replace(one, fit=replace(one.fit, log_evidence=5e3 + 1e3))
-    pair_search.best_pairs(pool, [best, other], scores)
+    pair_search.best_pairs(pool, [best, other], scores, None)
     assert (len(pool.asked) == 0) == leaves_noise

@@ -5,11 +5,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison import second_effect
+from diffcal_ros.diagnosis.model_comparison import any_form, second_effect
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.any_form import Sight, Tolerated
 from diffcal_ros.diagnosis.model_comparison.choice import choose
-from diffcal_ros.diagnosis.model_comparison.form_tolerance import Tolerated
-from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of
+from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of, Ways, ways_at
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.model_comparison.second_effect import Explained, explained
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
@@ -28,6 +29,12 @@ def _found(screened, *names: str) -> Hypothesis:
     evaluator, nominal, scores = screened
     added = [next(s for s in scores.scores if s.candidate.identifier == name) for name in names]
     return try_effects(evaluator, nominal, [s.candidate for s in added], starts_of(added[0]))
+
+
+@pytest.fixture(scope='module')
+def basis(screened) -> FormBasis:
+    evaluator, nominal, _ = screened
+    return FormBasis.of(evaluator, nominal, nominal)
 
 
 @pytest.fixture(scope='module')
@@ -73,74 +80,83 @@ def _in_poses(
     return replace(fit, groups=groups), places
 
 
-def _adds(pair: Hypothesis, amounts: Sequence[float], bias: float) -> Explained:
+def _by(
+    fit: Refit,
+    places: Sequence[Places],
+    pair: Hypothesis,
+    kept: Sequence[Candidate],
+    basis: FormBasis,
+) -> Explained:
+    return explained(fit, pair.added, kept, ways_at(places, fit, basis, kept))
+
+
+def _adds(pair: Hypothesis, basis: FormBasis, amounts: Sequence[float], bias: float) -> Explained:
     fit, places = _in_poses(pair, amounts, bias)
-    both = explained(fit, pair.added, pair.added, places)
-    alone = [explained(fit, pair.added, [own], places, in_any_form=True) for own in pair.added]
-    return both.above(alone)
+    alone = [_by(fit, places, pair, [own], basis) for own in pair.added]
+    return _by(fit, places, pair, pair.added, basis).above(alone)
 
 
-def test_without_tolerances_it_is_the_evidence_of_the_fit(tilted, monkeypatch):
-    monkeypatch.setattr(second_effect, '_OF_FORM', np.zeros(1))
-    monkeypatch.setattr(second_effect, '_BY_POSE', np.zeros(1))
+def test_without_tolerances_it_is_the_evidence_of_the_fit(tilted, basis, monkeypatch):
+    monkeypatch.setattr(any_form, 'OF_FORM', np.zeros(1))
+    monkeypatch.setattr(any_form, 'BY_POSE', np.zeros(1))
     fit = tilted.fit
-    points = [view.points for view in tilted.evaluator.model.views(fit.coordinates)]
-    places = places_of(tilted.evaluator.model, fit.groups, points)
-    found = explained(fit, tilted.added, tilted.added, places)
+    places = places_of(tilted.evaluator.model, fit.groups, basis.points)
+    found = _by(fit, places, tilted, tilted.added, basis)
     # The fit came to rest: what is left of its slope is worth a few hundredths.
     assert found.log_evidence == pytest.approx(fit.log_evidence, abs=0.1)
     assert found.log_transfer == 0.0, 'a single pose tells nothing of others'
 
 
 def test_transfer_is_the_density_of_each_pose_given_the_others(monkeypatch):
-    monkeypatch.setattr(second_effect, '_OF_FORM', np.array([0.3]))
-    monkeypatch.setattr(second_effect, '_BY_POSE', np.array([0.5]))
+    monkeypatch.setattr(any_form, 'OF_FORM', np.array([0.3]))
+    monkeypatch.setattr(any_form, 'BY_POSE', np.array([0.5]))
     random = np.random.default_rng(4)
-    known, by_pose, form = (a @ a.T for a in random.normal(size=(3, 9, 6)))
+    own, by_pose, form = random.normal(size=(3, 9, 6))
     views = np.array([0, 1, 2, 0, 1, 2, 2, 1, 0])
     values = random.normal(size=9)
-    sight = second_effect._Sight(values, known + np.eye(9), by_pose, form, views)
-    covariance = known + np.eye(9) + 0.25 * by_pose + 0.09 * form
+    known = own @ own.T + np.eye(9)
+    sight = Sight(values, known, own, np.eye(6), by_pose, form, views)
+    covariance = known + 0.25 * by_pose @ by_pose.T + 0.09 * form @ form.T
     for view in range(3):
-        own, others = views == view, views != view
-        gain = covariance[np.ix_(own, others)] @ np.linalg.inv(covariance[np.ix_(others, others)])
-        spread = covariance[np.ix_(own, own)] - gain @ covariance[np.ix_(others, own)]
-        expected = multivariate_normal.logpdf(values[own], gain @ values[others], spread)
+        here, others = views == view, views != view
+        gain = covariance[np.ix_(here, others)] @ np.linalg.inv(covariance[np.ix_(others, others)])
+        spread = covariance[np.ix_(here, here)] - gain @ covariance[np.ix_(others, here)]
+        expected = multivariate_normal.logpdf(values[here], gain @ values[others], spread)
         found = sight.level() - sight.without(view).level()
         assert found == pytest.approx(expected + 1.5 * np.log(2.0 * np.pi))
 
 
 @pytest.mark.parametrize('bias', [0.0, 0.003])
-def test_a_second_effect_that_is_there_is_seen_beside_the_first(pair, bias):
-    added = _adds(pair, (0.0, 0.0, 0.0), bias)
+def test_a_second_effect_that_is_there_is_seen_beside_the_first(pair, basis, bias):
+    added = _adds(pair, basis, (0.0, 0.0, 0.0), bias)
     assert (added.log_evidence > 8.0) == (bias > 0.0)
     assert (added.log_transfer > 4.0) == (bias > 0.0)
 
 
-def test_what_a_single_pose_cannot_tell_is_not_asked_of_it(screened, tilted, pair):
-    points = [view.points for view in tilted.evaluator.model.views(tilted.fit.coordinates)]
-    added = second_effect.second_adds(tilted, pair, points)
+def test_what_a_single_pose_cannot_tell_is_not_asked_of_it(tilted, pair, basis):
+    added = second_effect.second_adds([tilted], pair, basis)
     assert added.log_transfer == np.inf
     assert added.log_evidence < 8.0, 'nothing but the tilt is there'
 
 
-@pytest.mark.parametrize('amounts', [(-0.5, 0.1, 0.4), (0.3, -0.4, 0.2)])
-def test_an_amplitude_that_differs_from_pose_to_pose_is_no_second_effect(pair, amounts):
-    assert _adds(pair, amounts, 0.0).log_evidence < 8.0
+@pytest.mark.parametrize('amounts', [(-0.2, 0.05, 0.15), (0.1, -0.2, 0.1)])
+def test_an_amplitude_that_differs_from_pose_to_pose_is_no_second_effect(pair, basis, amounts):
+    assert _adds(pair, basis, amounts, 0.0).log_evidence < 8.0
     fit, places = _in_poses(pair, amounts)
     tilt = pair.added[:1]
-    free = explained(fit, pair.added, tilt, places, in_any_form=True)
-    assert free.log_evidence > explained(fit, pair.added, tilt, places).log_evidence + 4.0
+    ways = ways_at(places, fit, basis, tilt)
+    same = replace(ways, by_pose=tuple(own[:, :0] for own in ways.by_pose))
+    free, bound = (explained(fit, pair.added, tilt, own) for own in (ways, same))
+    assert free.log_evidence > bound.log_evidence + 4.0
 
 
-def test_a_lens_is_a_form_of_a_camera_that_is_off(screened):
+def test_a_lens_is_a_form_of_a_camera_that_is_off(screened, basis):
     camera = _found(screened, 'camera_offset')
     fit = camera.fit
     names = [fit.parameters.names.index(name) for name in ('rigid_offset.x', 'rigid_offset.y')]
     coordinates = fit.coordinates.copy()
     coordinates[names] = 0.008, -0.005
-    points = [view.points for view in camera.evaluator.model.views(fit.coordinates)]
-    places = places_of(camera.evaluator.model, fit.groups, points)
+    places = places_of(camera.evaluator.model, fit.groups, basis.points)
     bent = []
     for group, place in zip(fit.groups, places, strict=True):
         from_middle = place.across - np.array([0.45, 0.2])
@@ -148,17 +164,28 @@ def test_a_lens_is_a_form_of_a_camera_that_is_off(screened):
         values = (group.patches.jacobian[:, names] * outwards).sum(axis=1)
         bent.append(replace(group, patches=replace(group.patches, values=values)))
     seen = replace(fit, coordinates=coordinates, groups=bent)
-    rigid, lens = (
-        explained(seen, camera.added, camera.added, places, in_any_form=own)
-        for own in (False, True)
-    )
-    assert lens.log_evidence > rigid.log_evidence + 8.0
+    lens = ways_at(places, seen, basis, camera.added)
+    count = [len(own) for own in lens.form]
+    nothing = tuple(np.zeros((n, 0)) for n in count)
+    rigid = Ways(nothing, nothing, lens.size)
+    found = [explained(seen, camera.added, camera.added, own) for own in (rigid, lens)]
+    assert found[1].log_evidence > found[0].log_evidence + 8.0
 
 
-def _judged(hypothesis: Hypothesis, log_evidence: float, chi_square: float) -> Hypothesis:
+def _judged(
+    hypothesis: Hypothesis, log_evidence: float, chi_square: float, leaning: float = 0.0
+) -> Hypothesis:
     fit = hypothesis.fit
     judged = Tolerated(
-        log_evidence, log_evidence / 4.0, 0.1, 1e-4, chi_square, fit.log_evidence, fit.patch_count
+        log_evidence=log_evidence,
+        log_prediction=log_evidence,
+        fraction=0.1,
+        by_pose=0.0,
+        size=1e-4,
+        left=1e-4,
+        chi_square=chi_square,
+        freedom=float(fit.patch_count - len(fit.coordinates)),
+        exact=log_evidence - leaning,
     )
     return replace(hypothesis, judged=judged)
 
@@ -167,7 +194,8 @@ def _judged(hypothesis: Hypothesis, log_evidence: float, chi_square: float) -> H
 def selection(screened, tilted) -> Selection:
     others = _found(screened, 'clamp_offset', 'depth_affine')
     noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
-    one, two = _judged(tilted, -100.0, noise), _judged(others, -70.0, noise)
+    # By what it owes to its form, 100, the single one is behind by 15, which is in doubt itself.
+    one, two = _judged(tilted, -100.0, noise, 100.0), _judged(others, -95.0, noise)
     return Selection((one,), (two,), added=Explained(20.0, 10.0))
 
 
@@ -179,14 +207,34 @@ def test_one_effect_that_leaves_noise_and_two_others_are_left_open(selection, sc
     assert choice.alike == ('gravity_tilt', 'clamp_offset', 'depth_affine')
 
 
+def test_two_others_that_are_clearly_better_are_needed(selection):
+    two = selection.pairs[0]
+    clear = replace(selection, pairs=(_judged(two, -85.0, two.chi_square),))
+    assert clear.rival is None
+    assert clear.best is clear.pairs[0]
+
+
 def test_two_others_are_needed_where_the_one_is_refuted(selection):
     (one,) = selection.singles
-    refuted = replace(selection, singles=(_judged(one, -100.0, 2.0 * one.chi_square),))
+    refuted = replace(selection, singles=(_judged(one, -100.0, 2.0 * one.chi_square, 100.0),))
     assert refuted.rival is None
     assert refuted.best is selection.pairs[0]
 
 
-@pytest.mark.parametrize('added', [Explained(5.0, 10.0), Explained(20.0, 2.0)])
+def test_what_is_as_good_as_the_first_alone_is_told_beside_a_pair(screened, tilted, pair):
+    """Whichever the first is, the second one may be beside it."""
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    bent = _judged(_found(screened, 'rest_curvature'), -102.0, noise)
+    far = _judged(_found(screened, 'clamp_offset'), -130.0, noise)
+    one, two = _judged(tilted, -100.0, noise), _judged(pair, -80.0, noise)
+    selection = Selection((one, bent, far), (two,), added=Explained(20.0, 10.0))
+    choice = choose(selection, *screened[:2])
+    assert choice.hypothesis is two
+    assert choice.alike == ('depth_affine', 'gravity_tilt', 'rest_curvature')
+    assert choice.confidence <= 0.5
+
+
+@pytest.mark.parametrize('added', [Explained(3.0, 10.0), Explained(20.0, 2.0)])
 def test_what_a_form_explains_or_one_pose_alone_wants_is_no_second_name(selection, added):
     kept = replace(selection, added=added)
     assert kept.rival is None

@@ -8,13 +8,14 @@ import numpy as np
 SHIFT, TURN = ('x', 'y', 'z'), ('rx', 'ry', 'rz')
 
 
-def score(identifier, components, log_evidence, gain):
+def score(identifier, components, log_evidence, gain, gain_by_pose=None):
     nothing = np.zeros(len(components))
     column = np.zeros((1, len(components)))
     return Score(
         candidate=Candidate(identifier, components),
         gain=gain,
         plain_gain=gain,
+        gain_by_pose=gain if gain_by_pose is None else gain_by_pose,
         log_evidence=log_evidence,
         amplitudes=nothing,
         detectable=nothing + 1.0,
@@ -65,3 +66,13 @@ def test_an_effect_with_fewer_amplitudes_than_its_twin_is_refitted_once():
         score('depth_affine', ('scale', 'bias'), 31.0, 90.0),
     )
     assert found == {('camera_offset', SHIFT + TURN), ('depth_affine', ('scale', 'bias'))}
+
+
+def test_what_is_another_one_in_each_pose_is_looked_at_too():
+    """A clamp that slips once, of which one offset for all poses explains next to nothing."""
+    stiffer = score('stiffness_contrast', ('contrast',), 100.0, 210.0)
+    slips = score('clamp_offset', SHIFT + TURN, 5.0, 20.0, 400.0)
+    still = score('camera_offset', SHIFT + TURN, 4.0, 20.0, 60.0)
+    found = listed(stiffer, slips, still)
+    assert ('clamp_offset', SHIFT + TURN) in found
+    assert ('camera_offset', SHIFT + TURN) not in found

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The class of a cause by fields that predict views they have not seen."""
 
+from diffcal_ros.diagnosis.patch_fits.free_fields import free_fields
 from diffcal_ros.diagnosis.verdict.frame_test import frame_test, prediction
-from diffcal_ros.diagnosis.verdict.free_fields import free_fields
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal

@@ -4,6 +4,7 @@
 
 from types import SimpleNamespace
 
+from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.verdict.unknown import describe_unknown, is_unexplained
@@ -41,11 +42,14 @@ def fit(chi_square_per_patch, rms=0.0002):
     )
 
 
-def model(chi_square_per_patch, rms=0.0002):
+def model(chi_square_per_patch, rms=0.0002, left=None):
     """Make what a verdict reads of a model with effects."""
     own = fit(chi_square_per_patch, rms)
     return SimpleNamespace(
-        fit=own, chi_square=own.chi_square, chi_square_per_patch=own.chi_square_per_patch
+        fit=own,
+        judged=None if left is None else SimpleNamespace(left=left),
+        chi_square_per_patch=own.chi_square_per_patch,
+        chance_of_noise=chance_beyond(own.chi_square, _PATCHES - _PARAMETERS),
     )
 
 
@@ -76,6 +80,12 @@ def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
 def test_what_was_held_out_must_be_explained_as_well(closure, rms, expected):
     found = is_unexplained(fit(30.0), model(0.9, rms), closure, is_measured=True)
     assert found is expected
+
+
+@pytest.mark.parametrize(('left', 'expected'), [(0.0002, False), (0.0005, True)])
+def test_what_the_form_of_an_effect_may_do_is_explained(left, expected):
+    added = model(3.5, 0.0006, left)
+    assert is_unexplained(fit(30.0), added, 1.0, is_measured=True) is expected
 
 
 @pytest.mark.parametrize(('closure', 'expected'), [(0.9, False), (0.5, True), (np.nan, True)])

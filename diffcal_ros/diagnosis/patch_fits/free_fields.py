@@ -24,6 +24,8 @@ FloatArray = NDArray[np.float64]
 _PLACES, _HALF_WIDTH = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0 / 3.0
 _IMAGE_DEGREE = 3
 _BINS = 8
+# Of the places along the body that a bend at rest moves as.
+_DEGREES = (1, 2, 3, 4)
 
 
 def free_fields(model: ForwardModel, coordinates: FloatArray) -> dict[str, list[FloatArray]]:
@@ -128,8 +130,41 @@ def _shape_fields(model: ForwardModel, number: int, points: FloatArray) -> Float
         for hat in _hats(fraction)
         for index, axis in zip(across, axes.axes[1:], strict=True)
     ]
+    return _going_along(np.stack([*bends, *sections]), rest, points, fraction)
+
+
+def bend_fields(model: ForwardModel, coordinates: FloatArray) -> list[FloatArray]:
+    """Return how points move if the body is bent at rest otherwise than as an arc.
+
+    From a kink at the clamp to a bend at the tip, about both axes across it, and a twist.
+
+    Args:
+        model: of the body.
+        coordinates: of a fit, shape (c,).
+
+    Returns:
+        For each view shape (k, N, 3), camera frame, in units of the free length.
+    """
+    found = []
+    for number, view in enumerate(model.views(coordinates)):
+        observation = model.observations[number]
+        rest = model.body(observation).discretisation.rest_nodes
+        axes = model.effects.axes(observation.setup_index)
+        fraction = axes.fraction(rest)
+        bends = [fraction[:, None] ** n * axis for n in _DEGREES for axis in axes.axes[1:]]
+        beside = rest - axes.root
+        beside -= np.outer(beside @ axes.axes[0], axes.axes[0])
+        twist = fraction[:, None] * np.cross(axes.axes[0], beside) / np.abs(beside).max()
+        found.append(_going_along(np.stack([*bends, twist]), rest, view.points, fraction))
+    return found
+
+
+def _going_along(
+    fields: FloatArray, rest: FloatArray, points: FloatArray, fraction: FloatArray
+) -> FloatArray:
+    """Turn fields on the body at rest as the body has turned, shape (k, N, 3)."""
     turned = _local_rotations(rest, points, fraction)
-    return np.einsum('nij,knj->kni', turned, np.stack([*bends, *sections]))
+    return np.einsum('nij,knj->kni', turned, fields)
 
 
 def _across(axes: BodyAxes, points: FloatArray) -> FloatArray:

@@ -1,0 +1,273 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How well a model does whose effects have about the right form.
+
+No effect of the world has just the form of the library's: a clamp gives way more about one axis,
+a rubber stiffens by another law, a lens is a little longer, a camera is moved between two poses.
+So a model's discrepancy (Kennedy and O'Hagan 2001) is
+
+    t sum F_i g_i + s sum P_j h_j,    g, h independent and of size one,    t, s half Cauchy,
+
+with F what the effects may do in other forms and P what they may do otherwise in each pose, both
+as large as the effects themselves (`form_ways`). All of it is integrated out: g and h with the
+parameters, around the fit (Laplace), t and s over a grid. A half Cauchy prior (Gelman, Bayesian
+Analysis 1, 2006) believes in small tolerances and lets data say otherwise: an effect that is off
+by half in its form is worse than one that is not, and better than another that does not fit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diffcal_ros.diagnosis.model_comparison.form_ways import Ways
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
+from diffcal_ros.diagnosis.patches.whitened import chosen_patches, Part, whiten, Whitened
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.special import logsumexp
+
+FloatArray = NDArray[np.float64]
+
+# Scale of both tolerances, and the shares that are tried: of the form, and from pose to pose.
+USUAL = 0.1
+OF_FORM = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2])
+BY_POSE = np.array([0.0, 0.1, 0.3, 1.0])
+
+
+@dataclass(frozen=True)
+class Tolerated:
+    """A fitted model, judged with a tolerance for the form of its effects.
+
+    Attributes:
+        log_evidence: of the patches that were fitted.
+        log_prediction: log density of the patches of the report given those that were fitted.
+        fraction: expected tolerance of the form, of what the effects do.
+        by_pose: the same from pose to pose.
+        size: root mean square of what both let the patches move [m].
+        left: root mean square of what the likeliest form leaves on the body's patches of the
+            report [m].
+        chi_square: of the patches that were fitted, with the likeliest tolerances.
+        freedom: what noise alone would leave of that.
+        exact: log evidence of the exact form, on the same patches.
+    """
+
+    log_evidence: float
+    log_prediction: float
+    fraction: float
+    by_pose: float
+    size: float
+    left: float
+    chi_square: float
+    freedom: float
+    exact: float
+
+
+def tolerated(fit: Refit, ways: Ways) -> Tolerated:
+    """Judge a fitted model.
+
+    Args:
+        fit: of it.
+        ways: in which its effects may differ from the library's form.
+    """
+    groups = ways.joined(fit.groups)
+    seen = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count)
+    levels = seen.levels()
+    total = float(logsumexp(levels))
+    chances = np.exp(levels - total)
+    share, fraction = BY_POSE @ chances.sum(axis=1), chances.sum(axis=0) @ OF_FORM
+    best = seen.best(levels)
+    both = Sight.of(fit, whiten(groups, Part.ALL), ways.pose_count)
+    moved = np.hypot(share, fraction) * ways.size
+    return Tolerated(
+        log_evidence=total,
+        log_prediction=float(logsumexp(both.levels())) - total,
+        fraction=float(fraction),
+        by_pose=float(share),
+        size=float(moved),
+        left=_left(fit, groups, best.weights),
+        chi_square=best.chi_square,
+        freedom=best.freedom,
+        exact=float(seen.densities(0.0, np.zeros(1))[0]),
+    )
+
+
+@dataclass(frozen=True)
+class _Best:
+    """What is found with given tolerances.
+
+    Attributes:
+        weights: of all columns, parameters and ways, shape (k,).
+        chi_square: of what is left.
+        freedom: what noise alone would leave of that.
+    """
+
+    weights: FloatArray
+    chi_square: float
+    freedom: float
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Patches as they would be if all parameters were what is known of them.
+
+    Attributes:
+        values: residuals, whitened, shape (n,).
+        known: their covariance by noise and what parameters may be, shape (n, n).
+        own: what parameters do, times the root of what is known of them, shape (n, k).
+        root: that root, shape (c, k): from those columns to coordinates.
+        by_pose: what the effects may do otherwise in each pose, shape (n, p).
+        form: what they may do in other forms, shape (n, f).
+        views: number of the view of each, shape (n,).
+    """
+
+    values: FloatArray
+    known: FloatArray
+    own: FloatArray
+    root: FloatArray
+    by_pose: FloatArray
+    form: FloatArray
+    views: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, fit: Refit, seen: Whitened, pose_count: int, gone: Sequence[str] = ()) -> 'Sight':
+        """Return it for a fit.
+
+        Args:
+            fit: of a model.
+            seen: its patches, the tangents of its parameters followed by the ways.
+            pose_count: how many ways differ from pose to pose; the others are of the form.
+            gone: names of parameters that are taken to zero.
+        """
+        count = len(fit.coordinates)
+        offset, precision = fit.prior_offset()
+        lower, upper = fit.parameters.bounds()
+        is_free = (fit.coordinates > lower) & (fit.coordinates < upper)
+        is_gone = np.isin(fit.parameters.names, gone)
+        # What stopped at a bound stays there, and follows nothing.
+        offset = np.where(is_free | is_gone, offset, 0.0)
+        stay = np.flatnonzero(is_free & ~is_gone)
+        covariance = np.linalg.inv(precision[np.ix_(stay, stay)])
+        root = np.zeros((count, len(stay)))
+        root[stay] = np.linalg.cholesky(0.5 * (covariance + covariance.T))
+        own, ways = seen.jacobian[:, :count] @ root, seen.jacobian[:, count:]
+        return cls(
+            values=seen.values + seen.jacobian[:, :count] @ offset,
+            known=np.eye(len(seen)) + own @ own.T,
+            own=own,
+            root=root,
+            by_pose=ways[:, :pose_count],
+            form=ways[:, pose_count:],
+            views=seen.views,
+        )
+
+    def without(self, view: int) -> 'Sight':
+        """Return it without one of the views."""
+        others = np.flatnonzero(self.views != view)
+        return Sight(
+            self.values[others],
+            self.known[np.ix_(others, others)],
+            self.own[others],
+            self.root,
+            self.by_pose[others],
+            self.form[others],
+            self.views[others],
+        )
+
+    def level(self) -> float:
+        """Return the log density, both tolerances integrated out."""
+        return float(logsumexp(self.levels()))
+
+    def levels(self) -> FloatArray:
+        """Return the log density with each pair of tolerances and the log of its prior, (b, f)."""
+        return np.array(
+            [
+                chance + log_prior(OF_FORM) + self.densities(share, OF_FORM)
+                for share, chance in zip(BY_POSE, log_prior(BY_POSE), strict=True)
+            ]
+        )
+
+    def densities(self, share: float, fractions: FloatArray) -> FloatArray:
+        """Return log densities with one tolerance from pose to pose and several of the form."""
+        known = self.known + share**2 * self.by_pose @ self.by_pose.T
+        factor = np.linalg.cholesky(known)
+        values = solve_triangular(factor, self.values, lower=True, check_finite=False)
+        form = solve_triangular(factor, self.form, lower=True, check_finite=False)
+        sizes, turns = np.linalg.eigh(form.T @ form)
+        pulls = (turns.T @ (form.T @ values)) ** 2
+        squares = fractions[:, None] ** 2
+        grown = 1.0 + squares * np.maximum(sizes, 0.0)
+        distance = values @ values - (squares * pulls / grown).sum(axis=1)
+        volume = 2.0 * np.log(np.diag(factor)).sum() + np.log(grown).sum(axis=1)
+        return np.asarray(-0.5 * (distance + volume))
+
+    def best(self, levels: FloatArray) -> _Best:
+        """Return what is found with the likeliest tolerances; levels as by `levels`."""
+        row, column = np.unravel_index(int(np.argmax(levels)), levels.shape)
+        return self.at(float(BY_POSE[row]), float(OF_FORM[column]))
+
+    def at(self, share: float, fraction: float) -> _Best:
+        """Return what is found with two given tolerances."""
+        scaled = np.hstack([share * self.by_pose, fraction * self.form])
+        inverse = np.linalg.inv(self.known + scaled @ scaled.T)
+        left = inverse @ self.values
+        return _Best(
+            np.concatenate(
+                [
+                    self.root @ (self.own.T @ left),
+                    share**2 * self.by_pose.T @ left,
+                    fraction**2 * self.form.T @ left,
+                ]
+            ),
+            float(left @ left),
+            # Residuals are the inverse times what is seen, whose covariance is known.
+            float(np.trace(inverse)),
+        )
+
+
+def log_prior(shares: FloatArray) -> FloatArray:
+    """Return the log of how much a half Cauchy prior believes in each share, (n,)."""
+    borders = np.concatenate([[0.0], 0.5 * (shares[1:] + shares[:-1]), [np.inf]])
+    return np.asarray(np.log(np.diff(2.0 / np.pi * np.arctan(borders / USUAL))))
+
+
+def led_by_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> FloatArray:
+    """Return where parameters are likeliest if effects have the form that the data favour, (k,).
+
+    Args:
+        fit: of a model, around which all is linear.
+        ways: in which its effects may differ from the library's form.
+        gone: names of parameters that are taken to zero.
+    """
+    seen = Sight.of(fit, whiten(ways.joined(fit.groups), Part.FIT), ways.pose_count, gone)
+    found = fit.coordinates + _step(fit, seen.best(seen.levels()).weights)[: len(fit.coordinates)]
+    lower, upper = fit.parameters.bounds()
+    return np.where(np.isin(fit.parameters.names, gone), 0.0, np.clip(found, lower, upper))
+
+
+def _step(fit: Refit, weights: FloatArray) -> FloatArray:
+    """Return weights, counted from where parameters are likeliest beforehand, from the fit."""
+    offset, _ = fit.prior_offset()
+    lower, upper = fit.parameters.bounds()
+    is_free = (fit.coordinates > lower) & (fit.coordinates < upper)
+    step = weights.copy()
+    step[: len(offset)] -= np.where(is_free, offset, 0.0)
+    return step
+
+
+def _left(fit: Refit, groups: Sequence[PatchGroup], weights: FloatArray) -> float:
+    """Return what is left on the body's patches of the report [m], root mean square.
+
+    Args:
+        fit: of a model.
+        groups: with tangents of parameters and ways.
+        weights: of both, from where the parameters are likeliest beforehand, shape (k,).
+    """
+    step = _step(fit, weights)
+    left = [
+        group.patches.values[chosen] - group.patches.jacobian[chosen] @ step
+        for group in of_the_body(groups)
+        for chosen in (chosen_patches(group, Part.REPORT),)
+    ]
+    values = np.concatenate(left) if left else np.zeros(0)
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float('nan')

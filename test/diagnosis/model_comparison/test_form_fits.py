@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Models where a fit that knows of forms would have them."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
+from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
+from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
+import pytest
+
+
+@pytest.fixture(scope='module')
+def basis(screened) -> FormBasis:
+    evaluator, nominal, _ = screened
+    return FormBasis.of(evaluator, nominal, nominal)
+
+
+def _found(screened, *names: str) -> Hypothesis:
+    evaluator, nominal, scores = screened
+    added = [next(s for s in scores.scores if s.candidate.identifier == name) for name in names]
+    return try_effects(evaluator, nominal, [s.candidate for s in added], starts_of(added[0]))
+
+
+def test_each_effect_of_a_pair_stands_alone_where_it_is_simulated(screened, basis):
+    evaluator, nominal, _ = screened
+    pool = SimpleNamespace(nominal=evaluator, base=nominal)
+    pair = _found(screened, 'gravity_tilt', 'depth_affine')
+    alone = each_alone(pool, pair, basis)
+    (tilt,) = [model for model in alone if model.identifiers == ('gravity_tilt',)]
+    # Nothing but the tilt is there: alone it is where the pair had it, and leaves no more.
+    fitted = _found(screened, 'gravity_tilt')
+    errors = fitted.fit.covariance.diagonal() ** 0.5
+    assert abs((tilt.fit.coordinates - fitted.fit.coordinates) / errors).max() < 0.5
+    assert tilt.fit.log_evidence == pytest.approx(fitted.fit.log_evidence, abs=0.5)
+    # A depth that is read wrong does not bend the body.
+    assert all(model.fit.chi_square < nominal.chi_square for model in alone)
+
+
+def test_of_the_same_effects_the_fitted_one_stays_with_the_better_judgement(screened, basis):
+    tilt = _found(screened, 'gravity_tilt')
+    ways = ways_of(tilt.evaluator.model, tilt.fit, basis, tilt.added)
+    judged = tolerated(tilt.fit, ways)
+    poor, good = (replace(judged, log_evidence=judged.log_evidence + d) for d in (-5.0, 5.0))
+    fitted = replace(tilt, judged=judged)
+    led = replace(tilt, fit=replace(tilt.fit, evaluations=1), judged=good)
+    (found,) = one_of_each([fitted, led])
+    assert found.fit is fitted.fit
+    assert found.judged is good
+    (found,) = one_of_each([fitted, replace(led, judged=poor)])
+    assert found is fitted

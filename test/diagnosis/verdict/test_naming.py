@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A name says what the library says of it: what is far from that has none."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.diagnosis.verdict.naming import doubts_about
+import pytest
+
+
+@pytest.fixture(scope='module')
+def tilted(clearly_screened) -> Hypothesis:
+    evaluator, nominal, scores = clearly_screened
+    score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
+    return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+
+
+def _judged(model: Hypothesis, **changes: float) -> Hypothesis:
+    judged = Tolerated(
+        log_evidence=model.fit.log_evidence,
+        log_prediction=0.0,
+        fraction=0.05,
+        by_pose=0.05,
+        size=1e-4,
+        left=2e-4,
+        chi_square=model.fit.chi_square,
+        freedom=float(model.fit.patch_count),
+        exact=model.fit.log_evidence,
+    )
+    # In the library's form it leaves more than noise.
+    fit = replace(model.fit, chi_square=3.0 * model.fit.patch_count)
+    return replace(model, fit=fit, judged=replace(judged, **changes))
+
+
+def test_an_effect_in_about_its_form_has_its_name(clearly_screened, tilted):
+    _, nominal, _ = clearly_screened
+    assert doubts_about(_judged(tilted), nominal) == ()
+    assert doubts_about(_judged(tilted, fraction=0.45, by_pose=0.45), nominal) == ()
+
+
+@pytest.mark.parametrize(
+    ('changes', 'words'),
+    [
+        ({'fraction': 0.8}, 'in a form that is off by 80% of what it does'),
+        ({'by_pose': 0.9}, 'in a form that is another one in each pose'),
+    ],
+)
+def test_what_is_far_from_the_form_of_the_library_has_none(
+    clearly_screened, tilted, changes, words
+):
+    _, nominal, _ = clearly_screened
+    (doubt,) = doubts_about(_judged(tilted, **changes), nominal)
+    assert words in doubt
+    assert doubt.endswith('no name for it')
+
+
+def test_where_the_form_of_the_library_leaves_noise_none_is_asked_for(clearly_screened, tilted):
+    _, nominal, _ = clearly_screened
+    other = replace(_judged(tilted, fraction=0.8), fit=tilted.fit)
+    assert tilted.fit.chance_of_noise > 0.05
+    assert doubts_about(other, nominal) == ()
+
+
+def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):
+    _, nominal, _ = clearly_screened
+    judged = _judged(tilted, fraction=0.4)
+    twice = replace(judged, added=(*judged.added, *judged.added))
+    assert doubts_about(judged, nominal) == ()
+    assert 'off by 40%' in doubts_about(twice, nominal)[0]
