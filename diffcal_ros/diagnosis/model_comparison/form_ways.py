@@ -75,7 +75,8 @@ class Places:
         """
         own = np.zeros((len(moved), self.view_count, functions.shape[1]))
         own[:, self.view] = np.sqrt(1.0 - _SHARED) * functions
-        both = np.hstack([np.sqrt(_SHARED) * functions, own.reshape(len(moved), -1)])
+        width = self.view_count * functions.shape[1]
+        both = np.hstack([np.sqrt(_SHARED) * functions, own.reshape(len(moved), width)])
         return np.asarray(moved[:, None] * both)
 
     def in_each(self, moved: FloatArray) -> FloatArray:

@@ -150,7 +150,7 @@ def _name(
     if nearest is None and choice is not None and doubts:
         is_large = disagreement.verdict is Verdict.DISAGREE
         nearest = choice.hypothesis.added[0].effect.group if is_large else None
-    is_sure = choice is not None and _tells_class(choice.hypothesis, closure)
+    is_sure = choice is not None and _tells_class(nominal, choice.hypothesis, closure)
     unknown = None
     if nearest is not None:
         unknown = describe_unknown(evaluator, nominal, nearest, is_sure=is_sure)
@@ -220,6 +220,8 @@ def doubts_about(
         return (
             f'{words} came nearest, but closes {closed:.0%} of the gap {where}: no name for it',
         )
+    if len(hypothesis.added) > 1 and _leaves_more(hypothesis):
+        return (f'{words} came nearest, but this is not all that is missing: no name for it',)
     # Two effects close much by what each may be besides.
     least = _MOST_OF_IT if len(hypothesis.added) == 1 else LEAST_CLOSURE
     if hypothesis.judged is not None and library < least:
@@ -251,6 +253,12 @@ def _nearest_class(
     return None
 
 
+def _leaves_more(hypothesis: Hypothesis) -> bool:
+    """Tell whether even the likeliest form leaves much more than the floors."""
+    floor = patch_gap(hypothesis.fit.groups, Part.REPORT).whole_floor
+    return hypothesis.judged is not None and hypothesis.judged.left > FAR_ABOVE * floor
+
+
 def _off_in_form(hypothesis: Hypothesis) -> str | None:
     """Say by how much effects are off from the library's form, where that is too much for a name.
 
@@ -263,18 +271,23 @@ def _off_in_form(hypothesis: Hypothesis) -> str | None:
     if judged.fraction > FARTHEST_FORM / len(hypothesis.added):
         return f'off by {judged.fraction:.0%} of what it does'
     is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0
-    if judged.by_pose > FARTHEST_FORM and not is_moved:
+    if not is_moved and np.hypot(judged.fraction, judged.by_pose) > FARTHEST_FORM:
         return 'another one in each pose'
     return None
 
 
-def _tells_class(hypothesis: Hypothesis, closure: float) -> bool:
+def _tells_class(nominal: Refit, hypothesis: Hypothesis, closure: float) -> bool:
     """Tell whether a model that may not be named tells the class of what is missing.
 
-    It closes most of the gap, in about the library's form.
+    It closes most of the gap: in about the library's form, whatever it is from pose to pose, with
+    what that may be, and in the library's own.
     """
-    is_in_form = hypothesis.judged is not None and _off_in_form(hypothesis) is None
-    return is_in_form and closure > _MOST_OF_IT and not hypothesis.is_at_bound
+    judged = hypothesis.judged
+    if judged is None or hypothesis.is_at_bound:
+        return False
+    if judged.fraction <= 0.5 * FARTHEST_FORM:
+        return closed_in_its_form(nominal, hypothesis, closure) >= LEAST_CLOSURE
+    return judged.fraction <= FARTHEST_FORM and closure > _MOST_OF_IT
 
 
 def _notes(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.diagnosis.verdict import naming
 from diffcal_ros.diagnosis.verdict.naming import doubts_about
 import pytest
 
@@ -38,7 +39,7 @@ def _judged(model: Hypothesis, **changes: float) -> Hypothesis:
 def test_an_effect_in_about_its_form_has_its_name(clearly_screened, tilted):
     _, nominal, _ = clearly_screened
     assert doubts_about(_judged(tilted), nominal) == ()
-    assert doubts_about(_judged(tilted, fraction=0.45, by_pose=0.45), nominal) == ()
+    assert doubts_about(_judged(tilted, fraction=0.45, by_pose=0.15), nominal) == ()
 
 
 @pytest.mark.parametrize(
@@ -46,6 +47,7 @@ def test_an_effect_in_about_its_form_has_its_name(clearly_screened, tilted):
     [
         ({'fraction': 0.8}, 'in a form that is off by 80% of what it does'),
         ({'by_pose': 0.9}, 'in a form that is another one in each pose'),
+        ({'fraction': 0.4, 'by_pose': 0.4}, 'in a form that is another one in each pose'),
     ],
 )
 def test_what_is_far_from_the_form_of_the_library_has_none(
@@ -70,3 +72,28 @@ def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):
     twice = replace(judged, added=(*judged.added, *judged.added))
     assert doubts_about(judged, nominal) == ()
     assert 'off by 40%' in doubts_about(twice, nominal)[0]
+
+
+def test_a_pair_that_leaves_more_than_the_floors_is_not_all(clearly_screened, tilted):
+    _, nominal, _ = clearly_screened
+    judged = _judged(tilted, left=0.004)
+    twice = replace(judged, added=(*judged.added, *judged.added))
+    assert 'not all that is missing' in doubts_about(twice, nominal)[0]
+    assert doubts_about(judged, nominal) == (), 'of one effect its form tells the rest'
+
+
+@pytest.mark.parametrize(
+    ('changes', 'closure', 'expected'),
+    [
+        ({'fraction': 0.1, 'by_pose': 1.0, 'left': 1e-4}, 0.1, True),
+        ({'fraction': 0.1, 'by_pose': 1.0, 'left': 1.0}, 0.1, False),
+        ({'fraction': 0.4, 'left': 1e-4}, 0.1, False),
+        ({'fraction': 0.4, 'left': 1e-4}, 0.6, True),
+        ({'fraction': 0.8, 'left': 1e-4}, 0.9, False),
+    ],
+)
+def test_what_closes_the_gap_in_about_its_form_tells_the_class(
+    clearly_screened, tilted, changes, closure, expected
+):
+    _, nominal, _ = clearly_screened
+    assert naming._tells_class(nominal, _judged(tilted, **changes), closure) is expected

@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Ways in which effects differ: of each pose by itself, and none of what is not seen."""
+
+from diffcal_ros.diagnosis.model_comparison.form_ways import Places
+import numpy as np
+import pytest
+
+
+@pytest.mark.parametrize('count', [0, 1, 7])
+def test_a_group_may_have_any_number_of_patches(count):
+    """One that has none after models are put on shared patches had stopped a diagnosis."""
+    places = Places(np.zeros((count, 1)), np.zeros((count, 2)), 1, 3)
+    moved = np.full(count, 0.002)
+    for name, width in (('load', 4), ('sensor', 9)):
+        found = places.times(moved, places.functions(name))
+        assert found.shape == (count, 4 * width)
+    assert places.in_each(moved).shape == (count, 3)
+
+
+def test_what_is_of_one_pose_moves_no_other():
+    here, there = (
+        Places(np.array([[0.2], [0.9]]), np.zeros((2, 2)), view, 2) for view in range(2)
+    )
+    moved = np.array([0.001, 0.003])
+    one, other = (place.times(moved, place.functions('load')) for place in (here, there))
+    # Half of the variance is shared by all poses.
+    expected = 0.5 * np.outer(moved, moved) * (here.functions('load') @ here.functions('load').T)
+    assert np.allclose(one @ other.T, expected)
+    assert np.allclose(one @ one.T, 2.0 * expected)
+    assert np.allclose(here.in_each(moved) @ there.in_each(moved).T, 0.0)
