@@ -83,7 +83,7 @@ def test_a_swing(run):
 def test_a_hidden_effect(run):
     ran = run('ex06')
     assert ran['verdict'].verdict is Verdict.DISAGREE
-    # The truth comes first; what one pose hardly tells from it, in about its form, stands beside it.
+    # The truth comes first; what one pose hardly tells from it, in about its form, comes next.
     assert ran['verdict'].ambiguity_set[0] == 'depth_affine'
     assert set(ran['verdict'].ambiguity_set[1:]) <= {'camera_offset', 'clamp_offset'}
     assert ran['verdict'].runner_up in ('camera_offset', 'clamp_offset')
