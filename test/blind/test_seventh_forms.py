@@ -254,8 +254,8 @@ def test_a_cause_outside_moves_the_body(setup: Setup, rests: list[np.ndarray], n
     faults = Faults(**SEVENTH_OUTSIDE[name](2, setup, np.random.default_rng(8)).changes)
     moves = [np.abs(_rest(setup, faults, pose) - rests[pose]).max() for pose in range(4)]
     assert 0.002 < max(moves) < 0.03
-    if name == 'warming':
-        assert moves[0] < 1e-9
+    # What warms up has not yet when it is first seen.
+    assert (moves[0] < 1e-9) == (name == 'warming')
 
 
 def test_stripes_go_with_the_column(setup: Setup, depths: Depths) -> None:
