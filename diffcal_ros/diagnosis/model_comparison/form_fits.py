@@ -14,10 +14,13 @@ from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_effects
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
-from diffcal_ros.diagnosis.patch_fits.refit import refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
+
+# Of the patches that a pair sees one of its effects alone must see as many.
+_SEEN = 0.9
 
 
 def each_alone(pool: RefitPool, pair: Hypothesis, basis: FormBasis) -> list[Hypothesis]:
@@ -29,14 +32,16 @@ def each_alone(pool: RefitPool, pair: Hypothesis, basis: FormBasis) -> list[Hypo
         basis: what forms are told by.
     """
     found = [_led(pool, pair, [own], basis) for own in pair.added]
-    # One step may lead astray: that is no better than nothing.
-    most = pool.base.chi_square
-    return [model for model in found if model is not None and model.fit.chi_square < most]
+    return [model for model in found if model is not None and _is_sound(model, pair, pool.base)]
 
 
-def stepped(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothesis | None:
-    """Return a model after one step with its form free; None where it cannot be simulated."""
-    return _led(pool, model, model.added, basis)
+def _is_sound(model: Hypothesis, pair: Hypothesis, base: Refit) -> bool:
+    """Tell whether a step led anywhere: it is better than nothing, and the body is still in view.
+
+    What has lost its patches leaves little, and nothing could be compared beside it.
+    """
+    is_seen = model.fit.patch_count > _SEEN * pair.fit.patch_count
+    return is_seen and model.fit.chi_square < base.chi_square
 
 
 def one_of_each(models: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -171,6 +171,8 @@ def _trust(values: FloatArray, numbers: IntArray, slack: float) -> FloatArray:
         slack: beyond the spreads [m].
     """
     trust = np.ones(len(values))
+    if not len(values):
+        return trust
     order = np.argsort(numbers, kind='stable')
     _, starts = np.unique(numbers[order], return_index=True)
     for members in np.split(order, starts[1:]):

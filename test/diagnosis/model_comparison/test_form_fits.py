@@ -5,6 +5,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+from diffcal_ros.diagnosis.model_comparison import form_fits
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
@@ -39,6 +40,18 @@ def test_each_effect_of_a_pair_stands_alone_where_it_is_simulated(screened, basi
     assert tilt.fit.log_evidence == pytest.approx(fitted.fit.log_evidence, abs=0.5)
     # A depth that is read wrong does not bend the body.
     assert all(model.fit.chi_square < nominal.chi_square for model in alone)
+
+
+def test_what_has_lost_the_body_from_view_is_no_model_of_it(screened):
+    """It leaves nothing, since it sees nothing; beside it no two models would share a patch."""
+    tilt = _found(screened, 'gravity_tilt')
+    _, nominal, _ = screened
+    fit = tilt.fit
+    blind = replace(tilt, fit=replace(fit, chi_square=0.0, patch_count=fit.patch_count // 2))
+    poor = replace(tilt, fit=replace(fit, chi_square=2.0 * nominal.chi_square))
+    assert form_fits._is_sound(tilt, tilt, nominal)
+    assert not form_fits._is_sound(blind, tilt, nominal)
+    assert not form_fits._is_sound(poor, tilt, nominal)
 
 
 def test_of_the_same_effects_the_fitted_one_stays_with_the_better_judgement(screened, basis):
