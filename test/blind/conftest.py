@@ -5,6 +5,32 @@
 from pathlib import Path
 import sys
 
+import numpy as np
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
+
+from benchmarks.blind.faults import Faults  # noqa: E402
+from benchmarks.blind.setups import draw_setup, Setup  # noqa: E402
+from benchmarks.blind.simulation import make_specimen, settle, Specimen  # noqa: E402
+
+COARSE = 0.5
+
+
+@pytest.fixture(scope='module')
+def setup() -> Setup:
+    return draw_setup('beam', is_sealed=False, poses=4, random=np.random.default_rng(4))
+
+
+@pytest.fixture(scope='module')
+def plain(setup: Setup) -> Specimen:
+    """That beam without a fault, in coarse cells."""
+    return make_specimen(setup, Faults(), COARSE)
+
+
+@pytest.fixture(scope='module')
+def rests(setup: Setup, plain: Specimen) -> list[np.ndarray]:
+    """Where it rests in each pose [m]."""
+    return [settle(plain, setup, one, Faults()) for one in setup.observations]

@@ -12,7 +12,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.observe import true_camera, true_rendering
 from benchmarks.blind.rest_shape import stress_free_nodes
-from benchmarks.blind.setups import draw_setup, Setup
+from benchmarks.blind.setups import Setup
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 from benchmarks.blind.surface import BETWEEN, PARTS, ROOT, TIP, tip_part
 
@@ -21,23 +21,8 @@ BEND = (3.0, 4.0)
 Depths = Callable[[Faults, int], np.ndarray]
 
 
-@pytest.fixture(scope='module')
-def setup() -> Setup:
-    return draw_setup('beam', is_sealed=False, poses=4, random=np.random.default_rng(4))
-
-
-@pytest.fixture(scope='module')
-def plain(setup: Setup) -> Specimen:
-    return make_specimen(setup, Faults(), COARSE)
-
-
 def _rest(setup: Setup, faults: Faults, pose: int = 0) -> np.ndarray:
     return settle(make_specimen(setup, faults, COARSE), setup, setup.observations[pose], faults)
-
-
-@pytest.fixture(scope='module')
-def rests(setup: Setup, plain: Specimen) -> list[np.ndarray]:
-    return [settle(plain, setup, one, Faults()) for one in setup.observations]
 
 
 @pytest.fixture(scope='module')

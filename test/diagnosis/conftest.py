@@ -5,6 +5,7 @@
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.patch_fits.refit import refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator
 from diffcal_ros.diagnosis.screening.candidates import candidates
@@ -17,6 +18,13 @@ from support.watched import watched
 @pytest.fixture(scope='session')
 def screened():
     return _screened(0.06)
+
+
+@pytest.fixture(scope='session')
+def basis(screened) -> FormBasis:
+    """What effects in other forms may do to the patches of that fit."""
+    evaluator, nominal, _ = screened
+    return FormBasis.of(evaluator, nominal, nominal)
 
 
 @pytest.fixture(scope='session')

@@ -44,7 +44,6 @@ class Tolerated:
         log_prediction: log density of the patches of the report given those that were fitted.
         fraction: expected tolerance of the form, of what the effects do.
         by_pose: the same from pose to pose.
-        size: root mean square of what both let the patches move [m].
         left: root mean square of what the likeliest form leaves on the body's patches of the
             report [m].
         chi_square: of the patches that were fitted, with the likeliest tolerances.
@@ -56,7 +55,6 @@ class Tolerated:
     log_prediction: float
     fraction: float
     by_pose: float
-    size: float
     left: float
     chi_square: float
     freedom: float
@@ -78,13 +76,11 @@ def tolerated(fit: Refit, ways: Ways) -> Tolerated:
     share, fraction = BY_POSE @ chances.sum(axis=1), chances.sum(axis=0) @ OF_FORM
     best = seen.best(levels)
     both = Sight.of(fit, whiten(groups, Part.ALL), ways.pose_count)
-    moved = np.hypot(share, fraction) * ways.size
     return Tolerated(
         log_evidence=total,
         log_prediction=float(logsumexp(both.levels())) - total,
         fraction=float(fraction),
         by_pose=float(share),
-        size=float(moved),
         left=_left(fit, groups, best.weights),
         chi_square=best.chi_square,
         freedom=best.freedom,
@@ -141,8 +137,7 @@ class Sight:
         """
         count = len(fit.coordinates)
         offset, precision = fit.prior_offset()
-        lower, upper = fit.parameters.bounds()
-        is_free = (fit.coordinates > lower) & (fit.coordinates < upper)
+        is_free = _is_free(fit)
         is_gone = np.isin(fit.parameters.names, gone)
         # What stopped at a bound stays there, and follows nothing.
         offset = np.where(is_free | is_gone, offset, 0.0)
@@ -248,11 +243,15 @@ def led_by_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> FloatArray:
 def _step(fit: Refit, weights: FloatArray) -> FloatArray:
     """Return weights, counted from where parameters are likeliest beforehand, from the fit."""
     offset, _ = fit.prior_offset()
-    lower, upper = fit.parameters.bounds()
-    is_free = (fit.coordinates > lower) & (fit.coordinates < upper)
     step = weights.copy()
-    step[: len(offset)] -= np.where(is_free, offset, 0.0)
+    step[: len(offset)] -= np.where(_is_free(fit), offset, 0.0)
     return step
+
+
+def _is_free(fit: Refit) -> NDArray[np.bool_]:
+    """Tell which parameters are between their bounds, shape (k,)."""
+    lower, upper = fit.parameters.bounds()
+    return np.asarray((fit.coordinates > lower) & (fit.coordinates < upper))
 
 
 def _left(fit: Refit, groups: Sequence[PatchGroup], weights: FloatArray) -> float:

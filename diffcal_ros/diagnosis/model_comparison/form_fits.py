@@ -64,10 +64,7 @@ def _led(
     ways = ways_of(model.evaluator.model, model.fit, basis, kept)
     gone = [name for own in model.added if own not in kept for name in own.names]
     values = dict(zip(model.fit.parameters.names, led_by_form(model.fit, ways, gone), strict=True))
-    if gone:
-        scene, evaluator = with_effects(pool.nominal, pool.base, kept)
-    else:
-        scene, evaluator = model.scene, model.evaluator
+    scene, evaluator = with_effects(pool.nominal, pool.base, kept)
     start = np.array([values[name] for name in evaluator.model.parameters.names])
     try:
         fit = refit(evaluator, start, max_iterations=1)

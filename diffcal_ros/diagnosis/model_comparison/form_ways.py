@@ -13,13 +13,18 @@ bent by another curve than an arc; this is as large as what the effect does.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
-from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import (
+    full_names,
+    FullName,
+    PatchGroup,
+    with_columns,
+)
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 import numpy as np
 from numpy.typing import NDArray
@@ -93,12 +98,10 @@ class Ways:
     Attributes:
         by_pose: from pose to pose [m], shape (n, p) each.
         form: in their form [m], shape (n, f) each.
-        size: root mean square of what the effects do [m].
     """
 
     by_pose: tuple[FloatArray, ...]
     form: tuple[FloatArray, ...]
-    size: float
 
     @property
     def pose_count(self) -> int:
@@ -107,9 +110,13 @@ class Ways:
 
     def joined(self, groups: Sequence[PatchGroup]) -> list[PatchGroup]:
         """Return patches with the ways behind their tangents."""
+        return with_columns(groups, self.scaled(1.0, 1.0))
+
+    def scaled(self, share: float, fraction: float) -> list[FloatArray]:
+        """Return all columns by groups, those from pose to pose first, each kind times a size."""
         return [
-            replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, *own])))
-            for b, *own in zip(groups, self.by_pose, self.form, strict=True)
+            np.hstack([share * by_pose, fraction * form])
+            for by_pose, form in zip(self.by_pose, self.form, strict=True)
         ]
 
 
@@ -144,8 +151,7 @@ def ways_at(
         pose_ways = [own.by_pose(number, place) for own in done] if several else []
         by_pose.append(np.hstack([empty, *pose_ways]))
         form.append(np.hstack([empty, *(own.of_form(number, group, place) for own in done)]))
-    whole = np.sum([np.concatenate(own.moved) for own in done], axis=0) if done else np.zeros(1)
-    return Ways(tuple(by_pose), tuple(form), float(np.sqrt(np.mean(whole**2))))
+    return Ways(tuple(by_pose), tuple(form))
 
 
 @dataclass(frozen=True)

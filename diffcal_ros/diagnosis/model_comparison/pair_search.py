@@ -126,11 +126,7 @@ def _forms(one: Hypothesis, basis: FormBasis | None) -> list[FloatArray] | None:
     if basis is None or one.judged is None:
         return None
     ways = ways_of(one.evaluator.model, one.fit, basis, one.added)
-    share, fraction = one.judged.by_pose, one.judged.fraction
-    return [
-        np.hstack([share * by_pose, fraction * form])
-        for by_pose, form in zip(ways.by_pose, ways.form, strict=True)
-    ]
+    return ways.scaled(one.judged.by_pose, one.judged.fraction)
 
 
 def halves(

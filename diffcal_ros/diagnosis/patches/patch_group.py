@@ -58,6 +58,14 @@ def moved(groups: Sequence[PatchGroup], step: FloatArray) -> list[PatchGroup]:
     ]
 
 
+def with_columns(groups: Sequence[PatchGroup], columns: Sequence[FloatArray]) -> list[PatchGroup]:
+    """Return patches with further columns behind their tangents, shape (n, m) for each group."""
+    return [
+        replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, own])))
+        for b, own in zip(groups, columns, strict=True)
+    ]
+
+
 def report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray:
     """Tell which patches are kept for the report: whole frames of a motion, else cells."""
     if observation.instant is not None:

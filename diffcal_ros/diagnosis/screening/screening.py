@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup, with_columns
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
@@ -148,10 +148,7 @@ def screen(
     nominal = evaluator.model.parameters
     names, groups = library_groups(evaluator, coordinates, listed)
     if beside is not None:
-        groups = [
-            replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, own])))
-            for b, own in zip(groups, beside, strict=True)
-        ]
+        groups = with_columns(groups, beside)
     beyond = _beyond_prior(
         nominal, coordinates + evaluator.discretisation_error.shifts_of(nominal)
     )

@@ -24,12 +24,6 @@ import pytest
 
 
 @pytest.fixture(scope='module')
-def basis(screened) -> FormBasis:
-    evaluator, nominal, _ = screened
-    return FormBasis.of(evaluator, nominal, nominal)
-
-
-@pytest.fixture(scope='module')
 def tilted(screened) -> Hypothesis:
     evaluator, nominal, scores = screened
     score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What effects may do besides: as large as what they do, and of their own kind."""
 
-from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.screening.candidates import candidates
@@ -10,12 +9,6 @@ from diffcal_ros.diagnosis.screening.screening import library_groups
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
-
-
-@pytest.fixture(scope='module')
-def basis(screened) -> FormBasis:
-    evaluator, nominal, _ = screened
-    return FormBasis.of(evaluator, nominal, nominal)
 
 
 def _size(columns: list[np.ndarray]) -> np.ndarray:

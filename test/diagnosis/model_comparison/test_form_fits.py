@@ -7,18 +7,11 @@ from types import SimpleNamespace
 
 from diffcal_ros.diagnosis.model_comparison import form_fits
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
-from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import pytest
-
-
-@pytest.fixture(scope='module')
-def basis(screened) -> FormBasis:
-    evaluator, nominal, _ = screened
-    return FormBasis.of(evaluator, nominal, nominal)
 
 
 def _found(screened, *names: str) -> Hypothesis:

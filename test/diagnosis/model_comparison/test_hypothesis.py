@@ -153,5 +153,5 @@ def test_a_second_effect_can_gain_what_is_left_and_what_tolerance_costs(screened
     assert most_gain(replace(single, fit=fit)) - most_gain(single) == pytest.approx(15.0)
     # A tolerance that has gained all that was left leaves nothing to be gained.
     exact = single.fit.log_evidence
-    judged = Tolerated(exact + most_gain(single), 0.0, 0.1, 0.0, 1e-3, 0.0, 0.0, 60.0, exact)
+    judged = Tolerated(exact + most_gain(single), 0.0, 0.1, 0.0, 0.0, 0.0, 60.0, exact)
     assert most_gain(replace(single, judged=judged)) == pytest.approx(0.0, abs=1e-9)

@@ -32,12 +32,6 @@ def _found(screened, *names: str) -> Hypothesis:
 
 
 @pytest.fixture(scope='module')
-def basis(screened) -> FormBasis:
-    evaluator, nominal, _ = screened
-    return FormBasis.of(evaluator, nominal, nominal)
-
-
-@pytest.fixture(scope='module')
 def tilted(screened) -> Hypothesis:
     return _found(screened, 'gravity_tilt')
 
@@ -167,7 +161,7 @@ def test_a_lens_is_a_form_of_a_camera_that_is_off(screened, basis):
     lens = ways_at(places, seen, basis, camera.added)
     count = [len(own) for own in lens.form]
     nothing = tuple(np.zeros((n, 0)) for n in count)
-    rigid = Ways(nothing, nothing, lens.size)
+    rigid = Ways(nothing, nothing)
     found = [explained(seen, camera.added, camera.added, own) for own in (rigid, lens)]
     assert found[1].log_evidence > found[0].log_evidence + 8.0
 
@@ -181,7 +175,6 @@ def _judged(
         log_prediction=log_evidence,
         fraction=0.1,
         by_pose=0.0,
-        size=1e-4,
         left=1e-4,
         chi_square=chi_square,
         freedom=float(fit.patch_count - len(fit.coordinates)),

@@ -25,7 +25,6 @@ def _judged(model: Hypothesis, **changes: float) -> Hypothesis:
         log_prediction=0.0,
         fraction=0.05,
         by_pose=0.05,
-        size=1e-4,
         left=2e-4,
         chi_square=model.fit.chi_square,
         freedom=float(model.fit.patch_count),
