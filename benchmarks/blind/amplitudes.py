@@ -249,6 +249,10 @@ OUTSIDE_CLASS = {
     'jet': 'load',
     'stripes': 'sensor',
     'warming': 'material',
+    'hose': 'load',
+    'parted': 'shape',
+    'memory': 'material',
+    'tiles': 'sensor',
 }
 
 

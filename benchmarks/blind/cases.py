@@ -9,6 +9,8 @@ from itertools import combinations
 import numpy as np
 
 from benchmarks.blind.amplitudes import LIBRARY, MOTION, OUTSIDE, SIZES
+from benchmarks.blind.eighth_forms import EIGHTH_PAIRS
+from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.forms import FORMS, PAIRS
 from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
@@ -94,6 +96,7 @@ class Contents:
 LAWS_SETS = {
     'sixth': Contents(PAIRS, tuple(FURTHER_OUTSIDE), 300),
     'seventh': Contents(SEVENTH_PAIRS, tuple(SEVENTH_OUTSIDE), 60),
+    'eighth': Contents(EIGHTH_PAIRS, tuple(EIGHTH_OUTSIDE), 60),
 }
 
 
@@ -150,8 +153,8 @@ def list_motion_form_cases(set_name: str, salt: str = '') -> list[Case]:
 def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
     """List the cases of other forms: 60 clean, and each form of the set in two sizes.
 
-    The sixth set has 300 clean ones, and it and the seventh have pairs of forms and causes outside
-    the library as well, and bodies of several laws.
+    The sixth set has 300 clean ones, and it and those after it have pairs of forms and causes
+    outside the library as well, and bodies of several laws.
     """
     if set_name not in FORM_SETS:
         raise ValueError(f'set is {set_name!r}: {" or ".join(FORM_SETS)}')

@@ -11,6 +11,9 @@ from benchmarks.blind.shapes import FloatArray
 
 _CONTACT_STIFFNESS = 5.0e8  # [Pa/m]: a soft body sinks in by some micrometres.
 _FOAM_STIFFNESS = 4.0e7  # [Pa/m^2]: by some millimetres.
+_MAT_STIFFNESS = 1.0e5  # Of a mat at first [Pa/m]: a body sinks in by a millimetre or two.
+_MAT = 0.003  # Thickness of a mat [m].
+_PRESSED = 0.9  # Share of that up to which a mat is followed; then it is as stiff as there.
 FRICTION = 0.5  # Force across over the one that presses.
 _STICKING = 1e-4  # Over which friction sets in [m].
 BAR = 0.010  # Radius of a bar [m].
@@ -37,6 +40,8 @@ def contact_laws(
         stiffness = stiffness * (shares > 0.55)
     if faults.contact_form == 'foam':
         return (_foam(normal, height, _FOAM_STIFFNESS * areas),)
+    if faults.contact_form == 'mat':
+        return (_mat(normal, height, _MAT_STIFFNESS * areas),)
     outer = np.outer(normal, normal)
 
     def penalty(positions: FloatArray) -> Potential:
@@ -92,6 +97,33 @@ def _foam(normal: FloatArray, height: float, stiffness: FloatArray) -> Potential
             energy=float((stiffness * dent**3).sum()) / 3.0,
             gradient=-(stiffness * dent**2)[:, None] * normal,
             diagonal=(2.0 * stiffness * dent)[:, None, None] * outer,
+        )
+
+    return penalty
+
+
+def _mat(normal: FloatArray, height: float, stiffness: FloatArray) -> PotentialLaw:
+    """Return a half-space under a mat: stiffness dent / (1 - dent / thickness) presses back.
+
+    Args:
+        normal: object frame, shape (3,).
+        height: of the mat's upper side along that [m].
+        stiffness: force by dent at each node, at first [N/m], shape (N,).
+    """
+    outer = np.outer(normal, normal)
+    steep = 1.0 / (1.0 - _PRESSED) ** 2
+
+    def penalty(positions: FloatArray) -> Potential:
+        dent = np.maximum(height - positions @ normal, 0.0) / _MAT
+        part = np.minimum(dent, _PRESSED)
+        beyond = dent - part
+        push = part / (1.0 - part) + steep * beyond
+        energy = -np.log1p(-part) - part + (part / (1.0 - part) + 0.5 * steep * beyond) * beyond
+        slope = (dent > 0.0) / (1.0 - part) ** 2
+        return Potential(
+            energy=float((stiffness * energy).sum()) * _MAT**2,
+            gradient=-(stiffness * _MAT * push)[:, None] * normal,
+            diagonal=(stiffness * slope)[:, None, None] * outer,
         )
 
     return penalty

@@ -37,22 +37,26 @@ class Faults:
         contrast_mode: `split` at half the free length, `linear` along it, `smooth` about two
             fifths of it, in `thirds`, of the `skin` against the core, a `cosine` over the whole
             length, `late` at seven tenths, with the `square` of the place, of a `spot`
-            from two to four tenths against all else, or by `three pours`: a step of three fifths
-            of it at a quarter, and of the rest at three fifths.
+            from two to four tenths against all else, by `three pours`: a step of three fifths
+            of it at a quarter, and of the rest at three fifths, or of all else against a `sleeve`
+            around the inner two fifths.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
-            `mooney_rivlin` or `ogden` (of power four).
-        stiffening: 1 / Jm of Gent's law, the exponent of Fung's, C3 / C1, or the share of the
-            shear modulus at rest that the form has [-].
+            `mooney_rivlin`, `ogden` (of power four) or `veronda_westmann`.
+        stiffening: 1 / Jm of Gent's law, the exponent of Fung's or of Veronda's and Westmann's,
+            C3 / C1, or the share of the shear modulus at rest that the form has [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
-            one half as far out, or at the end of a rigid `arm`.
+            one half as far out, at the end of a rigid `arm`, or a sensor with its `cable`: half
+            of it there, half evenly from the clamp to there, both on the upper side.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
             -0.4; `about a corner` of the held section, three times as much about its y as
-            about its z; or `one-sided`, as far as the moment has the signs of `clamp_way`.
+            about its z; `one-sided`, as far as the moment has the signs of `clamp_way`; or a
+            `lined` jaw, whose foam yields at each place by the pressure there, and more at the
+            mouth: in all as much as is given, where the body is rigid.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -61,20 +65,24 @@ class Faults:
             30 % of its mean from pose to pose.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
-            in the outer), `middle` (three times as much in the middle third alone), or `helix`
-            (the plane of bending turns by 150 degrees along the body).
+            in the outer), `middle` (three times as much in the middle third alone), `helix`
+            (the plane of bending turns by 150 degrees along the body), or the `set` of a body
+            that hung for long (by the square of the distance to the tip, twice as much at the
+            clamp: its tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
             `shelf` that ends before the inner half, an `edge`: a round bar, `friction`, which
-            holds the body back where it comes to the plane, or a plane on the `rig`, which goes
-            with it: normal and height are in the object's frame.
+            holds the body back where it comes to the plane, a plane on the `rig`, which goes
+            with it: normal and height are in the object's frame, or a `mat` of foam on it, which
+            yields to the pressure the less the thinner it is pressed.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
             three tenths from pose to pose, by `temperature`: it rises and falls over the poses,
-            while that of `depth_scale` grows from nothing; or by `incidence`: over the cosine of
-            the angle between ray and surface, up to three times.
+            while that of `depth_scale` grows from nothing; by `incidence`: over the cosine of
+            the angle between ray and surface, up to three times; or `near field`: it falls by
+            the exponential of the depth.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -131,6 +139,21 @@ class Faults:
         stripes_period: [px].
         stripes_phase: [rad].
         warming: log E in the first pose less that in the last.
+        camera_foot: what a wrong camera turns about in place of the body's centre, stored camera
+            frame [m]; None: that centre.
+        camera_sags: whether the camera is right in the first pose and then sags, less and less,
+            until it is as far off as stated in the last.
+        region_until: share of the free length up to which `region_bias` is added.
+        hose: stiffness of a hose that goes with the rig and holds one place of the body [N/m].
+        hose_at: that place's share of the free length.
+        hose_offset: from that place without a load to where the hose would have it, object
+            frame [mm].
+        parted: share by which the true body is higher along z than the stated one.
+        memory: share of the pose before in what a body rests under.
+        tiles: standard deviation of an error of depth that each square of the image has of its
+            own [mm].
+        tiles_edge: of a square [px].
+        tiles_seed: of what is drawn for the squares.
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -209,6 +232,17 @@ class Faults:
     stripes_period: float = 0.0
     stripes_phase: float = 0.0
     warming: float = 0.0
+    camera_foot: Vector | None = None
+    camera_sags: bool = False
+    region_until: float = 1.0
+    hose: float = 0.0
+    hose_at: float = 0.0
+    hose_offset: Vector = (0.0, 0.0, 0.0)
+    parted: float = 0.0
+    memory: float = 0.0
+    tiles: float = 0.0
+    tiles_edge: int = 0
+    tiles_seed: int = 0
 
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.amplitudes import direction, number, signed
+from benchmarks.blind.eighth_forms import EIGHTH_FORMS
 from benchmarks.blind.form import (
     border_form,
     camera_form,
@@ -175,6 +176,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form('depth_affine', 'temperature', _temperature),
     ),
     'seventh': SEVENTH_FORMS,
+    'eighth': EIGHTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -35,6 +35,7 @@ from benchmarks.blind.cases import (
     list_motion_form_cases,
     SETS,
 )
+from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
@@ -94,7 +95,8 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     if case.law is not None:
         setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
-    drawers = {**LIBRARY, **MOTION, **OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **forms}
+    outside = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
+    drawers = {**LIBRARY, **MOTION, **outside, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

@@ -43,6 +43,7 @@ def added_mass(
         'coat': (_POINT_REACH, 1.0),
         'opposite': (_POINT_REACH, np.abs(across[:, 0]) > 0.5),
         'arm': (_MASS_REACH, 1.0),
+        'cable': (_MASS_REACH, across[:, 1] > 0.5),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)
@@ -54,11 +55,19 @@ def added_mass(
     if faults.mass_form == 'coat':
         away = np.where(share > faults.added_mass_at, 0.0, away)
     nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
-    weights = nearness * where * (share > 0.0) * quadrature.volumes
-    masses = 1e-3 * faults.added_mass * weights / max(float(weights.sum()), 1e-30)
+    volumes = where * (share > 0.0) * quadrature.volumes
+    masses = _shared(faults.added_mass, nearness * volumes)
+    if faults.mass_form == 'cable':
+        cable = _shared(faults.added_mass, (share < faults.added_mass_at) * volumes)
+        masses = 0.5 * (masses + cable)
     if faults.mass_form == 'arm':
         masses = masses * _carried(masses, np.array([0.0, *faults.mass_arm]), quadrature, mesh)
     return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
+
+
+def _shared(grams: float, weights: FloatArray) -> FloatArray:
+    """Share a mass [g] among points by weights [kg]."""
+    return 1e-3 * grams * weights / max(float(weights.sum()), 1e-30)
 
 
 def _carried(

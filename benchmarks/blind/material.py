@@ -13,9 +13,11 @@ forms of stiffening in place of c (I - 3)^2, each without stress at rest:
     Yeoh, third term   d max(I - 3, 0)^3
     Mooney-Rivlin      s mu/2 (II - 3 - 4 (J - 1)),   II = (I^2 - tr (F^T F)^2) / 2
     Ogden, power 4     s mu/8 (tr (F^T F)^2 - 3 - 4 (J - 1))
+    Veronda-Westmann   mu / k (exp(k (I - 3)) - 1) - mu (I - 3) - mu/2 (II - 3 - 4 (J - 1))
 
-The last two take the share s of the shear modulus at rest. The others stiffen changes of volume
-as well, as the term with c does.
+Mooney-Rivlin's and Ogden's take the share s of the shear modulus at rest. Veronda's and Westmann's
+(1970) comes on a law of twice the shear modulus, whose first term it cancels. The others stiffen
+changes of volume as well, as the term with c does.
 
 The plain neo-Hookean law has, in place of the terms with a and b,
 
@@ -30,6 +32,8 @@ import numpy as np
 
 from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.shapes import FloatArray
+
+STIFFENINGS = ('gent', 'fung', 'cubic', 'mooney_rivlin', 'ogden', 'veronda_westmann')
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,7 @@ def stiffened(numbers: Constants, form: str, amount: float) -> Constants:
 
     Args:
         numbers: of the law without.
-        form: `gent`, `fung`, `cubic`, `mooney_rivlin` or `ogden`.
+        form: `gent`, `fung`, `cubic`, `mooney_rivlin`, `ogden` or `veronda_westmann`.
         amount: k, d over half the shear modulus, or s.
     """
     mu = 0.75 * numbers.shear
@@ -94,17 +98,25 @@ def stiffened(numbers: Constants, form: str, amount: float) -> Constants:
         return replace(numbers, **{form: (mu, amount)})
     if form == 'cubic':
         return replace(numbers, cubic=0.5 * amount * mu)
+    if form == 'veronda_westmann':
+        return replace(stiffened(numbers, 'mooney_rivlin', -1.0), fung=(2.0 * mu, amount))
     lam = numbers.bulk - 0.625 * numbers.shear
     shear = (1.0 - amount) * numbers.shear
     plain = replace(numbers, shear=shear, bulk=lam + 0.625 * shear)
     part = amount * mu
     if form == 'mooney_rivlin':
-        return replace(plain, invariant=0.5 * part, squares=-0.25 * part, rest=2.0 * part)
+        # On top of what the rubber has of it already.
+        return replace(
+            plain,
+            invariant=numbers.invariant + 0.5 * part,
+            squares=numbers.squares - 0.25 * part,
+            rest=numbers.rest + 2.0 * part,
+        )
     if form == 'ogden':
         # Its lambda is half of what it adds to the shear modulus, and negative.
         bulk = plain.bulk + 0.5 * part
         return replace(plain, bulk=bulk, squares=0.125 * part, rest=0.5 * part)
-    raise ValueError(f'form of stiffening is {form!r}: gent, fung, cubic, mooney_rivlin, ogden')
+    raise ValueError(f'form of stiffening is {form!r}: {", ".join(STIFFENINGS)}')
 
 
 def softened(numbers: Constants, factor: float) -> Constants:

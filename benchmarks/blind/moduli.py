@@ -27,6 +27,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'square': np.clip(share, 0.0, 1.0) ** 2 - 0.5,
         'spot': (np.abs(share - 0.3) < 0.1).astype(float),
         'three pours': np.where(share > 0.6, 0.5, np.where(share > 0.25, 0.1, -0.5)),
+        'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode
     if faults.clamp_form == 'jaw':

@@ -25,6 +25,8 @@ from benchmarks.blind.surface import (
 )
 
 FRAMES = 8
+_SAGS = 0.8  # What a mount has yet to sag falls by so much of its logarithm from pose to pose.
+_NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
 
 
 def true_rendering(
@@ -39,7 +41,9 @@ def true_rendering(
     across = mesh.lattice[:, 1] / (0.5 * setup.shape.section[0])
     along = specimen.shares - faults.region_slant * np.clip(across, -1.0, 1.0)
     surface = joined(
-        body_triangles(mesh, positions, along, faults.region_from, faults.region_ramp),
+        body_triangles(
+            mesh, positions, along, faults.region_from, faults.region_ramp, faults.region_until
+        ),
         box_triangles(*setup.fixture, FIXTURE),
     )
     world_from_object = observation.world_from_object
@@ -52,7 +56,7 @@ def true_rendering(
     if faults.depth_form == 'temperature':
         scale *= setup.pose_number(observation) / max(len(setup.observations) - 1, 1)
     depth = rendering.depth * (1.0 + 0.01 * scale) + bias + _wiggle(rendering, faults)
-    depth = depth + _stripes(rendering, faults)
+    depth = depth + _stripes(rendering, faults) + _tiles(rendering, setup.camera, faults)
     return replace(rendering, depth=depth + 1e-3 * faults.region_bias * tip_part(rendering.labels))
 
 
@@ -74,10 +78,26 @@ def _stripes(rendering: Rendering, faults: Faults) -> FloatArray | float:
     return np.asarray(1e-3 * faults.stripes * np.sin(angle))[None, :, None]
 
 
+def _tiles(rendering: Rendering, camera: Camera, faults: Faults) -> FloatArray | float:
+    """Return an error that each square of the image has of its own [m]."""
+    if not faults.tiles:
+        return 0.0
+    height, width = rendering.depth.shape[:2]
+    rows = (rendering.row + np.arange(height)) // faults.tiles_edge
+    columns = (rendering.column + np.arange(width)) // faults.tiles_edge
+    count = (camera.height // faults.tiles_edge + 1, camera.width // faults.tiles_edge + 1)
+    errors = np.random.default_rng(faults.tiles_seed).standard_normal(count)
+    return np.asarray(1e-3 * faults.tiles * errors[rows[:, None], columns[None]])[..., None]
+
+
 def _camera_share(setup: Setup, observation: Observation, faults: Faults) -> float:
     """Return how much of the camera's error is there in a pose."""
     if faults.camera_from:
         return float(setup.pose_number(observation) >= faults.camera_from)
+    if faults.camera_sags:
+        last = max(len(setup.observations) - 1, 1)
+        number = setup.pose_number(observation)
+        return float(np.expm1(-_SAGS * number) / np.expm1(-_SAGS * last))
     return setup.reached(observation) if faults.camera_drifts else 1.0
 
 
@@ -108,6 +128,11 @@ def _bias_share(
         distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
         return np.asarray((seen / distance) ** 2)
+    if faults.depth_form == 'near field':
+        # Where the camera looks at it is all there.
+        distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
+        seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
+        return np.asarray(np.exp((distance - seen) / _NEAR))
     if faults.depth_form == 'incidence':
         return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
     if faults.depth_form == 'ramp':
@@ -128,7 +153,8 @@ def true_camera(
     specimen: Specimen, setup: Setup, faults: Faults, share: float = 1.0
 ) -> FloatArray:
     """Return depth_from_world of the camera as it stands, off by a share, shape (4, 4)."""
-    center = camera_center(specimen, setup)
+    foot = faults.camera_foot
+    center = camera_center(specimen, setup) if foot is None else np.array(foot)
     turn = rotation(share * np.deg2rad(faults.camera_turn))
     shift = share * 1e-3 * np.array(faults.camera_shift)
     # What is fixed to the camera goes to turn (x - center) + center + shift: the inverse of

@@ -8,7 +8,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
 
-_HELIX_PARTS = 12  # Arcs that a helix is made of.
+_PARTS = 12  # Arcs that a helix is made of, and what hung for long.
 _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
 _HELIX_MORE = 1.3  # Curvature over that of an arc.
 
@@ -27,7 +27,7 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'root':
         straight_on = bend(nodes, 0.5 * (shape.clamp + shape.length), -2.0 * curvature)
         return bend(straight_on, shape.clamp, 2.0 * curvature)
-    if faults.curvature_form in ('S', 'middle', 'helix'):
+    if faults.curvature_form in ('S', 'middle', 'helix', 'set'):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
         rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
@@ -45,10 +45,14 @@ def _parts(curvature: FloatArray, form: str) -> list[tuple[float, float, FloatAr
     if form == 'middle':
         return [(1 / 3, 2 / 3, 3.0 * curvature)]
     found = []
-    for number in reversed(range(_HELIX_PARTS)):
-        begin, end = number / _HELIX_PARTS, (number + 1) / _HELIX_PARTS
-        angle = _HELIX_TURN * (0.5 * (begin + end) - 0.5)
-        turn = rotation(np.array([angle, 0.0, 0.0]))
+    for number in reversed(range(_PARTS)):
+        begin, end = number / _PARTS, (number + 1) / _PARTS
+        middle = 0.5 * (begin + end)
+        if form == 'set':
+            # As the moment of an even load: the tip moves as far as that of an arc.
+            found.append((begin, end, 2.0 * (1.0 - middle) ** 2 * curvature))
+            continue
+        turn = rotation(np.array([_HELIX_TURN * (middle - 0.5), 0.0, 0.0]))
         found.append((begin, end, _HELIX_MORE * turn @ curvature))
     return found
 

@@ -22,6 +22,7 @@ from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.seventh_outside import pressed, warmed
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.springs import foam_stiffness, hose_stiffness, springs
 
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
@@ -55,8 +56,10 @@ class Specimen:
 def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Specimen:
     """Build the true body."""
     one, other = setup.shape.taper
+    x, y, z = setup.shape.breaks
     shape = replace(
         setup.shape,
+        breaks=(x, y, tuple(place * (1.0 + faults.parted) for place in z)),
         waist=setup.shape.waist - faults.bulge,
         taper=(one + faults.cone, other + faults.cone),
     )
@@ -81,7 +84,8 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         quadrature=_swollen(quadrature, (share > 0.5).astype(float), faults.swelling),
         numbers=numbers,
         masses=spread(masses, quadrature, mesh.cells, count),
-        held=mesh.held,
+        # What lies in foam moves like all else.
+        held=mesh.held[: 0 if faults.clamp_form == 'lined' else None],
     )
     return Specimen(
         mesh=mesh,
@@ -140,14 +144,13 @@ def settle(
         specimen = _heated(specimen, share * faults.heat)
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
-    forces = _forces(specimen, setup, observation, faults)
-    masses = specimen.body.masses + specimen.added
-    below = contact_laws(specimen.areas, specimen.shares, observation, faults)
-    load = Load(forces, (*below, *pulls(masses, specimen.shares, observation, faults)))
+    load = _load(specimen, setup, observation, faults)
     nominal = _clamp(specimen, setup, observation, faults)
     give = faults.clamp_compliance
     if faults.contact_height is not None and faults.contact_form == 'friction':
         return _settle_rubbing(specimen, load, nominal, *half_space(observation, faults))
+    if faults.clamp_form == 'lined':
+        return _settle_in_foam(specimen, load, nominal, give)
     if faults.clamp_form == 'shear':
         return _settle_sliding(specimen, load, nominal, give)
     axes = {
@@ -173,6 +176,25 @@ def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArra
         return lambda moment: 1.0
     _, usual = weight_moment(setup)
     return lambda moment: max(float(np.linalg.norm(moment)) / usual, 1e-6) ** power
+
+
+def _load(specimen: Specimen, setup: Setup, observation: Observation, faults: Faults) -> Load:
+    """Return all that acts on a body in one pose, its clamp aside."""
+    forces = _forces(specimen, setup, observation, faults)
+    number = setup.pose_number(observation)
+    if faults.memory and number:
+        before = _forces(specimen, setup, setup.observations[number - 1], faults)
+        forces = (1.0 - faults.memory) * forces + faults.memory * before
+    masses, shares = specimen.body.masses + specimen.added, specimen.shares
+    laws = [
+        *contact_laws(specimen.areas, shares, observation, faults),
+        *pulls(masses, shares, observation, faults),
+    ]
+    if faults.hose:
+        places = specimen.mesh.nodes + 1e-3 * np.array(faults.hose_offset)
+        stiffness = hose_stiffness(faults.hose, faults.hose_at, specimen.body.masses, shares)
+        laws.append(springs(places, stiffness))
+    return Load(forces, tuple(laws))
 
 
 def _forces(
@@ -277,6 +299,17 @@ def _settle_rubbing(
         if np.abs(positions - before).max() < _RUB_TOLERANCE:
             return positions
     raise RuntimeError('friction on the plane found no rest')
+
+
+def _settle_in_foam(
+    specimen: Specimen, load: Load, clamp: FloatArray, compliance: float
+) -> FloatArray:
+    """Find the equilibrium of a body in a jaw that is lined with foam."""
+    nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
+    stiffness = foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, compliance)
+    places = applied(clamp, nodes)
+    held = replace(load, potentials=(*load.potentials, springs(places, stiffness)))
+    return find_equilibrium(specimen.body, held, places)
 
 
 def _settle_sliding(

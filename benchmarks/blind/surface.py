@@ -49,6 +49,7 @@ def body_triangles(
     shares: FloatArray,
     tip_from: float = 0.5,
     ramp: float = 0.0,
+    tip_until: float = 1.0,
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -58,6 +59,7 @@ def body_triangles(
         shares: of the free length at which its nodes rest, shape (N,).
         tip_from: share from which on the surface is labelled as the tip's.
         ramp: share over which, around that, the labels go over from root to tip.
+        tip_until: share beyond which they are the root's again, with the same ramp; 1: none.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -71,14 +73,18 @@ def body_triangles(
         points = values @ positions[nodes]
         along = values @ shares[nodes][..., None]
         corners.append(points[:, triangles].reshape(-1, 3, 3))
-        labels.append(_side(along[:, triangles, 0].mean(axis=-1), tip_from, ramp).reshape(-1))
+        places = along[:, triangles, 0].mean(axis=-1)
+        labels.append(_side(places, tip_from, ramp, tip_until).reshape(-1))
     return Triangles(np.concatenate(corners), np.concatenate(labels).astype(np.int64))
 
 
-def _side(along: FloatArray, tip_from: float, ramp: float) -> IntArray:
+def _side(along: FloatArray, tip_from: float, ramp: float, tip_until: float) -> IntArray:
+    inside = along - tip_from
+    if tip_until < 1.0:
+        inside = np.minimum(inside, tip_until - along)
     if not ramp:
-        return np.where(along > tip_from, TIP, ROOT)
-    part = np.round(PARTS * ((along - tip_from) / ramp + 0.5)).astype(np.int64)
+        return np.where(inside > 0.0, TIP, ROOT)
+    part = np.round(PARTS * (inside / ramp + 0.5)).astype(np.int64)
     return np.where(part <= 0, ROOT, np.where(part >= PARTS, TIP, BETWEEN + part))
 
 

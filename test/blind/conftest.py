@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmarks are no installed package: tests find them beside the sources."""
 
+from collections.abc import Callable
 from pathlib import Path
 import sys
 
@@ -13,6 +14,7 @@ if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
 
 from benchmarks.blind.faults import Faults  # noqa: E402
+from benchmarks.blind.observe import true_rendering  # noqa: E402
 from benchmarks.blind.setups import draw_setup, Setup  # noqa: E402
 from benchmarks.blind.simulation import make_specimen, settle, Specimen  # noqa: E402
 
@@ -34,3 +36,15 @@ def plain(setup: Setup) -> Specimen:
 def rests(setup: Setup, plain: Specimen) -> list[np.ndarray]:
     """Where it rests in each pose [m]."""
     return [settle(plain, setup, one, Faults()) for one in setup.observations]
+
+
+@pytest.fixture(scope='module')
+def depths(
+    setup: Setup, plain: Specimen, rests: list[np.ndarray]
+) -> Callable[[Faults, int], np.ndarray]:
+    """What a camera reads of it at all samples [m], infinite where nothing is."""
+
+    def seen(faults: Faults, pose: int) -> np.ndarray:
+        return true_rendering(plain, setup, setup.observations[pose], faults, rests[pose]).depth
+
+    return seen

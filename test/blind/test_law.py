@@ -45,7 +45,14 @@ def test_stress_is_the_slope_of_the_energy() -> None:
     assert (high - low) / (2 * step) == pytest.approx(float(np.sum(stress * direction)), rel=1e-7)
 
 
-FORMS = [('gent', 6.0), ('fung', 8.0), ('cubic', 40.0), ('mooney_rivlin', 0.6), ('ogden', 0.4)]
+FORMS = [
+    ('gent', 6.0),
+    ('fung', 8.0),
+    ('cubic', 40.0),
+    ('mooney_rivlin', 0.6),
+    ('ogden', 0.4),
+    ('veronda_westmann', 8.0),
+]
 
 
 @pytest.mark.parametrize(('form', 'amount'), FORMS)

@@ -4,13 +4,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
+from support.blind_rests import COARSE, rest_of
 
-from benchmarks.blind.amplitudes import LIBRARY
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import true_rendering
@@ -18,81 +18,11 @@ from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.setups import Setup
-from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
-from benchmarks.blind.simulation import make_specimen, settle, Specimen
+from benchmarks.blind.simulation import make_specimen, Specimen
 from benchmarks.blind.surface import ROOT, TIP
 
-COARSE = 0.5
 Depths = Callable[[Faults, int], np.ndarray]
-ON_THE_BODY = {
-    'clamp_offset/slips by load': {'clamp_by_load': False},
-    'compliant_clamp/one-sided': {'clamp_form': 'turn'},
-    'rest_curvature/helix': {'curvature_form': 'arc'},
-    'stiffness_contrast/three pours': {'contrast_mode': 'split'},
-    'added_mass/arm': {'mass_form': 'hat'},
-    'gravity_tilt/middle_push': {'tilt_form': 'tilt'},
-}
-ON_THE_SENSOR = {
-    'camera_offset/knocked': {'camera_from': 0},
-    'depth_affine/incidence': {'depth_form': 'affine'},
-    'depth_bias_by_region/oblique border': {'region_slant': 0.0},
-}
-
-
-def _rest(setup: Setup, faults: Faults, pose: int = 0) -> np.ndarray:
-    return settle(make_specimen(setup, faults, COARSE), setup, setup.observations[pose], faults)
-
-
-@pytest.fixture(scope='module')
-def depths(setup: Setup, plain: Specimen, rests: list[np.ndarray]) -> Depths:
-    """What a camera reads at all samples [m], infinite where nothing is."""
-
-    def seen(faults: Faults, pose: int) -> np.ndarray:
-        return true_rendering(plain, setup, setup.observations[pose], faults, rests[pose]).depth
-
-    return seen
-
-
-def _form_changes(key: str, setup: Setup) -> dict[str, Any]:
-    form = {form.key: form for form in SEVENTH_FORMS}[key]
-    return form.draw(2, setup, np.random.default_rng(8))
-
-
-def test_every_form_is_checked_here() -> None:
-    keys = {form.key for form in SEVENTH_FORMS}
-    assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, 'contact_plane/rig'}
-    assert len({form.truth for form in SEVENTH_FORMS}) == 10
-    assert {form.truth for form in SEVENTH_FORMS} == set(LIBRARY) - {'strain_stiffening'}
-
-
-@pytest.mark.parametrize('key', sorted(ON_THE_BODY))
-def test_a_form_moves_the_body_and_not_as_the_library_does(
-    setup: Setup, rests: list[np.ndarray], key: str
-) -> None:
-    faults = Faults(**_form_changes(key, setup))
-    library = replace(faults, **ON_THE_BODY[key])
-    moves, apart = [], []
-    for pose, rest in enumerate(rests):
-        found = _rest(setup, faults, pose)
-        moves.append(np.linalg.norm(found - rest, axis=1).max())
-        apart.append(np.linalg.norm(found - _rest(setup, library, pose), axis=1).max())
-    assert 0.002 < max(moves) < 0.03
-    assert max(apart) > 0.0005
-
-
-@pytest.mark.parametrize('key', sorted(ON_THE_SENSOR))
-def test_a_form_changes_what_is_seen_and_not_as_the_library_does(
-    setup: Setup, depths: Depths, key: str
-) -> None:
-    faults = Faults(**_form_changes(key, setup))
-    library = replace(faults, **ON_THE_SENSOR[key])
-
-    def differ(one: Faults, other: Faults) -> bool:
-        return any(not np.array_equal(depths(one, pose), depths(other, pose)) for pose in (0, 3))
-
-    assert differ(faults, Faults())
-    assert differ(faults, library)
 
 
 def test_a_knocked_camera_is_right_before_and_off_after(depths: Depths) -> None:
@@ -105,7 +35,7 @@ def test_a_knocked_camera_is_right_before_and_off_after(depths: Depths) -> None:
 def test_a_clamp_slips_by_the_weight_across_the_body(setup: Setup, plain: Specimen) -> None:
     held = plain.mesh.held
     for pose, observation in enumerate(setup.observations):
-        found = _rest(setup, Faults(clamp_by_load=True, clamp_shift=(0.0, 5.0, 0.0)), pose)
+        found = rest_of(setup, Faults(clamp_by_load=True, clamp_shift=(0.0, 5.0, 0.0)), pose)
         shift = (found - plain.mesh.nodes)[held].mean(axis=0)
         along = observation.world_from_object[1, 0]
         expected = 0.005 * (np.sqrt(1.0 - along**2) - 0.7) / 0.3
@@ -119,11 +49,11 @@ def test_a_one_sided_clamp_gives_way_as_a_plain_one_or_not_at_all(
     moves = []
     # In the first pose the body turns its clamp about y, in the last one the other way.
     for pose in (0, 3):
-        found = _rest(setup, Faults(clamp_form='one-sided', clamp_compliance=1.5), pose)
+        found = rest_of(setup, Faults(clamp_form='one-sided', clamp_compliance=1.5), pose)
         moves.append(np.abs((found - plain.mesh.nodes)[held][:, 2]).max())
     assert moves[0] > 3.0 * moves[1]
     other = Faults(clamp_form='one-sided', clamp_compliance=1.5, clamp_way=(-1.0, 1.0))
-    assert np.abs((_rest(setup, other) - plain.mesh.nodes)[held][:, 2]).max() < 0.2 * moves[0]
+    assert np.abs((rest_of(setup, other) - plain.mesh.nodes)[held][:, 2]).max() < 0.2 * moves[0]
 
 
 def test_a_helix_leaves_its_first_plane(setup: Setup) -> None:
@@ -198,13 +128,13 @@ def test_an_oblique_border_is_farther_out_where_y_is_positive(
 
 
 def test_a_stop_of_the_rig_lifts_the_body_in_its_own_frame(setup: Setup) -> None:
-    changes = _form_changes('contact_plane/rig', setup)
+    changes = BY_KEY['contact_plane/rig'].draw(2, setup, np.random.default_rng(8))
     laid, faults = lay_on_plane(setup, Faults(**changes), np.random.default_rng(1))
     assert laid.observations == setup.observations
     normal, free = np.array(faults.contact_normal), replace(faults, contact_height=None)
     lifted = []
     for pose in range(4):
-        found, before = (_rest(laid, each, pose) for each in (faults, free))
+        found, before = (rest_of(laid, each, pose) for each in (faults, free))
         assert faults.contact_height is not None
         assert (found @ normal).min() > faults.contact_height - 1e-4
         lifted.append(1e3 * np.abs(found - before).max())
@@ -216,28 +146,19 @@ def test_a_push_on_the_middle_leaves_the_rest_alone(setup: Setup) -> None:
     specimen = make_specimen(setup, Faults(), COARSE)
     for pose in (0, 1):
         tilted, pushed = (
-            _rest(setup, Faults(gravity_tilt=(0.5, -0.4), tilt_form=form), pose)
+            rest_of(setup, Faults(gravity_tilt=(0.5, -0.4), tilt_form=form), pose)
             for form in ('tilt', 'middle_push')
         )
-        clean = _rest(setup, Faults(), pose)
+        clean = rest_of(setup, Faults(), pose)
         free = specimen.shares > 0.0
         one, other = (tilted - clean)[free].ravel(), (pushed - clean)[free].ravel()
         assert 0.9 < one @ other / (np.linalg.norm(one) * np.linalg.norm(other)) < 1.0 - 1e-6
 
 
-@pytest.mark.parametrize('name', sorted(SEVENTH_OUTSIDE))
-def test_a_cause_outside_is_larger_in_a_larger_size(setup: Setup, name: str) -> None:
-    sizes = [
-        abs(SEVENTH_OUTSIDE[name](size, setup, np.random.default_rng(8)).changes[name])
-        for size in range(3)
-    ]
-    assert sizes[0] < sizes[1] < sizes[2]
-
-
 @pytest.mark.parametrize('name', ['hollow', 'jet', 'warming'])
 def test_a_cause_outside_moves_the_body(setup: Setup, rests: list[np.ndarray], name: str) -> None:
     faults = Faults(**SEVENTH_OUTSIDE[name](2, setup, np.random.default_rng(8)).changes)
-    moves = [np.abs(_rest(setup, faults, pose) - rests[pose]).max() for pose in range(4)]
+    moves = [np.abs(rest_of(setup, faults, pose) - rests[pose]).max() for pose in range(4)]
     assert 0.002 < max(moves) < 0.03
     # What warms up has not yet when it is first seen.
     assert (moves[0] < 1e-9) == (name == 'warming')
@@ -273,5 +194,5 @@ def test_a_warm_body_of_any_law_rests_as_a_softer_one(setup: Setup, law: str) ->
     rubber = draw_rubber(law, np.random.default_rng(3))
     world = replace(setup, rubber=rubber)
     soft = replace(world, youngs_modulus=world.youngs_modulus * np.exp(-0.4))
-    warm = _rest(world, Faults(warming=0.4), 3)
-    assert np.abs(warm - _rest(soft, Faults(), 3)).max() < 1e-8
+    warm = rest_of(world, Faults(warming=0.4), 3)
+    assert np.abs(warm - rest_of(soft, Faults(), 3)).max() < 1e-8

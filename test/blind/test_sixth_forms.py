@@ -7,22 +7,18 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.blind_rests import COARSE, rest_of
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.observe import true_camera, true_rendering
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.setups import Setup
-from benchmarks.blind.simulation import make_specimen, settle, Specimen
+from benchmarks.blind.simulation import make_specimen, Specimen
 from benchmarks.blind.surface import BETWEEN, PARTS, ROOT, TIP, tip_part
 
-COARSE = 0.5
 BEND = (3.0, 4.0)
 Depths = Callable[[Faults, int], np.ndarray]
-
-
-def _rest(setup: Setup, faults: Faults, pose: int = 0) -> np.ndarray:
-    return settle(make_specimen(setup, faults, COARSE), setup, setup.observations[pose], faults)
 
 
 @pytest.fixture(scope='module')
@@ -86,9 +82,9 @@ def test_two_masses_hang_on_opposite_sides(setup: Setup) -> None:
 
 def test_a_clamp_at_a_corner_lets_its_middle_move(setup: Setup) -> None:
     held = make_specimen(setup, Faults(), COARSE).mesh.held
-    before = _rest(setup, Faults())[held]
+    before = rest_of(setup, Faults())[held]
     moves = {
-        form: (_rest(setup, Faults(clamp_form=form, clamp_compliance=1.5))[held] - before)
+        form: (rest_of(setup, Faults(clamp_form=form, clamp_compliance=1.5))[held] - before)
         for form in ('turn', 'about a corner')
     }
     middle = {form: np.linalg.norm(move.mean(axis=0)) for form, move in moves.items()}
@@ -102,7 +98,7 @@ def test_a_clamp_is_somewhere_else_in_each_pose(setup: Setup) -> None:
     faults = Faults(clamp_shift=(1.0, 2.0, 3.0), clamp_scatter=scatter)
     specimen = make_specimen(setup, faults, COARSE)
     for pose in range(4):
-        moved = _rest(setup, faults, pose)[specimen.mesh.held]
+        moved = rest_of(setup, faults, pose)[specimen.mesh.held]
         shift = moved.mean(axis=0) - specimen.mesh.nodes[specimen.mesh.held].mean(axis=0)
         expected = 1e-3 * np.array([1.0 + 0.1 * pose, 2.0, 3.0 - 0.2 * pose])
         assert np.allclose(shift, expected, atol=1e-5)
@@ -111,9 +107,9 @@ def test_a_clamp_is_somewhere_else_in_each_pose(setup: Setup) -> None:
 def test_a_changing_tilt_is_its_mean_of_all_poses(setup: Setup) -> None:
     shares = []
     for pose in range(4):
-        clean = _rest(setup, Faults(), pose)
+        clean = rest_of(setup, Faults(), pose)
         moves = [
-            np.abs(_rest(setup, Faults(gravity_tilt=(0.5, -0.4), tilt_form=form), pose) - clean)
+            np.abs(rest_of(setup, Faults(gravity_tilt=(0.5, -0.4), tilt_form=form), pose) - clean)
             for form in ('changing', 'tilt')
         ]
         shares.append(moves[0].max() / moves[1].max())
@@ -169,7 +165,7 @@ def test_heat_bends_away_from_the_side_that_grows_and_differs_by_pose(setup: Set
     moves = []
     for pose in (0, 1):
         faults = Faults(heat=1.0, heat_shares=(1.0, 0.5, 0.3, 0.3))
-        moves.append(_rest(setup, faults, pose) - _rest(setup, Faults(), pose))
+        moves.append(rest_of(setup, faults, pose) - rest_of(setup, Faults(), pose))
     shares = make_specimen(setup, Faults(), COARSE).shares
     tips = [move[shares > 0.99].mean(axis=0) for move in moves]
     free = setup.shape.length - setup.shape.clamp

@@ -27,22 +27,6 @@ def cases() -> list[Case]:
     return list_form_cases('sixth', 'salt')
 
 
-def test_it_has_its_cases_and_their_names_tell_nothing(cases: list[Case]) -> None:
-    assert Counter(case.kind for case in cases) == {
-        'clean': 300,
-        'form': 24,
-        'pair': 12,
-        'outside': 12,
-    }
-    named = [case for case in cases if case.kind != 'clean']
-    assert [case.id for case in named] == [f'form_{number:03d}' for number in range(48)]
-    other = [case for case in list_form_cases('sixth', 'other') if case.kind != 'clean']
-    assert [case.effects for case in named] != [case.effects for case in other]
-    kinds = [case.kind for case in named]
-    assert kinds != sorted(kinds), 'kinds are mixed'
-    assert {case.effects for case in named} == {case.effects for case in other}
-
-
 @pytest.mark.parametrize(('one', 'other'), [('law', 'sensor'), ('law', 'family')])
 def test_clean_worlds_go_through_laws_sensors_and_shapes_together(
     cases: list[Case], one: str, other: str

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Springs between nodes and places that go with the rig, as energies in the object frame."""
+
+import numpy as np
+
+from benchmarks.blind.body import IntArray
+from benchmarks.blind.equilibrium import Potential, PotentialLaw
+from benchmarks.blind.shapes import FloatArray
+
+_MOUTH = 0.6  # By which share the foam of a jaw is softer at its mouth than at its bolt.
+_HOSE_REACH = 0.05  # Half the share of the free length over which a hose is fixed.
+
+
+def springs(places: FloatArray, stiffness: FloatArray) -> PotentialLaw:
+    """Return springs that draw nodes to places, in whatever direction they are off.
+
+    Args:
+        places: of all nodes [m], shape (N, 3).
+        stiffness: of each node's spring [N/m], shape (N,).
+    """
+    diagonal = stiffness[:, None, None] * np.eye(3)
+
+    def energy(positions: FloatArray) -> Potential:
+        away = positions - places
+        pull = stiffness[:, None] * away
+        return Potential(0.5 * float((pull * away).sum()), pull, diagonal)
+
+    return energy
+
+
+def foam_stiffness(
+    nodes: FloatArray, areas: FloatArray, held: IntArray, clamp: float, compliance: float
+) -> FloatArray:
+    """Return how stiff the foam of a jaw is at each node, 0 outside [N/m], shape (N,).
+
+    Args:
+        nodes: of the body before it is loaded, object frame [m], shape (N, 3).
+        areas: surface that belongs to each [m^2], shape (N,).
+        held: nodes in the jaw.
+        clamp: where its mouth is [m]; its bolt is at 0.
+        compliance: turn of a rigid body in it by its moment, mean of y and z [rad/(N m)].
+    """
+    found = np.zeros(len(nodes))
+    found[held] = areas[held] * (1.0 - _MOUTH * nodes[held, 0] / clamp)
+    arms = nodes - found @ nodes / found.sum()
+    squares = found @ arms**2
+    # About y and about z, both have the arms along x.
+    found *= 1.0 / (compliance * (squares[0] + 0.5 * (squares[1] + squares[2])))
+    return found
+
+
+def hose_stiffness(amount: float, at: float, masses: FloatArray, shares: FloatArray) -> FloatArray:
+    """Share a hose's stiffness among the nodes around its place [N/m], shape (N,).
+
+    Args:
+        amount: in all [N/m].
+        at: share of the free length where it is fixed.
+        masses: of nodes, by which they share it, shape (N,).
+        shares: of the free length at which they lie, shape (N,).
+    """
+    away = np.abs(shares - at)
+    near = np.maximum(1.0 - away / max(_HOSE_REACH, 1.01 * float(away.min())), 0.0)
+    weights = masses * near * (shares > 0.0)
+    return np.asarray(amount * weights / weights.sum())

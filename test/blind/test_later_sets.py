@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The sets with bodies of several laws, pairs of forms, and causes outside the library."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from benchmarks.blind.amplitudes import Drawer, LIBRARY, OUTSIDE, OUTSIDE_CLASS
+from benchmarks.blind.cases import Case, LAWS_SETS, list_form_cases
+from benchmarks.blind.eighth_forms import EIGHTH_FORMS, EIGHTH_PAIRS
+from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
+from benchmarks.blind.form import Form
+from benchmarks.blind.forms import BY_KEY, FORMS
+from benchmarks.blind.generator import draw_case
+from benchmarks.blind.labels import label_of
+from benchmarks.blind.rubber import LAWS
+from benchmarks.blind.sensor import DRAWN
+from benchmarks.blind.seventh_forms import SEVENTH_FORMS, SEVENTH_PAIRS
+from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
+
+COUNTS = {
+    'sixth': {'clean': 300, 'form': 24, 'pair': 12, 'outside': 12},
+    'seventh': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
+    'eighth': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
+}
+
+
+@dataclass(frozen=True)
+class Own:
+    """What a set alone has."""
+
+    forms: tuple[Form, ...]
+    pairs: tuple[tuple[str, str], ...]
+    outside: dict[str, Drawer]
+
+
+OWN = {
+    'seventh': Own(SEVENTH_FORMS, SEVENTH_PAIRS, SEVENTH_OUTSIDE),
+    'eighth': Own(EIGHTH_FORMS, EIGHTH_PAIRS, EIGHTH_OUTSIDE),
+}
+
+
+@pytest.fixture(scope='module', params=sorted(OWN))
+def set_name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(scope='module')
+def cases(set_name: str) -> list[Case]:
+    return list_form_cases(set_name, 'salt')
+
+
+@pytest.mark.parametrize('name', sorted(COUNTS))
+def test_a_set_has_its_cases_and_their_names_tell_nothing(name: str) -> None:
+    cases = list_form_cases(name, 'salt')
+    assert Counter(case.kind for case in cases) == COUNTS[name]
+    named = [case for case in cases if case.kind != 'clean']
+    assert [case.id for case in named] == [f'form_{number:03d}' for number in range(len(named))]
+    other = [case for case in list_form_cases(name, 'other') if case.kind != 'clean']
+    assert [case.effects for case in named] != [case.effects for case in other]
+    kinds = [case.kind for case in named]
+    assert kinds != sorted(kinds), 'kinds are mixed'
+    assert {case.effects for case in named} == {case.effects for case in other}
+
+
+def test_every_set_of_several_laws_is_checked_here() -> None:
+    assert set(COUNTS) == set(LAWS_SETS)
+    assert set(OWN) == set(LAWS_SETS) - {'sixth'}
+
+
+def test_worlds_are_of_all_laws_sensors_and_shapes(cases: list[Case]) -> None:
+    clean = [case for case in cases if case.kind == 'clean']
+    whole = Counter((case.law, case.sensor, case.family) for case in clean)
+    assert len(whole) == len(LAWS) * len(DRAWN) * 4
+    assert set(whole.values()) == {1}
+    faulty = [case for case in cases if case.kind != 'clean']
+    for name, most in (('law', 11), ('sensor', 16), ('family', 14)):
+        counts = Counter(getattr(case, name) for case in faulty)
+        assert len(counts) == len({getattr(case, name) for case in clean})
+        assert max(counts.values()) <= most
+
+
+def test_no_form_pair_or_cause_is_of_another_set(set_name: str) -> None:
+    own = OWN[set_name]
+    others = [contents for name, contents in LAWS_SETS.items() if name != set_name]
+    elsewhere = {form.key for name in FORMS if name != set_name for form in FORMS[name]}
+    assert FORMS[set_name] == own.forms
+    assert not {form.key for form in own.forms} & elsewhere
+    pairs = {frozenset(pair) for contents in others for pair in contents.pairs}
+    assert not {frozenset(pair) for pair in own.pairs} & pairs
+    causes = {name for contents in others for name in contents.outside}
+    assert not set(own.outside) & {*OUTSIDE, *LIBRARY, *causes}
+    classes = {OUTSIDE_CLASS[name] for name in own.outside}
+    assert classes == {'load', 'shape', 'material', 'sensor'}
+
+
+def test_pairs_are_of_different_effects_and_mix_new_and_earlier_forms(set_name: str) -> None:
+    pairs, new = OWN[set_name].pairs, {form.key for form in OWN[set_name].forms}
+    assert all(BY_KEY[one].truth != BY_KEY[other].truth for one, other in pairs)
+    assert all(new & set(pair) for pair in pairs)
+    assert new <= {key for pair in pairs for key in pair}
+    assert any(set(pair) - new for pair in pairs)
+
+
+def test_two_effects_of_a_pair_change_different_faults(cases: list[Case]) -> None:
+    for case in cases:
+        if case.kind != 'pair' or 'contact_plane' in str(case.effects):
+            continue  # Drawing it takes a simulation.
+        _, (one, other), _ = draw_case(case)
+        assert not set(one.changes) & set(other.changes)
+
+
+def test_labels_tell_law_fixture_effects_and_class(cases: list[Case]) -> None:
+    shifted = []
+    for case in cases:
+        if 'contact_plane' in str(case.effects):
+            continue  # Drawing it takes a simulation.
+        setup, effects, faults = draw_case(case)
+        label = label_of(case, setup, effects, faults, np.zeros(3))
+        assert label['rubber']['law'] == case.law
+        assert len(label['effects']) == len(case.effects)
+        assert (label['outside_class'] is None) == (case.kind != 'outside')
+        told = [
+            name in label['faults'] or value == (1.0, 1.0)
+            for effect in effects
+            for name, value in effect.changes.items()
+            if name not in ('added_mass_at', 'contrast_mode')
+        ]
+        assert all(told)
+        shifted.append(np.linalg.norm(label['fixture_shift_mm']) > 0.0)
+    assert 0.35 < np.mean(shifted) < 0.65

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Forms of the later sets are of some size, and not the library's; so are causes outside it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.blind_rests import rest_of
+
+from benchmarks.blind.amplitudes import LIBRARY
+from benchmarks.blind.eighth_forms import EIGHTH_FORMS
+from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.forms import BY_KEY
+from benchmarks.blind.setups import Setup
+from benchmarks.blind.seventh_forms import SEVENTH_FORMS
+from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
+
+Depths = Callable[[Faults, int], np.ndarray]
+# What makes each form the library's again; contacts and laws have tests of their own.
+ON_THE_BODY: dict[str, dict[str, Any]] = {
+    'clamp_offset/slips by load': {'clamp_by_load': False},
+    'compliant_clamp/one-sided': {'clamp_form': 'turn'},
+    'rest_curvature/helix': {'curvature_form': 'arc'},
+    'stiffness_contrast/three pours': {'contrast_mode': 'split'},
+    'added_mass/arm': {'mass_form': 'hat'},
+    'gravity_tilt/middle_push': {'tilt_form': 'tilt'},
+    'clamp_offset/clamped twice': {'clamp_scatter': ()},
+    'compliant_clamp/lined': {'clamp_form': 'turn'},
+    'rest_curvature/set': {'curvature_form': 'arc'},
+    'stiffness_contrast/sleeve': {'contrast_mode': 'split'},
+    'added_mass/cable': {'mass_form': 'hat'},
+}
+ON_THE_SENSOR: dict[str, dict[str, Any]] = {
+    'camera_offset/knocked': {'camera_from': 0},
+    'depth_affine/incidence': {'depth_form': 'affine'},
+    'depth_bias_by_region/oblique border': {'region_slant': 0.0},
+    'camera_offset/sagging': {'camera_sags': False, 'camera_foot': None},
+    'depth_affine/near field': {'depth_form': 'affine'},
+    'depth_bias_by_region/sticker': {
+        'region_from': 0.5,
+        'region_until': 1.0,
+        'region_ramp': 0.0,
+    },
+}
+OTHERS = {'contact_plane/rig', 'contact_plane/mat', 'strain_stiffening/veronda_westmann'}
+CAUSES = {**SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
+
+
+def _drawn(key: str, setup: Setup) -> Faults:
+    return Faults(**BY_KEY[key].draw(2, setup, np.random.default_rng(8)))
+
+
+def test_every_form_is_checked_here() -> None:
+    keys = {form.key for form in (*SEVENTH_FORMS, *EIGHTH_FORMS)}
+    assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
+    for forms, lacking in ((SEVENTH_FORMS, 'strain_stiffening'), (EIGHTH_FORMS, 'gravity_tilt')):
+        assert len(forms) == 10
+        assert {form.truth for form in forms} == set(LIBRARY) - {lacking}
+
+
+@pytest.mark.parametrize('key', sorted(ON_THE_BODY))
+def test_a_form_moves_the_body_and_not_as_the_library_does(
+    setup: Setup, rests: list[np.ndarray], key: str
+) -> None:
+    faults = _drawn(key, setup)
+    library = replace(faults, **ON_THE_BODY[key])
+    moves, apart = [], []
+    for pose, rest in enumerate(rests):
+        found = rest_of(setup, faults, pose)
+        moves.append(np.linalg.norm(found - rest, axis=1).max())
+        apart.append(np.linalg.norm(found - rest_of(setup, library, pose), axis=1).max())
+    assert 0.002 < max(moves) < 0.03
+    assert max(apart) > 0.0005
+
+
+@pytest.mark.parametrize('key', sorted(ON_THE_SENSOR))
+def test_a_form_changes_what_is_seen_and_not_as_the_library_does(
+    setup: Setup, depths: Depths, key: str
+) -> None:
+    faults = _drawn(key, setup)
+    library = replace(faults, **ON_THE_SENSOR[key])
+
+    def differ(one: Faults, other: Faults) -> bool:
+        return any(not np.array_equal(depths(one, pose), depths(other, pose)) for pose in (0, 3))
+
+    assert differ(faults, Faults())
+    assert differ(faults, library)
+
+
+@pytest.mark.parametrize('name', sorted(CAUSES))
+def test_a_cause_outside_is_larger_in_a_larger_size(setup: Setup, name: str) -> None:
+    sizes = [
+        abs(CAUSES[name](size, setup, np.random.default_rng(8)).changes[name]) for size in range(3)
+    ]
+    assert sizes[0] < sizes[1] < sizes[2]
