@@ -17,6 +17,7 @@ by half in its form is worse than one that is not, and better than another that 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
@@ -61,12 +62,13 @@ class Tolerated:
     exact: float
 
 
-def tolerated(fit: Refit, ways: Ways) -> Tolerated:
+def tolerated(fit: Refit, ways: Ways, *, is_brief: bool = False) -> Tolerated:
     """Judge a fitted model.
 
     Args:
         fit: of it.
         ways: in which its effects may differ from the library's form.
+        is_brief: leave out what held-out patches say, which takes most of the time: NaN.
     """
     groups = ways.joined(fit.groups)
     seen = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count)
@@ -75,13 +77,16 @@ def tolerated(fit: Refit, ways: Ways) -> Tolerated:
     chances = np.exp(levels - total)
     share, fraction = BY_POSE @ chances.sum(axis=1), chances.sum(axis=0) @ OF_FORM
     best = seen.best(levels)
-    both = Sight.of(fit, whiten(groups, Part.ALL), ways.pose_count)
+    predicted = left = float('nan')
+    if not is_brief:
+        both = Sight.of(fit, whiten(groups, Part.ALL), ways.pose_count)
+        predicted, left = both.level() - total, _left(fit, groups, best.weights)
     return Tolerated(
         log_evidence=total,
-        log_prediction=float(logsumexp(both.levels())) - total,
+        log_prediction=predicted,
         fraction=float(fraction),
         by_pose=float(share),
-        left=_left(fit, groups, best.weights),
+        left=left,
         chi_square=best.chi_square,
         freedom=best.freedom,
         exact=float(seen.densities(0.0, np.zeros(1))[0]),
@@ -109,7 +114,6 @@ class Sight:
 
     Attributes:
         values: residuals, whitened, shape (n,).
-        known: their covariance by noise and what parameters may be, shape (n, n).
         own: what parameters do, times the root of what is known of them, shape (n, k).
         root: that root, shape (c, k): from those columns to coordinates.
         by_pose: what the effects may do otherwise in each pose, shape (n, p).
@@ -118,7 +122,6 @@ class Sight:
     """
 
     values: FloatArray
-    known: FloatArray
     own: FloatArray
     root: FloatArray
     by_pose: FloatArray
@@ -148,7 +151,6 @@ class Sight:
         own, ways = seen.jacobian[:, :count] @ root, seen.jacobian[:, count:]
         return cls(
             values=seen.values + seen.jacobian[:, :count] @ offset,
-            known=np.eye(len(seen)) + own @ own.T,
             own=own,
             root=root,
             by_pose=ways[:, :pose_count],
@@ -161,7 +163,6 @@ class Sight:
         others = np.flatnonzero(self.views != view)
         return Sight(
             self.values[others],
-            self.known[np.ix_(others, others)],
             self.own[others],
             self.root,
             self.by_pose[others],
@@ -184,17 +185,26 @@ class Sight:
 
     def densities(self, share: float, fractions: FloatArray) -> FloatArray:
         """Return log densities with one tolerance from pose to pose and several of the form."""
-        known = self.known + share**2 * self.by_pose @ self.by_pose.T
-        factor = np.linalg.cholesky(known)
-        values = solve_triangular(factor, self.values, lower=True, check_finite=False)
-        form = solve_triangular(factor, self.form, lower=True, check_finite=False)
-        sizes, turns = np.linalg.eigh(form.T @ form)
-        pulls = (turns.T @ (form.T @ values)) ** 2
+        sizes = np.repeat((1.0, share), (self.own.shape[1], self.by_pose.shape[1]))
+        count = len(sizes)
+        scaled = sizes[:, None] * self._products[:count]
+        factor = np.linalg.cholesky(np.eye(count) + scaled[:, :count] * sizes)
+        # Of form and values, less what is explained by those.
+        told = solve_triangular(factor, scaled[:, count:], lower=True, check_finite=False)
+        rest = self._products[count:, count:] - told.T @ told
+        sizes, turns = np.linalg.eigh(rest[:-1, :-1])
+        pulls = (turns.T @ rest[:-1, -1]) ** 2
         squares = fractions[:, None] ** 2
         grown = 1.0 + squares * np.maximum(sizes, 0.0)
-        distance = values @ values - (squares * pulls / grown).sum(axis=1)
+        distance = rest[-1, -1] - (squares * pulls / grown).sum(axis=1)
         volume = 2.0 * np.log(np.diag(factor)).sum() + np.log(grown).sum(axis=1)
         return np.asarray(-0.5 * (distance + volume))
+
+    @cached_property
+    def _products(self) -> FloatArray:
+        """Inner products of all columns, the values last: there are fewer than patches."""
+        both = np.hstack([self.own, self.by_pose, self.form, self.values[:, None]])
+        return both.T @ both
 
     def best(self, levels: FloatArray) -> _Best:
         """Return what is found with the likeliest tolerances; levels as by `levels`."""
@@ -203,21 +213,25 @@ class Sight:
 
     def at(self, share: float, fraction: float) -> _Best:
         """Return what is found with two given tolerances."""
-        scaled = np.hstack([share * self.by_pose, fraction * self.form])
-        inverse = np.linalg.inv(self.known + scaled @ scaled.T)
-        left = inverse @ self.values
+        counts = self.own.shape[1], self.by_pose.shape[1], self.form.shape[1]
+        sizes = np.repeat((1.0, share, fraction), counts)
+        products = self._products[:-1, :-1] * np.outer(sizes, sizes)
+        inverse = np.linalg.inv(np.eye(len(sizes)) + products)
+        weights = inverse @ (sizes * self._products[:-1, -1])
+        own, ways = np.split(weights, [counts[0]])
+        left = self.values - np.hstack([self.own, self.by_pose, self.form]) @ (sizes * weights)
         return _Best(
-            np.concatenate(
-                [
-                    self.root @ (self.own.T @ left),
-                    share**2 * self.by_pose.T @ left,
-                    fraction**2 * self.form.T @ left,
-                ]
-            ),
+            np.concatenate([self.root @ own, sizes[counts[0] :] * ways]),
             float(left @ left),
-            # Residuals are the inverse times what is seen, whose covariance is known.
-            float(np.trace(inverse)),
+            # Residuals are the inverse covariance times what is seen, whose covariance is known.
+            float(len(self.values) - len(sizes) + np.trace(inverse)),
         )
+
+    @property
+    def known_volume(self) -> float:
+        """Log determinant of the covariance by noise and what parameters may be."""
+        products = self.own.T @ self.own
+        return float(np.linalg.slogdet(np.eye(len(products)) + products)[1])
 
 
 def log_prior(shares: FloatArray) -> FloatArray:

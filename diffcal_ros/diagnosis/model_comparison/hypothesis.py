@@ -262,7 +262,9 @@ def with_fewer_effects(
     return Hypothesis(tuple(kept), scene, evaluator, fitted_with_fewer(whole.fit, evaluator))
 
 
-def with_tolerance(hypothesis: Hypothesis, basis: FormBasis | None) -> Hypothesis:
+def with_tolerance(
+    hypothesis: Hypothesis, basis: FormBasis | None, *, is_brief: bool = False
+) -> Hypothesis:
     """Judge a fitted model with a tolerance for the form of its effects.
 
     Where the floor is a guess so is what is left above it, and what a motion leaves is its mesh's
@@ -271,12 +273,13 @@ def with_tolerance(hypothesis: Hypothesis, basis: FormBasis | None) -> Hypothesi
     Args:
         hypothesis: the model.
         basis: of the model without its effects; None: it is judged as it is.
+        is_brief: see `tolerated`.
     """
     if basis is None:
         return hypothesis
     fit = hypothesis.fit
     ways = ways_of(hypothesis.evaluator.model, fit, basis, hypothesis.added)
-    return replace(hypothesis, judged=tolerated(fit, ways))
+    return replace(hypothesis, judged=tolerated(fit, ways, is_brief=is_brief))
 
 
 def _refit_from(

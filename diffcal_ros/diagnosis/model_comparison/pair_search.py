@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_fewer_effects
+from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
@@ -17,6 +19,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     within_reach,
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR_GAIN
+from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
 from diffcal_ros.errors import NotSimulatedError
@@ -31,7 +34,7 @@ _FIRSTS, _SECONDS = 2, 3
 _MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 3
 # Of what tangents promise, and what stands in for them, a pair comes to so much at most; and how
 # near it must come to one that leaves noise.
-_TANGENTS_MISS, _STAND_INS_MISS = 1.25, 2.5
+_TANGENTS_MISS, _STAND_INS_MISS, _FAR_TANGENTS_MISS = 1.25, 2.5, 4.0
 _NEAR = 10.0
 # Log evidence, per unit of noise scale, by which half of a pair must be better than it was alone.
 _FARTHER = 2.0
@@ -45,27 +48,35 @@ def best_pairs(
 ) -> list[Hypothesis]:
     """Add a second effect to the best single ones, by the scores around each.
 
-    What the form of a single one may explain no second one needs to.
+    What the form of a single one may explain no second one needs to. Only what may add enough is
+    tried, by tangents and what those miss. What promises most comes first: where that leaves
+    noise, others need not be tried whose tangents lead nowhere near.
 
-    Beside a single effect that leaves noise only what may add enough is tried. What promises
-    most comes first: where that leaves noise, others need not be tried whose tangents lead nowhere
-    near.
+    Args:
+        pool: who refit, and what the nominal model is.
+        singles: models with one effect each, best first.
+        scores: of all candidates at the nominal fit.
+        basis: by which forms are told; None: models are judged as they are.
     """
     most = _MOST_PAIRS if pool.nominal.is_measured else _MOST_PAIRS_GUESSED
-    least = max(h.fit.log_evidence for h in singles) + PAIR_GAIN
+    judge = judge_by(basis)
+    least = max(h.level for h in singles) + PAIR_GAIN
     listed = _offers(pool, singles, scores, basis)
-    offers = [offer for offer in listed if offer.at_most > least or not offer.is_linear][:most]
+    hopeful = [offer for offer in listed if offer.at_most > least or not offer.is_known]
+    offers = hopeful[:most]
     if not pool.nominal.is_measured or len(offers) < 2:
-        return finished(pool, pool.refit_all([offer.request for offer in offers]), rivals=singles)
+        pairs = pool.refit_all([offer.request for offer in offers])
+        return finished(pool, pairs, rivals=singles, judge=judge)
     first = max(offers, key=lambda offer: offer.expected)
-    found = finished(pool, pool.refit_all([first.request]), rivals=singles)
+    found = finished(pool, pool.refit_all([first.request]), rivals=singles, judge=judge)
     rivals, rest = [*singles, *found], [offer for offer in offers if offer is not first]
-    scale = max(1.0, found[0].chi_square_per_patch) if found else 1.0
-    if found and most_gain(found[0]) <= PAIR_GAIN * scale:
-        least = found[0].fit.log_evidence - _NEAR * scale
-        rest = [offer for offer in rest if offer.at_most > least]
+    if found:
+        (best,) = judged(found, basis, is_brief=True)
+        scale = max(1.0, best.chi_square_per_patch)
+        if most_gain(best) <= PAIR_GAIN * scale:
+            rest = [offer for offer in rest if offer.at_most > best.level - _NEAR * scale]
     more = [replace(o.request, least_log_evidence=within_reach(rivals)) for o in rest]
-    others = finished(pool, pool.refit_all(more), rivals=rivals)
+    others = finished(pool, pool.refit_all(more), rivals=rivals, judge=judge)
     return sorted([*found, *others], key=by_evidence)
 
 
@@ -75,26 +86,27 @@ class _Offer:
 
     Attributes:
         request: to refit it.
-        start: log evidence of the single effect that it adds to.
+        start: level of the single effect that it adds to.
         gain: what tangents there promise of it.
-        is_linear: whether that effect leaves noise in the library's form, so that tangents hold.
+        misses: how many times that it comes to at most.
+        is_known: whether tangents tell that.
     """
 
     request: RefitRequest
     start: float
     gain: float
-    is_linear: bool
+    misses: float
+    is_known: bool
 
     @property
     def expected(self) -> float:
-        """Log evidence where the promise is kept."""
+        """Level where the promise is kept."""
         return self.start + self.gain
 
     @property
     def at_most(self) -> float:
-        """Log evidence where more than that is kept."""
-        is_smooth = all(candidate.effect.has_tangent for candidate in self.request.added)
-        return self.start + (_TANGENTS_MISS if is_smooth else _STAND_INS_MISS) * self.gain
+        """Level where as much more than that is kept as may be."""
+        return self.start + self.misses * self.gain
 
 
 def _offers(
@@ -106,8 +118,8 @@ def _offers(
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
-        leaves_noise = one.chance_of_noise > _AS_NOISE and one.leaning < PAIR_GAIN
-        is_linear = pool.nominal.is_measured and leaves_noise
+        is_known = one.judged is not None or one.chance_of_noise > _AS_NOISE
+        is_known &= pool.nominal.is_measured
         try:
             again = screen(one.evaluator, one.fit.coordinates, others, _forms(one, basis))
         except NotSimulatedError:
@@ -116,9 +128,21 @@ def _offers(
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             starts = {**one.fit.values_by_name(), **starts_of(score)}
             request = first_request([first, score.candidate], starts, singles)
-            offer = _Offer(request, one.fit.log_evidence, score.log_evidence, is_linear)
+            misses = _misses(one, request.added)
+            offer = _Offer(request, one.level, score.log_evidence, misses, is_known)
             found.setdefault(key, offer)
     return list(found.values())
+
+
+def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:
+    """Return to how many times what tangents promise around a single effect a pair may come.
+
+    Where that leaves much in any form, they begin far from where the pair is.
+    """
+    if one.judged is not None and one.chance_of_noise <= _AS_NOISE:
+        return _FAR_TANGENTS_MISS
+    is_smooth = all(candidate.effect.has_tangent for candidate in added)
+    return _TANGENTS_MISS if is_smooth else _STAND_INS_MISS
 
 
 def _forms(one: Hypothesis, basis: FormBasis | None) -> list[FloatArray] | None:
@@ -130,24 +154,44 @@ def _forms(one: Hypothesis, basis: FormBasis | None) -> list[FloatArray] | None:
 
 
 def halves(
-    pool: RefitPool, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
+    pool: RefitPool,
+    singles: Sequence[Hypothesis],
+    pairs: Sequence[Hypothesis],
+    basis: FormBasis | None,
 ) -> list[Hypothesis]:
-    """Refit each effect of the best pair without the other, from where the pair ended.
+    """Fit each effect of the best pair without the other, from where the pair ended.
 
     From the nominal fit a large effect may not be reached, and be found as a part of a pair only.
     Where tangents lead no farther from the pair than the effect has come alone, it is not tried.
+
+    Args:
+        pool: who refit, and what the nominal model is.
+        singles: models with one effect each, best first.
+        pairs: with two.
+        basis: see `best_pairs`.
     """
-    if not pairs or pairs[0].fit.log_evidence < singles[0].fit.log_evidence:
+    if not pairs:
         return []
-    best = pairs[0]
-    ended = _distinct([single for single in singles if single.fit.is_converged])
-    alone = {single.added[0].identifier: single.fit.log_evidence for single in ended}
-    scale = max(1.0, best.fit.chi_square_per_patch)
+    best = min(judged(pairs, basis, is_brief=True), key=by_evidence)
+    if best.level < singles[0].level:
+        return []
+    # Judged with a tolerance for forms one that was given up has come as far.
+    ended = [single for single in singles if single.fit.is_converged or basis is not None]
+    alone = {single.added[0].identifier: single.level for single in _distinct(ended)}
+    least = {
+        own.identifier: alone.get(own.identifier, -np.inf)
+        + _FARTHER * max(1.0, best.chi_square_per_patch)
+        for own in best.added
+    }
+    if basis is not None:
+        led = judged(each_alone(pool, best, basis), basis, is_brief=True)
+        farther = [model for model in led if model.level > least[model.added[0].identifier]]
+        return pool.finish(farther, [-np.inf] * len(farther))
     requests = [
         first_request([added], best.fit.values_by_name(), [best])
         for added in best.added
         if with_fewer_effects(pool.nominal, pool.base, best, [added]).fit.log_evidence
-        > alone.get(added.identifier, -np.inf) + _FARTHER * scale
+        > least[added.identifier]
     ]
     return finished(pool, pool.refit_all(requests), rivals=[best])
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refits in rounds: a brief look at each model, and those to the end that may still win."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -18,6 +18,9 @@ _BRIEF, _LONG = 4, 8
 # So many times a model that ran out of evaluations, and may still win, is fitted on.
 _ROUNDS = 2
 _OUT_OF_REACH = 40.0
+
+# Judges fitted models with a tolerance for the form of their effects, in their order.
+Judge = Callable[[Sequence[Hypothesis]], list[Hypothesis]]
 
 
 def first_request(
@@ -42,8 +45,12 @@ def finished(
     front: frozenset[str] = frozenset(),
     rivals: Sequence[Hypothesis] = (),
     late: Sequence[RefitRequest] = (),
+    judge: Judge | None = None,
 ) -> list[Hypothesis]:
     """Fit the models that may still win, or lead by their scores, to the end; best first.
+
+    What effects in another form leave in the library's no further step of that takes away: judged
+    with a tolerance for forms a model has such a step behind it, and most need none.
 
     Args:
         pool: who refit.
@@ -51,18 +58,13 @@ def finished(
         front: identifiers of those that lead by their scores.
         rivals: others that they are held against.
         late: looks that are given up where they will hardly come near any of these.
+        judge: by whom it is told which may still win; None: their log evidence does.
     """
     models = list(brief)
     reach = within_reach([*models, *rivals])
     late = [replace(request, least_log_evidence=reach) for request in late]
     for _ in range(_ROUNDS + bool(late)):
-        worth: dict[int, float] = {}
-        for index, hypothesis in enumerate(models):
-            fit = hypothesis.fit
-            least = -np.inf if front & set(hypothesis.identifiers) else reach
-            # After a brief look a model may be far behind, and halfway down.
-            if not fit.is_converged and fit.log_evidence + HOPE * fit.promise >= least:
-                worth[index] = least
+        worth = _worth_going_on(models, rivals, front, judge)
         begun, further = pool.finish_beside(
             late, [models[index] for index in worth], list(worth.values())
         )
@@ -71,8 +73,34 @@ def finished(
         models += begun
         # A twin that ran out of evaluations is no reason to be sure of the other one.
         front, late = frozenset(), ()
-        reach = within_reach([*models, *rivals])
     return sorted(models, key=by_evidence)
+
+
+def _worth_going_on(
+    models: Sequence[Hypothesis],
+    rivals: Sequence[Hypothesis],
+    front: frozenset[str],
+    judge: Judge | None,
+) -> dict[int, float]:
+    """Return which models may still win, and the log evidence below which each is of no use."""
+    going = [index for index, model in enumerate(models) if not model.fit.is_converged]
+    if not going:
+        return {}
+    if judge is not None:
+        judged = judge([*models, *rivals])
+        best = min(judged, key=by_evidence)
+        least = best.level - _OUT_OF_REACH * max(1.0, best.chi_square_per_patch)
+        return {index: -np.inf for index in going if judged[index].level >= least}
+    reach = within_reach([*models, *rivals])
+    leasts = {
+        index: -np.inf if front & set(models[index].identifiers) else reach for index in going
+    }
+    # After a brief look a model may be far behind, and halfway down.
+    return {
+        index: least
+        for index, least in leasts.items()
+        if models[index].fit.log_evidence + HOPE * models[index].fit.promise >= least
+    }
 
 
 def by_evidence(hypothesis: Hypothesis) -> tuple[bool, float]:

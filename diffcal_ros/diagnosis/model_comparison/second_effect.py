@@ -72,7 +72,7 @@ def most_added(one: Hypothesis, basis: FormBasis) -> float:
     seen = whiten(ways.joined(fit.groups), Part.FIT)
     sight = Sight.of(fit, seen, ways.pose_count)
     noise = len(seen) - len(fit.coordinates)
-    best = -0.5 * (noise + float(np.linalg.slogdet(sight.known)[1]))
+    best = -0.5 * (noise + sight.known_volume)
     return best - sight.level()
 
 

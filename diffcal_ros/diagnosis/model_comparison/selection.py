@@ -3,7 +3,7 @@
 """Refit the best candidates with all nominal parameters, and compare what is left."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
@@ -14,7 +14,12 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     FARTHEST_FORM,
     FORM_DOUBT,
     Hypothesis,
-    with_tolerance,
+)
+from diffcal_ros.diagnosis.model_comparison.judged_models import (
+    judge_by,
+    judged,
+    judged_singles,
+    nominal_basis,
 )
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -25,9 +30,6 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     most_gain,
     PAIR_GAIN,
     second_adds,
-)
-from diffcal_ros.diagnosis.model_comparison.shared_patches import (
-    on_shared_patches_of_the_near,
 )
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
@@ -155,17 +157,18 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         scores: of all candidates.
         with_pairs: whether two effects may be named; else only which one comes nearest is asked.
     """
-    singles = refitted_singles(pool, scores)
+    basis = nominal_basis(pool)
+    singles = refitted_singles(pool, scores, judge_by(basis))
     if singles and all(h.has_idle_effect for h in singles):
         # What stood in for those without a tangent kept others out, and they do nothing.
-        singles = refitted_singles(pool, with_tangents(scores))
-    singles, basis = judged_singles(pool, singles)
+        singles = refitted_singles(pool, with_tangents(scores), judge_by(basis))
+    singles, basis = judged_singles(pool, singles, basis)
     if pool.nominal.stays_robust:
         singles = sorted(ranked(singles), key=by_evidence)
     pairs: list[Hypothesis] = []
     if with_pairs and singles and _is_poor(pool, singles[0], basis):
         pairs = best_pairs(pool, singles, scores, basis)
-        singles = sorted([*singles, *halves(pool, singles, pairs)], key=by_evidence)
+        singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
     return compared(pool, singles, pairs, basis)
 
 
@@ -188,9 +191,9 @@ def compared(
         h for h in pairs if not (h.has_idle_effect or has_doubtful_effect(h, pool.base, singles))
     ]
     if basis is not None and pairs:
-        best = min(_judged(pairs, basis), key=by_evidence)
+        best = min(judged(pairs, basis, is_brief=True), key=by_evidence)
         singles = [*singles, *each_alone(pool, best, basis)]
-    models = _judged([*singles, *pairs], basis)
+    models = judged([*singles, *pairs], basis)
     if pool.nominal.stays_robust:
         models = ranked(models)
     singles = sorted(one_of_each(models[: len(singles)]), key=by_evidence)
@@ -218,34 +221,3 @@ def _noise_scale(models: Sequence[Hypothesis]) -> float:
     if any(model.guessed is not None for model in models):
         return 1.0
     return max(1.0, min((h.chi_square_per_patch for h in models), default=1.0))
-
-
-def _judged(models: Sequence[Hypothesis], basis: FormBasis | None) -> list[Hypothesis]:
-    """Judge models with a tolerance for the form of their effects, in their order.
-
-    They are held against one another on the patches that all near the best see; their fits stay
-    those of all patches.
-    """
-    return [
-        replace(with_tolerance(counted, basis), fit=model.fit)
-        for model, counted in zip(models, on_shared_patches_of_the_near(models), strict=True)
-    ]
-
-
-def judged_singles(
-    pool: RefitPool, singles: Sequence[Hypothesis]
-) -> tuple[list[Hypothesis], FormBasis | None]:
-    """Judge models with one effect each, best first, and say by what their forms are told.
-
-    What effects may do besides is found around the best of them, whose body stands about where the
-    measured one does; and which that is, around the nominal one. A floor that is a guess, and
-    motions, are judged as they are.
-    """
-    seen = pool.nominal.model.observations
-    is_exact = not pool.nominal.is_measured or any(one.instant is not None for one in seen)
-    if is_exact or not singles:
-        return sorted(_judged(singles, None), key=by_evidence), None
-    basis = FormBasis.of(pool.nominal, pool.base, pool.base)
-    best = min(_judged(singles, basis), key=by_evidence)
-    basis = FormBasis.of(best.evaluator, best.fit, pool.base)
-    return sorted(_judged(singles, basis), key=by_evidence), basis

@@ -11,6 +11,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     by_evidence,
     finished,
     first_request,
+    Judge,
 )
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen
@@ -21,8 +22,16 @@ from diffcal_ros.diagnosis.screening.shortlist import front_runners, shortlist, 
 _NEAR = 10.0
 
 
-def refitted_singles(pool: RefitPool, scores: Screen) -> list[Hypothesis]:
-    """Refit the effects that their scores speak for, one at a time; best first."""
+def refitted_singles(
+    pool: RefitPool, scores: Screen, judge: Judge | None = None
+) -> list[Hypothesis]:
+    """Refit the effects that their scores speak for, one at a time; best first.
+
+    Args:
+        pool: who refit, and what the nominal model is.
+        scores: of all candidates.
+        judge: see `finished`.
+    """
     listed = shortlist(scores, is_measured=pool.nominal.is_measured)
     whole = [score for score in listed if _fuller(score, listed) is None]
     parts = [score.candidate for score in listed if _fuller(score, listed) is not None]
@@ -31,8 +40,8 @@ def refitted_singles(pool: RefitPool, scores: Screen) -> list[Hypothesis]:
     late = [score for score in whole if score.candidate.effect.needs_long_look]
     brief = pool.refit_all([_request(score) for score in quick])
     front = front_runners(scores)
-    found = finished(pool, brief, front, late=[_request(score) for score in late])
-    return sorted([*found, *_parts(pool, parts, found)], key=by_evidence)
+    found = finished(pool, brief, front, late=[_request(score) for score in late], judge=judge)
+    return sorted([*found, *_parts(pool, parts, found, judge)], key=by_evidence)
 
 
 def _request(score: Score) -> RefitRequest:
@@ -52,7 +61,10 @@ def _has_more(whole: Candidate, part: Candidate) -> bool:
 
 
 def _parts(
-    pool: RefitPool, parts: Sequence[Candidate], found: Sequence[Hypothesis]
+    pool: RefitPool,
+    parts: Sequence[Candidate],
+    found: Sequence[Hypothesis],
+    judge: Judge | None,
 ) -> list[Hypothesis]:
     """Return the variants with fewer amplitudes, refitted where they may be the better ones."""
     near, far = [], []
@@ -62,9 +74,20 @@ def _parts(
             near.append(first_request([part], {}, found))
             continue
         fewer = with_fewer_effects(pool.nominal, pool.base, whole, [part])
-        scale = max(1.0, whole.fit.chi_square_per_patch)
-        if fewer.log_evidence > whole.log_evidence - _NEAR * scale:
+        if _may_be_better(fewer, whole, judge):
             near.append(first_request([part], fewer.fit.values_by_name(), found))
         else:
             far.append(fewer)
-    return [*finished(pool, pool.refit_all(near), rivals=found), *far]
+    return [*finished(pool, pool.refit_all(near), rivals=found, judge=judge), *far]
+
+
+def _may_be_better(fewer: Hypothesis, whole: Hypothesis, judge: Judge | None) -> bool:
+    """Tell whether a variant with fewer amplitudes may be the one that is kept.
+
+    Of two that do as well in whatever form, the fullest one is (`Selection.best`).
+    """
+    if judge is not None and not whole.is_at_bound:
+        one, other = judge([fewer, whole])
+        return one.level > other.level
+    scale = max(1.0, whole.fit.chi_square_per_patch)
+    return fewer.log_evidence > whole.log_evidence - _NEAR * scale

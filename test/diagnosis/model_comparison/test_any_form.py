@@ -121,6 +121,29 @@ def test_evidence_is_that_of_a_gaussian_with_all_ways_in_its_covariance(
     assert found == pytest.approx([expected], rel=1e-6)
 
 
+def test_what_is_found_is_the_mean_given_the_patches_and_what_it_leaves():
+    random = np.random.default_rng(8)
+    own, by_pose, form = (random.normal(size=(12, width)) for width in (4, 3, 5))
+    values, root = random.normal(size=12), random.normal(size=(6, 4))
+    sight = Sight(values, own, root, by_pose, form, np.zeros(12, int))
+    found = sight.at(0.3, 0.7)
+    covariance = np.eye(12) + own @ own.T + 0.09 * by_pose @ by_pose.T + 0.49 * form @ form.T
+    inverse = np.linalg.inv(covariance)
+    told = inverse @ values
+    expected = [root @ own.T @ told, 0.09 * by_pose.T @ told, 0.49 * form.T @ told]
+    np.testing.assert_allclose(found.weights, np.concatenate(expected), rtol=1e-9)
+    assert found.chi_square == pytest.approx(told @ told)
+    assert found.freedom == pytest.approx(np.trace(inverse))
+
+
+def test_a_brief_judgement_says_the_same_of_the_patches_that_were_fitted(tilted, basis):
+    ways = _ways(tilted, tilted.fit, basis)
+    brief, whole = tolerated(tilted.fit, ways, is_brief=True), tolerated(tilted.fit, ways)
+    assert np.isnan([brief.log_prediction, brief.left]).all()
+    same = replace(brief, log_prediction=whole.log_prediction, left=whole.left)
+    assert same == whole
+
+
 def test_where_the_form_is_known_parameters_are_led_to_the_optimum(tilted, basis, monkeypatch):
     monkeypatch.setattr(any_form, 'OF_FORM', np.zeros(1))
     monkeypatch.setattr(any_form, 'BY_POSE', np.zeros(1))

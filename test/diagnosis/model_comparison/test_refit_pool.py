@@ -211,6 +211,25 @@ def test_a_model_that_ran_out_of_evaluations_and_may_still_win_is_fitted_on(
     assert found.fit.log_evidence > once.fit.log_evidence
 
 
+def test_a_model_goes_on_where_it_may_win_in_some_form(fitted, added):
+    """However far behind it is in the library's: the judgement has a step behind it."""
+    pool = RefitPool(*fitted)
+    right, wrong = added if added[0][0].identifier == 'depth_affine' else added[::-1]
+    brief = pool.refit_all([RefitRequest(one, {}, 2) for one in (right, wrong)])
+    assert not any(model.fit.is_converged for model in brief)
+    assert brief[0].log_evidence > brief[1].log_evidence + 100.0
+
+    def judged(models):
+        """Return them as if the wrong one were ahead in any form."""
+        ahead = {wrong: 0.0, right: -1000.0}
+        return [replace(model, guessed=ahead[model.added]) for model in models]
+
+    first, second = finished(pool, brief, judge=judged)
+    assert {first.added, second.added} == {right, wrong}
+    went_on = {model.added for model in (first, second) if model.fit.evaluations > 2}
+    assert went_on == {wrong}
+
+
 def test_a_fit_halfway_down_promises_what_is_left(fitted, added):
     evaluator, base = fitted
     right = added[0] if added[0][0].identifier == 'depth_affine' else added[1]

@@ -109,7 +109,7 @@ def test_transfer_is_the_density_of_each_pose_given_the_others(monkeypatch):
     views = np.array([0, 1, 2, 0, 1, 2, 2, 1, 0])
     values = random.normal(size=9)
     known = own @ own.T + np.eye(9)
-    sight = Sight(values, known, own, np.eye(6), by_pose, form, views)
+    sight = Sight(values, own, np.eye(6), by_pose, form, views)
     covariance = known + 0.25 * by_pose @ by_pose.T + 0.09 * form @ form.T
     for view in range(3):
         here, others = views == view, views != view

@@ -78,10 +78,10 @@ def test_half_of_a_pair_is_tried_where_it_may_come_farther_than_alone(too_far, v
     # Ahead of the single effect, whichever is.
     pairs = [with_log_evidence(pair, single.log_evidence + 1.0)]
     known, fresh = _Pool(evaluator, base), _Pool(evaluator, base)
-    halves(known, [single], pairs)
+    halves(known, [single], pairs, None)
     # The bias has come as far alone as tangents lead; of the tilt nothing is known.
     assert known.asked == [(tilt,)]
-    halves(fresh, [with_log_evidence(single, single.log_evidence - 50.0)], pairs)
+    halves(fresh, [with_log_evidence(single, single.log_evidence - 50.0)], pairs, None)
     assert fresh.asked == [(part,), (tilt,)]
 
 
