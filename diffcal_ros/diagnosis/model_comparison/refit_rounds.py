@@ -87,10 +87,8 @@ def _worth_going_on(
     if not going:
         return {}
     if judge is not None:
-        judged = judge([*models, *rivals])
-        best = min(judged, key=by_evidence)
-        least = best.level - _OUT_OF_REACH * max(1.0, best.chi_square_per_patch)
-        return {index: -np.inf for index in going if judged[index].level >= least}
+        near = are_in_reach(models, rivals, judge)
+        return {index: -np.inf for index in going if near[index]}
     reach = within_reach([*models, *rivals])
     leasts = {
         index: -np.inf if front & set(models[index].identifiers) else reach for index in going
@@ -101,6 +99,22 @@ def _worth_going_on(
         for index, least in leasts.items()
         if models[index].fit.log_evidence + HOPE * models[index].fit.promise >= least
     }
+
+
+def are_in_reach(
+    models: Sequence[Hypothesis], rivals: Sequence[Hypothesis], judge: Judge
+) -> list[bool]:
+    """Tell of each model whether it may still win in whatever form.
+
+    Args:
+        models: that were looked at, at least one.
+        rivals: others that they are held against.
+        judge: judges all of them.
+    """
+    judged = judge([*models, *rivals])
+    best = min(judged, key=by_evidence)
+    least = best.level - _OUT_OF_REACH * max(1.0, best.chi_square_per_patch)
+    return [model.level >= least for model in judged[: len(models)]]
 
 
 def by_evidence(hypothesis: Hypothesis) -> tuple[bool, float]:

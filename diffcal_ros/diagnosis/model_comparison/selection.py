@@ -31,7 +31,10 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     PAIR_GAIN,
     second_adds,
 )
-from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
+from diffcal_ros.diagnosis.model_comparison.single_effects import (
+    others_in_any_form,
+    refitted_singles,
+)
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen
@@ -163,6 +166,10 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = refitted_singles(pool, with_tangents(scores), judge_by(basis))
     singles, basis = judged_singles(pool, singles, basis)
+    judge = judge_by(basis)
+    others = [] if judge is None else others_in_any_form(pool, scores, singles, judge)
+    if others:
+        singles, basis = judged_singles(pool, [*singles, *others], basis)
     if pool.nominal.stays_robust:
         singles = sorted(ranked(singles), key=by_evidence)
     pairs: list[Hypothesis] = []

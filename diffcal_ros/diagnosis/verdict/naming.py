@@ -47,6 +47,8 @@ import numpy as np
 _NAMED = 0.6
 # What closes more of the gap in the library's form tells the class, if not the name.
 _MOST_OF_IT = 0.5
+# Classes that are the same in all poses, whatever their form.
+_STAYS = ('material', 'shape')
 # A mesh that may be off by more hides what would matter [m].
 _COARSE = 0.0004
 # A fixture that is seen so far from where it is stated is told: thrice what is usual [m].
@@ -280,10 +282,13 @@ def _tells_class(nominal: Refit, hypothesis: Hypothesis, closure: float) -> bool
     """Tell whether a model that may not be named tells the class of what is missing.
 
     It closes most of the gap: in about the library's form, whatever it is from pose to pose, with
-    what that may be, and in the library's own.
+    what that may be, and in the library's own. No material or shape is another one in each pose.
     """
     judged = hypothesis.judged
     if judged is None or hypothesis.is_at_bound:
+        return False
+    stays = all(own.effect.group in _STAYS for own in hypothesis.added)
+    if stays and judged.by_pose > FARTHEST_FORM:
         return False
     if judged.fraction <= 0.5 * FARTHEST_FORM:
         return closed_in_its_form(nominal, hypothesis, closure) >= LEAST_CLOSURE

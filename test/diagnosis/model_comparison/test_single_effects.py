@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import single_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.pair_search import halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
@@ -83,6 +84,21 @@ def test_half_of_a_pair_is_tried_where_it_may_come_farther_than_alone(too_far, v
     assert known.asked == [(tilt,)]
     halves(fresh, [with_log_evidence(single, single.log_evidence - 50.0)], pairs, None)
     assert fresh.asked == [(part,), (tilt,)]
+
+
+def test_effects_that_were_not_refitted_are_looked_at_where_much_is_left(too_far, scores):
+    pool = _Pool(*too_far)
+    judge = judge_by(nominal_basis(pool))
+    listed = {s.candidate.identifier: s.candidate for s in scores.scores[::-1]}
+    tried = [try_effects(*too_far, [listed[n]], {}) for n in ('depth_affine', 'gravity_tilt')]
+    right, wrong = judge(tried)
+    assert right.chance_of_noise > 0.05 > wrong.chance_of_noise
+    # Where noise alone is left nothing is looked at.
+    assert single_effects.others_in_any_form(pool, scores, [right, wrong], judge) == []
+    assert pool.asked == []
+    (found,) = single_effects.others_in_any_form(pool, scores, [wrong], judge)
+    assert found.identifiers == ('depth_affine',)
+    assert found.fit.log_evidence > wrong.fit.log_evidence + 10.0
 
 
 def with_log_evidence(hypothesis, log_evidence):

@@ -14,8 +14,18 @@ import pytest
 
 @pytest.fixture(scope='module')
 def tilted(clearly_screened) -> Hypothesis:
-    evaluator, nominal, scores = clearly_screened
-    score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
+    return _named(clearly_screened, 'gravity_tilt')
+
+
+@pytest.fixture(scope='module')
+def bent(clearly_screened) -> Hypothesis:
+    return _named(clearly_screened, 'rest_curvature')
+
+
+def _named(screened: tuple, identifier: str) -> Hypothesis:
+    """Return the nominal model with an effect, refitted."""
+    evaluator, nominal, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == identifier)
     return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
 
 
@@ -96,3 +106,11 @@ def test_what_closes_the_gap_in_about_its_form_tells_the_class(
 ):
     _, nominal, _ = clearly_screened
     assert naming._tells_class(nominal, _judged(tilted, **changes), closure) is expected
+
+
+def test_no_shape_is_another_one_in_each_pose(clearly_screened, tilted, bent):
+    _, nominal, _ = clearly_screened
+    other = {'by_pose': 1.0, 'left': 1e-4}
+    assert naming._tells_class(nominal, _judged(bent, left=1e-4), 0.1)
+    assert not naming._tells_class(nominal, _judged(bent, **other), 0.1)
+    assert naming._tells_class(nominal, _judged(tilted, **other), 0.1), 'loads may be'
