@@ -54,13 +54,15 @@ def write_diagnosis_page(path: Path, name: str, trace: DiagnosisTrace) -> None:
 
 def _headline(name: str, diagnosis: Diagnosis) -> str:
     kind = _KINDS.get(diagnosis.verdict, 'care')
-    lines = '\n'.join(escape(line) for line in verdict_lines(diagnosis))
+    lines = ''.join(
+        f'<div class="said">{escape(line)}</div>\n' for line in verdict_lines(diagnosis)
+    )
     return (
         f'<h1>{escape(name)}</h1>\n<p class="soft">Diagnosis with diffcal '
         f'{escape(__version__)}, {diagnosis.seconds:.0f} s.</p>\n'
         f'<div class="card outcome {kind}"><div class="label">verdict</div>'
         f'<div class="value">{_HEADS[diagnosis.verdict]}</div>'
-        f'<pre>{lines}</pre></div>\n'
+        f'{lines}</div>\n'
     )
 
 

@@ -30,6 +30,9 @@ p { margin: .4rem 0; max-width: 75ch; }
 .outcome.care { border-left-color: #d97706; }
 .outcome.bad { border-left-color: var(--bad); }
 .outcome .value { font-size: 1.3rem; }
+/* As on a terminal, but long lines are continued beneath themselves. */
+.said { font: .88rem/1.5 ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace;
+        white-space: pre-wrap; overflow-wrap: anywhere; padding-left: 10ch; text-indent: -10ch; }
 .good .value { color: var(--good); } .care .value { color: var(--care); }
 .bad .value { color: var(--bad); }
 ul.warnings { background: #fffbeb; border: 1px solid #fcd34d; border-radius: 10px;

@@ -1,0 +1,22 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a diagnosis says what the terminal does, line by line."""
+
+from html import unescape
+import re
+
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.report.pages.diagnosis_page import write_diagnosis_page
+from diffcal_ros.report.tables.verdict_text import verdict_lines
+from support.scenes import beam_scene
+from support.watched import watched
+
+
+def test_each_line_of_the_verdict_stands_by_itself(tmp_path) -> None:
+    """A long one is continued beneath its own text, and none runs out of its card."""
+    trace = diagnose(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.003)])
+    write_diagnosis_page(tmp_path / 'report.html', 'beam', trace)
+    page = (tmp_path / 'report.html').read_text()
+    said = [unescape(line) for line in re.findall(r'<div class="said">(.*?)</div>', page)]
+    assert said == verdict_lines(trace.diagnosis)
+    assert any(line.startswith('DISAGREE') for line in said)
