@@ -9,7 +9,7 @@ from diffcal_ros.diagnosis.patch_fits.free_fields import bend_fields
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import columns_of, PatchGroup, Rows, rows_of
 from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.fem.statics.force_changes import Change
@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-Rows = dict[FullName, FloatArray]
 
 # What moves patches less than this share of what others of its kind do is hardly seen, and is not
 # made as large as they are.
@@ -91,7 +90,7 @@ class FormBasis:
         Returns:
             Of each group, shape (n, k).
         """
-        columns = _columns(self.besides.get(effect.identifier, {}), groups)
+        columns = columns_of(self.besides.get(effect.identifier, {}), groups)
         found = list(columns)
         for view in {group.view for group in groups}:
             own = [number for number, group in enumerate(groups) if group.view == view]
@@ -104,7 +103,7 @@ class FormBasis:
         self, effect: Effect, groups: Sequence[PatchGroup], moved: Sequence[FloatArray]
     ) -> list[FloatArray]:
         """Return what other bends do, as large as what an effect on the shape does, (n, k)."""
-        return _as_large(_columns(self.bends if effect.group == 'shape' else {}, groups), moved)
+        return _as_large(columns_of(self.bends if effect.group == 'shape' else {}, groups), moved)
 
 
 def _otherwise(
@@ -114,25 +113,7 @@ def _otherwise(
 
 
 def _rows(groups: Sequence[PatchGroup], first: int, last: int | None) -> Rows:
-    return {
-        name: row
-        for group in groups
-        for name, row in zip(
-            full_names([group]), group.patches.jacobian[:, first:last], strict=True
-        )
-    }
-
-
-def _columns(rows: Rows, groups: Sequence[PatchGroup]) -> list[FloatArray]:
-    """Return tangents of the patches of groups; what was not seen before does not move."""
-    width = len(next(iter(rows.values()), ()))
-    nothing = np.zeros(width)
-    return [
-        np.array([rows.get(name, nothing) for name in full_names([group])]).reshape(
-            len(group.patches.values), width
-        )
-        for group in groups
-    ]
+    return rows_of(groups, [group.patches.jacobian[:, first:last] for group in groups])
 
 
 def _as_large(columns: Sequence[FloatArray], moved: Sequence[FloatArray]) -> list[FloatArray]:

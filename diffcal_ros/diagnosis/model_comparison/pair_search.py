@@ -19,14 +19,12 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     within_reach,
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR_GAIN
+from diffcal_ros.diagnosis.patches.patch_group import Rows, rows_of
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
 
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
@@ -145,12 +143,12 @@ def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:
     return _TANGENTS_MISS if is_smooth else _STAND_INS_MISS
 
 
-def _forms(one: Hypothesis, basis: FormBasis | None) -> list[FloatArray] | None:
-    """Return what the form of a single effect may do to the patches of its fit, (n, m) each."""
+def _forms(one: Hypothesis, basis: FormBasis | None) -> Rows | None:
+    """Return what the form of a single effect may do to the patches of its fit."""
     if basis is None or one.judged is None:
         return None
     ways = ways_of(one.evaluator.model, one.fit, basis, one.added)
-    return ways.scaled(one.judged.by_pose, one.judged.fraction)
+    return rows_of(one.fit.groups, ways.scaled(one.judged.by_pose, one.judged.fraction))
 
 
 def halves(

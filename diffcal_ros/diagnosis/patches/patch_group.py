@@ -14,6 +14,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 PatchName = tuple[int, str, int]  # View, kind and cell.
 FullName = tuple[int, str, bool, int]  # And whether it shows the fixture.
+Rows = dict[FullName, FloatArray]  # One row of columns for each patch, by its name.
 
 # Times the usual residual of a view.
 _STRANGE = 8.0
@@ -63,6 +64,27 @@ def with_columns(groups: Sequence[PatchGroup], columns: Sequence[FloatArray]) ->
     return [
         replace(b, patches=replace(b.patches, jacobian=np.hstack([b.patches.jacobian, own])))
         for b, own in zip(groups, columns, strict=True)
+    ]
+
+
+def rows_of(groups: Sequence[PatchGroup], columns: Sequence[FloatArray]) -> Rows:
+    """Return columns of groups, shape (n, m) each, by the names of their patches."""
+    return {
+        name: row
+        for group, own in zip(groups, columns, strict=True)
+        for name, row in zip(full_names([group]), own, strict=True)
+    }
+
+
+def columns_of(rows: Rows, groups: Sequence[PatchGroup]) -> list[FloatArray]:
+    """Return columns of the patches of groups; what was not seen before does not move, (n, m)."""
+    width = len(next(iter(rows.values()), ()))
+    nothing = np.zeros(width)
+    return [
+        np.array([rows.get(name, nothing) for name in full_names([group])]).reshape(
+            len(group.patches.values), width
+        )
+        for group in groups
     ]
 
 

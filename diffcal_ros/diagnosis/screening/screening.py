@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.patch_group import PatchGroup, with_columns
+from diffcal_ros.diagnosis.patches.patch_group import columns_of, PatchGroup, Rows, with_columns
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
@@ -134,7 +134,7 @@ def screen(
     evaluator: PatchEvaluator,
     coordinates: FloatArray,
     listed: Sequence[Candidate],
-    beside: Sequence[FloatArray] | None = None,
+    beside: Rows | None = None,
 ) -> Screen:
     """Score candidates around a fit.
 
@@ -142,13 +142,14 @@ def screen(
         evaluator: of the nominal model.
         coordinates: of its fit, shape (k,).
         listed: candidates.
-        beside: what else may move the patches of each group, in independent columns of size one
-            [m], shape (n, m) each: it is projected out, too.
+        beside: what else may move patches, in independent columns of size one [m], by the names
+            of the patches: it is projected out, too. Found again a state shows the same patches
+            but for some at the outline.
     """
     nominal = evaluator.model.parameters
     names, groups = library_groups(evaluator, coordinates, listed)
     if beside is not None:
-        groups = with_columns(groups, beside)
+        groups = with_columns(groups, columns_of(beside, groups))
     beyond = _beyond_prior(
         nominal, coordinates + evaluator.discretisation_error.shifts_of(nominal)
     )

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import pair_search
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.patches.patch_group import rows_of
 from diffcal_ros.diagnosis.screening.candidates import candidates
+from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
+import numpy as np
 import pytest
 
 
@@ -64,3 +67,21 @@ def test_beside_an_effect_that_leaves_noise_only_what_may_add_enough_is_tried(
     other = replace(one, fit=replace(one.fit, log_evidence=5e3 + 1e3))
     pair_search.best_pairs(pool, [best, other], scores, None)
     assert (len(pool.asked) == 0) == leaves_noise
+
+
+def test_forms_are_told_by_the_names_of_patches(screened):
+    """A state that is found again may show a patch at the outline more, or one less."""
+    evaluator, nominal, scores = screened
+    random = np.random.default_rng(5)
+    columns = [1e-4 * random.normal(size=(len(b.patches.values), 3)) for b in nominal.groups]
+    rows = rows_of(nominal.groups, columns)
+    name = next(iter(rows))
+    fewer = {own: row for own, row in rows.items() if own != name}
+    listed = [score.candidate for score in scores.scores]
+    found = [screen(evaluator, nominal.coordinates, listed, beside) for beside in (rows, fewer)]
+    assert found[0].chi_square < scores.chi_square
+    # Where nothing is known of a patch nothing moves it.
+    still = rows | {name: np.zeros(3)}
+    again = screen(evaluator, nominal.coordinates, listed, still)
+    assert found[1].chi_square == pytest.approx(again.chi_square, rel=1e-9)
+    assert found[1].chi_square != pytest.approx(found[0].chi_square, rel=1e-6)
