@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.blind_labels import check_label, labelled
 import yaml
 
 from benchmarks.blind.amplitudes import OUTSIDE, OUTSIDE_CLASS
 from benchmarks.blind.cases import Case, list_form_cases
 from benchmarks.blind.faults import Faults, told
 from benchmarks.blind.forms import BY_KEY, FORMS, PAIRS
-from benchmarks.blind.generator import draw_case
-from benchmarks.blind.labels import label_of
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.scene_file import extra_text
@@ -67,14 +66,8 @@ def test_outside_causes_are_new_and_have_a_class() -> None:
 
 def test_labels_tell_law_fixture_both_effects_and_class(cases: list[Case]) -> None:
     shifted = 0
-    for case in cases:
-        if 'contact_plane' in str(case.effects):
-            continue  # Drawing it takes a simulation.
-        setup, effects, faults = draw_case(case)
-        label = label_of(case, setup, effects, faults, np.zeros(3))
-        assert label['rubber']['law'] == case.law
-        assert len(label['effects']) == len(case.effects)
-        assert (label['outside_class'] is None) == (case.kind != 'outside')
+    for case, setup, _, label in labelled(cases):
+        check_label(case, label)
         length = np.linalg.norm(label['fixture_shift_mm'])
         assert length == 0.0 or 0.8 < length < 1.2
         shifted += length > 0.0

@@ -31,6 +31,8 @@ _FRACTIONS = (1.0, 0.3, 0.0)
 FORM_DOUBT = 0.1
 # What is off from the library's form by more of what it does is another thing.
 FARTHEST_FORM = 0.5
+# What is left is small beside its noise where noise leaves as much with this chance.
+_AS_NOISE = 0.05
 # An effect whose usual size moves no patch by more than this is idle [m].
 _NOTHING = 1e-7
 
@@ -107,6 +109,11 @@ class Hypothesis:
     def chance_of_noise(self) -> float:
         """Return the chance that noise alone leaves as much."""
         return float(chance_beyond(self.chi_square, self._freedom))
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Tell whether what is left is small beside its noise, in whatever form is allowed."""
+        return self.chance_of_noise > _AS_NOISE
 
     @property
     def _freedom(self) -> int:

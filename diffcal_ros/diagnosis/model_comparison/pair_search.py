@@ -36,9 +36,6 @@ _TANGENTS_MISS, _STAND_INS_MISS, _FAR_TANGENTS_MISS = 1.25, 2.5, 4.0
 _NEAR = 10.0
 # Log evidence, per unit of noise scale, by which half of a pair must be better than it was alone.
 _FARTHER = 2.0
-# What is left is small beside its noise where noise leaves as much with this chance: there
-# tangents tell what a second effect may add.
-_AS_NOISE = 0.05
 
 
 def best_pairs(
@@ -116,8 +113,8 @@ def _offers(
     for one in _distinct(singles)[:_FIRSTS]:
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
-        is_known = one.judged is not None or one.chance_of_noise > _AS_NOISE
-        is_known &= pool.nominal.is_measured
+        # Beside noise, and judged in whatever form, tangents tell what a second effect may add.
+        is_known = pool.nominal.is_measured and (one.judged is not None or one.leaves_noise)
         try:
             again = screen(one.evaluator, one.fit.coordinates, others, _forms(one, basis))
         except NotSimulatedError:
@@ -137,7 +134,7 @@ def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:
 
     Where that leaves much in any form, they begin far from where the pair is.
     """
-    if one.judged is not None and one.chance_of_noise <= _AS_NOISE:
+    if one.judged is not None and not one.leaves_noise:
         return _FAR_TANGENTS_MISS
     is_smooth = all(candidate.effect.has_tangent for candidate in added)
     return _TANGENTS_MISS if is_smooth else _STAND_INS_MISS

@@ -161,10 +161,11 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         with_pairs: whether two effects may be named; else only which one comes nearest is asked.
     """
     basis = nominal_basis(pool)
-    singles = refitted_singles(pool, scores, judge_by(basis))
+    judge = judge_by(basis)
+    singles = refitted_singles(pool, scores, judge)
     if singles and all(h.has_idle_effect for h in singles):
         # What stood in for those without a tangent kept others out, and they do nothing.
-        singles = refitted_singles(pool, with_tangents(scores), judge_by(basis))
+        singles = refitted_singles(pool, with_tangents(scores), judge)
     singles, basis = judged_singles(pool, singles, basis)
     judge = judge_by(basis)
     others = [] if judge is None else others_in_any_form(pool, scores, singles, judge)

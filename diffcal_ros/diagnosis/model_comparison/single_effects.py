@@ -32,8 +32,6 @@ import numpy as np
 _NEAR = 10.0
 # Who explains less than this share of what the best one could does so in no form.
 _SEEN_AT_ALL = 0.05
-# Where noise leaves as much as the best effect in any form with this chance, no other is sought.
-_AS_NOISE = 0.05
 
 
 def refitted_singles(
@@ -122,7 +120,7 @@ def others_in_any_form(
         singles: those that were refitted, judged, best first.
         judge: see `finished`.
     """
-    if not singles or singles[0].chance_of_noise > _AS_NOISE:
+    if not singles or singles[0].leaves_noise:
         return []
     known = {identifier for single in singles for identifier in single.identifiers}
     smooth = distinct(with_tangents(scores).scores)
