@@ -20,7 +20,7 @@ from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import averaged_by_cell, cell_numbers
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
-from diffcal_ros.diagnosis.screening.screening import Projection
+from diffcal_ros.diagnosis.screening.projection import Projection
 from diffcal_ros.effects.registry import seen_boundary
 import numpy as np
 from numpy.typing import NDArray

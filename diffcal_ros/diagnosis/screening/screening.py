@@ -17,6 +17,7 @@ from diffcal_ros.diagnosis.patches.patch_group import columns_of, PatchGroup, Ro
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
+from diffcal_ros.diagnosis.screening.projection import Projection
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
@@ -247,32 +248,6 @@ def _stand_ins(
     index, posture = next(iter(model.bodies.items()))
     owners = [owner for owner, _ in of_all(index, posture.body)]
     return owners, lambda index, body: [change for _, change in of_all(index, body)]
-
-
-class Projection:
-    """Takes out what nuisances can explain within their priors."""
-
-    def __init__(self, nuisances: FloatArray, precision: FloatArray) -> None:
-        """Prepare the projection.
-
-        Args:
-            nuisances: whitened columns, shape (n, k).
-            precision: of their priors, shape (k, k).
-        """
-        information = nuisances.T @ nuisances + precision
-        # Symmetric square root of I - N (N'N + P)^-1 N', so that inner products come out right.
-        basis, triangle = np.linalg.qr(nuisances)
-        values, turns = np.linalg.eigh(triangle @ np.linalg.inv(information) @ triangle.T)
-        vectors = basis @ turns
-        shrink = 1.0 - np.sqrt(np.clip(1.0 - values, 0.0, 1.0))
-        active = shrink > 1e-12
-        self._vectors, self._shrink = vectors[:, active], shrink[active]
-
-    def __call__(self, columns: FloatArray) -> FloatArray:
-        """Return whitened columns or residuals, shape (n, ...), without what nuisances explain."""
-        inside = self._vectors.T @ columns
-        scaled = self._shrink[:, None] * inside if columns.ndim == 2 else self._shrink * inside
-        return columns - self._vectors @ scaled
 
 
 def _score(candidate: Candidate, sight: _Sight) -> Score:

@@ -5,7 +5,8 @@
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import candidates
-from diffcal_ros.diagnosis.screening.screening import largest_cosines, Projection
+from diffcal_ros.diagnosis.screening.projection import Projection
+from diffcal_ros.diagnosis.screening.screening import largest_cosines
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
