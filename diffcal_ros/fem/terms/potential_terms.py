@@ -4,6 +4,7 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from importlib import import_module
 from types import ModuleType
 from typing import Any, Protocol
 
@@ -103,6 +104,14 @@ class ShearRatio(Potential):
     ) -> AddedTerm:
         """Prepare the term."""
         return ShearRatioTerm(discretisation, pattern, device, self.law)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the law by its name: a module does not go to another process."""
+        return _by_name, (self.ratio, self.law.__name__)
+
+
+def _by_name(ratio: float, law: str) -> ShearRatio:
+    return ShearRatio(ratio, import_module(law))
 
 
 class ShearRatioTerm(AddedTerm):

@@ -10,6 +10,7 @@ import pickle
 import sys
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import refit_pool
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
@@ -94,6 +95,28 @@ def test_evidence_that_was_sent_away_goes_on_from_where_it_is(fitted):
     state, settled = again.bodies[0].body.own_state, from_rest.bodies[0].body.own_state
     assert state.newton_steps < settled.newton_steps
     np.testing.assert_allclose(here, there, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ('effect', 'amplitudes'),
+    [
+        ('strain_stiffening', {'ratio': 8.0}),
+        ('anisotropy', {'ratio': 0.5}),
+        ('contact_plane', {'height': -0.004}),
+        ('compliant_clamp', {'compliance': 3.0}),
+        ('rest_curvature', {'a': 2.0}),
+    ],
+)
+def test_a_scene_that_has_an_effect_is_sent_with_where_its_body_is(effect, amplitudes):
+    scene = replace(beam_scene((6, 2, 2)), effects={effect: amplitudes})
+    seen = watched(seed=2)
+    parameters = make_parameters(scene, ('youngs_modulus',), with_edge_bias=False)
+    model = ForwardModel(scene, [seen], parameters)
+    here = model.worlds(parameters.start())[0]
+    there = pickle.loads(pickle.dumps(model))
+    np.testing.assert_allclose(there.worlds(parameters.start())[0], here, atol=1e-8)
+    plain = ForwardModel(replace(scene, effects={}), [seen], parameters)
+    assert np.abs(plain.worlds(parameters.start())[0] - here).max() > 1e-5
 
 
 def test_processes_that_have_begun_find_the_same(fitted, added):
