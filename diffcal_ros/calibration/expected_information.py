@@ -170,7 +170,7 @@ def _matching_objective(
     model = ForwardModel(scene, [blank], parameters, device=device)
     objective = RobustObjective(model, device=device)
     (view,), (comparer,) = model.views(coordinates), objective.comparers
-    read = comparer.read(view.trace, model.sensor(coordinates))
+    read = comparer.read(view.trace, model.sensor(coordinates, 0))
     comparer.show(view.trace.in_image(read).astype(np.float32))
     return objective
 

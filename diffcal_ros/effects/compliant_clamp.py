@@ -40,6 +40,8 @@ class CompliantClamp(Effect):
     is_at_rest_only = True
     # As with an offset in the clamp.
     most_along = 0.3
+    # Under another load it gives way by another law: one that hardens, is worn or has play.
+    most_by_pose = 1.0
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the clamp's compliance: alike about all axes, and about those of its section."""

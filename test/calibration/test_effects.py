@@ -107,7 +107,7 @@ def test_a_stated_effect_is_the_fitted_one(effect):
     np.testing.assert_array_equal(
         other.views(plain.start())[0].points, fitted.views(here)[0].points
     )
-    assert other.sensor(plain.start()) == fitted.sensor(here)
+    assert other.sensor(plain.start(), 0) == fitted.sensor(here, 0)
 
 
 def test_amplitudes_of_zero_are_the_model_without():

@@ -3,6 +3,7 @@
 """A gap for which every refit came to nothing is called unknown, and never left without a word."""
 
 from dataclasses import replace
+import math
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
@@ -27,6 +28,9 @@ def test_without_any_hypothesis_the_effect_is_unknown(clearly_screened):
     best = max(with_tangents(scores).scores, key=lambda score: score.log_evidence)
     assert diagnosis.unknown_class == best.candidate.effect.group
     assert any('unknown effect' in line for line in verdict_lines(diagnosis))
+    # What is missing may have drawn the modulus by any amount.
+    assert math.isnan(diagnosis.parameters['after']['youngs_modulus']['std_error'])
+    assert diagnosis.parameters['before']['youngs_modulus']['std_error'] > 0.0
 
 
 def test_below_the_margin_nothing_need_be_said(clearly_screened):

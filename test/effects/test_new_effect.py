@@ -111,7 +111,7 @@ def test_the_depth_that_is_read_follows_it():
     model, here = _model('wiggle')
     objective, view = RobustObjective(model), model.views(here)[0]
     depth = view.trace.depth
-    read = objective.comparers[0].read(view.trace, model.sensor(here))
+    read = objective.comparers[0].read(view.trace, model.sensor(here, 0))
     np.testing.assert_allclose(read, depth + here * np.sin(2.0 * np.pi * depth / 0.012))
     (comparison,), (tangent,) = objective.comparisons(here), model.tangents(here)
     (residuals, column), _ = objective.with_jacobians(0, comparison, view, tangent, here)

@@ -84,7 +84,9 @@ class BodyInputs:
 
     def gravity(self, setup_index: int, coordinates: FloatArray) -> FloatArray:
         """Return gravity in the world frame of one posture [m/s^2], shape (3,)."""
-        return self._effects.gravity(self._effects.amplitudes(coordinates), setup_index)
+        return self._effects.gravity(
+            self._effects.amplitudes(coordinates, setup_index), setup_index
+        )
 
     def change(
         self, index: int, setup_index: int, rest_nodes: FloatArray, coordinates: FloatArray
@@ -143,10 +145,12 @@ class BodyInputs:
         rest_nodes: FloatArray,
         coordinates: FloatArray,
     ) -> Change | None:
+        if parameter.posture not in (None, setup_index):
+            return None
         is_moving = self._scene.observations[setup_index].motion is not None
         if EFFECTS[parameter.effect].needs_motion and not is_moving:
             return None
-        own = self._effects.amplitudes(coordinates)[parameter.effect]
+        own = self._effects.amplitudes(coordinates, setup_index)[parameter.effect]
         mode = self._effects.modulus_mode(parameter, own)
         if mode is not None:
             return Change(youngs_modulus=mode * self.material(coordinates).youngs_modulus)

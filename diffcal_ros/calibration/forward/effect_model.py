@@ -67,13 +67,22 @@ class EffectModel:
         rest = world_positions(scene.mesh, scene.observations[0])
         self._pivot = own_origin(TetMesh(rest, scene.mesh.tets))
 
-    def amplitudes(self, coordinates: FloatArray) -> Amplitudes:
-        """Return the amplitudes at some coordinates, SI units, by effect and component."""
+    def amplitudes(self, coordinates: FloatArray, setup_index: int | None = None) -> Amplitudes:
+        """Return the amplitudes at some coordinates, SI units, by effect and component.
+
+        Args:
+            coordinates: shape (k,).
+            setup_index: of the posture in which they are asked for; None: what they are in all.
+        """
         found = {name: dict(given) for name, given in self._scene.effects.items()}
         for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            if parameter.effect:
+            if parameter.effect and parameter.posture is None:
                 own = found.setdefault(parameter.effect, {})
                 own[parameter.amplitude] = float(coordinate)
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            is_own = parameter.posture is not None and parameter.posture == setup_index
+            if parameter.effect and is_own:
+                _add(found[parameter.effect], parameter, float(coordinate))
         return {name: {**EFFECTS[name].settings, **own} for name, own in found.items()}
 
     def object_axes(self, setup_index: int) -> BodyAxes:
@@ -191,6 +200,13 @@ class EffectModel:
         fractions = votes / np.maximum(all_votes, 1.0)
         found: NDArray[np.bool_] = fractions[triangles].mean(axis=1) > 0.5
         return found
+
+
+def _add(own: dict[str, float], parameter: Parameter, more: float) -> None:
+    """Add to an amplitude what it is more in one posture, within its bounds."""
+    part = EFFECTS[parameter.effect].component(parameter.amplitude)
+    whole = own.get(part.name, 0.0) + more
+    own[part.name] = float(np.clip(whole, part.lower, part.upper))
 
 
 def _there(amplitudes: Amplitudes) -> Iterator[tuple[Effect, Numbers]]:

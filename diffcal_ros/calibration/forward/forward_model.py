@@ -274,9 +274,10 @@ class ForwardModel:
         """Return the material of every tetrahedron."""
         return self.inputs.material(coordinates)
 
-    def sensor(self, coordinates: FloatArray) -> SensorModel:
-        """Return how the depth camera reads."""
-        return self.effects.sensor(self.effects.amplitudes(coordinates))
+    def sensor(self, coordinates: FloatArray, number: int) -> SensorModel:
+        """Return how the depth camera of one observation reads."""
+        posture = self.observations[number].setup_index
+        return self.effects.sensor(self.effects.amplitudes(coordinates, posture))
 
     def _body_tangents(self, index: int, solution: Solution) -> FloatArray:
         """World displacement per unit of each coordinate [m], zero for camera parameters."""
@@ -305,7 +306,7 @@ class ForwardModel:
 
     def _posture_inputs(self, index: int, coordinates: FloatArray) -> PostureInputs:
         rest = self.bodies[index].body.discretisation.rest_nodes
-        amplitudes = self.effects.amplitudes(coordinates)
+        amplitudes = self.effects.amplitudes(coordinates, index)
         conditions = self.effects.conditions(amplitudes, index, rest)
         return PostureInputs(
             material=self.inputs.material(coordinates),

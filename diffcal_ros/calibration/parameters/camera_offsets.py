@@ -43,10 +43,17 @@ class CameraOffsets:
         poses = sorted(set(self._owners))
         self.offset_pivot: FloatArray = np.mean([pivots[owner] for owner in poses], axis=0)
 
-    def rigid_offset(self, coordinates: FloatArray) -> FloatArray:
-        """Return the offset's translation [m] and rotation vector [rad], shape (6,)."""
+    def rigid_offset(self, coordinates: FloatArray, posture: int | None = None) -> FloatArray:
+        """Return the offset's translation [m] and rotation vector [rad], shape (6,).
+
+        Args:
+            coordinates: shape (k,).
+            posture: number of the one that is seen; None: what it is in all.
+        """
         stated = stated_offset(self._scene.effects)
-        return self._parameters.twist(Kind.RIGID_OFFSET, coordinates, stated=stated)
+        return self._parameters.twist(
+            Kind.RIGID_OFFSET, coordinates, stated=stated, posture=posture
+        )
 
     def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
         """Return world positions in the frame of one observation's camera [m], shape (N, 3)."""
@@ -80,7 +87,9 @@ class CameraOffsets:
         """
         parameter = self._parameters.parameters[index]
         is_pose = parameter.kind is Kind.CAMERA_POSE and parameter.target == self._owners[number]
-        if not is_pose and parameter.kind is not Kind.RIGID_OFFSET:
+        seen = self._observations[number].setup_index
+        is_offset = parameter.kind is Kind.RIGID_OFFSET and parameter.posture in (None, seen)
+        if not (is_pose or is_offset):
             return None
         (pose, point), (offset, pivot) = self._both(number, coordinates)
         start = apply(self._observations[number].depth_from_world, world)
@@ -98,5 +107,8 @@ class CameraOffsets:
                 self._parameters.twist(Kind.CAMERA_POSE, coordinates, self._owners[number]),
                 pivot if measured is None else measured,
             ),
-            (self.rigid_offset(coordinates), self.offset_pivot),
+            (
+                self.rigid_offset(coordinates, self._observations[number].setup_index),
+                self.offset_pivot,
+            ),
         ]

@@ -76,6 +76,8 @@ class Parameter:
         is_nuisance: carried along for honest errors, not asked for.
         effect: identifier of the effect that it is of; empty for others.
         amplitude: which of the effect's amplitudes it is.
+        posture: number of the only one where it counts, on top of what the amplitude is in all;
+            None: it is that.
     """
 
     name: str
@@ -87,6 +89,7 @@ class Parameter:
     is_nuisance: bool = False
     effect: str = ''
     amplitude: str = ''
+    posture: int | None = None
 
     @property
     def component(self) -> Component | None:
@@ -179,6 +182,7 @@ class ParameterSet:
         coordinates: FloatArray,
         target: int | None = None,
         stated: FloatArray | None = None,
+        posture: int | None = None,
     ) -> FloatArray:
         """Return the rigid motion that parameters of one kind are [m, rad], shape (6,).
 
@@ -187,12 +191,17 @@ class ParameterSet:
             coordinates: of all, shape (k,).
             target: what they are of; None: of anything.
             stated: what it is where no parameter is of it, shape (6,); None: none.
+            posture: number of the one in which it is asked for; None: what it is in all.
         """
-        values = np.zeros(6) if stated is None else stated.copy()
+        values, own = np.zeros(6) if stated is None else stated.copy(), np.zeros(6)
         for parameter, coordinate in zip(self.parameters, coordinates, strict=True):
-            if parameter.kind is kind and target in (None, parameter.target):
+            if parameter.kind is not kind or target not in (None, parameter.target):
+                continue
+            if parameter.posture is None:
                 values[parameter.axis] = coordinate
-        return values
+            elif parameter.posture == posture:
+                own[parameter.axis] = coordinate
+        return values + own
 
     def find(self, kind: Kind) -> list[int]:
         """Places of the parameters of one kind."""

@@ -77,10 +77,11 @@ class RobustObjective:
 
     def comparisons(self, coordinates: FloatArray) -> list[Comparison]:
         """Compare every view with its observation."""
-        views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
         return [
-            comparer.compare(view, self.scales.reach, sensor)
-            for comparer, view in zip(self.comparers, views, strict=True)
+            self.comparers[number].compare(
+                view, self.scales.reach, self.model.sensor(coordinates, number)
+            )
+            for number, view in enumerate(self.model.views(coordinates))
         ]
 
     def counted(self, number: int, view: View) -> NDArray[np.bool_]:
@@ -89,7 +90,7 @@ class RobustObjective:
 
     def read_depth(self, number: int, view: View, coordinates: FloatArray) -> FloatArray:
         """Return the depth in a view's window that the sensor would read [m], NaN elsewhere."""
-        return self.comparers[number].read(view.trace, self.model.sensor(coordinates))
+        return self.comparers[number].read(view.trace, self.model.sensor(coordinates, number))
 
     def cost(self, coordinates: FloatArray) -> float:
         """Return half chi-square, priors included."""
@@ -137,9 +138,9 @@ class RobustObjective:
 
     def _both_ways(self, coordinates: FloatArray, scales: Scales) -> TwoWayComparison:
         """Compare every view, and look beside it for what of the measured body it leaves."""
-        views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
         compared, fractions = [], []
-        for comparer, view in zip(self.comparers, views, strict=True):
+        for number, view in enumerate(self.model.views(coordinates)):
+            comparer, sensor = self.comparers[number], self.model.sensor(coordinates, number)
             comparison = comparer.compare(view, scales.reach, sensor)
             compared.append(self.unbiased(comparison, coordinates))
             fractions.append(comparer.measured_fractions(view, sensor))
@@ -173,8 +174,8 @@ class RobustObjective:
             moves: one more way that the points of each view may move, shape (N, 3) each.
         """
         tangents = self.model.tangents(coordinates)
-        views, sensor = self.model.views(coordinates), self.model.sensor(coordinates)
-        for number, (view, tangent) in enumerate(zip(views, tangents, strict=True)):
+        for number, view in enumerate(self.model.views(coordinates)):
+            tangent, sensor = tangents[number], self.model.sensor(coordinates, number)
             wide = tangent if moves is None else np.concatenate([tangent, moves[number][None]])
             comparison = self.comparers[number].compare(view, self.scales.reach, sensor)
             for residuals, jacobian in self.with_jacobians(
@@ -244,8 +245,10 @@ class RobustObjective:
         for index in self._bias_indices:
             by_edge[:, index] = comparison.edge_scale
         columns = self.comparers[number].sensor_columns(view, unbiased.depth.indices)
+        posture = self.model.observations[number].setup_index
         for index in self._effect_indices:
-            column = columns.get(self.model.parameters.names[index])
-            if column is not None:
+            own = self.parameters.parameters[index]
+            column = columns.get((own.effect, own.amplitude))
+            if column is not None and own.posture in (None, posture):
                 by_depth[:, index] = column
         return (unbiased.depth, by_depth), (unbiased.edge, by_edge)

@@ -237,12 +237,15 @@ class ViewComparer:
         seen: BoolArray = self.second_triangles[np.maximum(trace.faces, 0)]
         return seen
 
-    def sensor_columns(self, view: View, indices: IntArray) -> dict[str, FloatArray]:
-        """Return how the depth read at some pixels follows the sensor's errors, (M,) each."""
+    def sensor_columns(self, view: View, indices: IntArray) -> dict[tuple[str, str], FloatArray]:
+        """Return how the depth read at some pixels follows the sensor's errors, (M,) each.
+
+        By effect and amplitude.
+        """
         trace = view.trace
         seen = SeenPixels(trace.depth.ravel()[indices], self.is_second(trace).ravel()[indices])
         columns = {
-            effect.amplitude_name(part.name): effect.depth_error_mode(part.name, seen)
+            (effect.identifier, part.name): effect.depth_error_mode(part.name, seen)
             for effect in EFFECTS.values()
             for part in effect.components
         }

@@ -62,7 +62,7 @@ class LinearisedView:
         # The tracer may see other views meanwhile: nothing is asked of it later.
         self._trace = trace = self.rendered.trace
         self._outline = outline = trace.outline
-        self._read = self._comparer.read(trace, model.sensor(coordinates))
+        self._read = self._comparer.read(trace, model.sensor(coordinates, number))
         self._counted, comparable = self._comparer.pixels(self.rendered)
         self._simulated = self._comparer.simulated(trace, self._read, self._counted)
         self._indices = np.flatnonzero(comparable.ravel()).astype(np.int32)

@@ -17,7 +17,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, only
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
-from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
 
 # Noise alone makes amplitudes as large with this chance; as far from zero, by their own errors.
 _BY_CHANCE, _BY_CHANCE_ALONE = 0.003, 0.05
@@ -62,7 +62,8 @@ def _may_be_absent(hypothesis: Hypothesis, one: Candidate, without: Refit | None
     if by_itself > _BY_CHANCE_ALONE:
         return True
     fall = deviance(without, hypothesis.fit) / max(1.0, hypothesis.fit.chi_square_per_patch)
-    return float(chance_beyond(fall, len(one.components))) > _BY_CHANCE
+    count = len(parameters_of(hypothesis.fit.parameters, [one]))
+    return float(chance_beyond(fall, count)) > _BY_CHANCE
 
 
 def deviance(without: Refit, fit: Refit) -> float:

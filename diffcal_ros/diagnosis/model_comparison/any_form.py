@@ -50,6 +50,8 @@ class Tolerated:
         chi_square: of the patches that were fitted, with the likeliest tolerances.
         freedom: what noise alone would leave of that.
         exact: log evidence of the exact form, on the same patches.
+        coordinates: where parameters are likeliest in the likeliest form, shape (k,).
+        covariance: theirs, with all that the form may be instead, shape (k, k).
     """
 
     log_evidence: float
@@ -60,6 +62,8 @@ class Tolerated:
     chi_square: float
     freedom: float
     exact: float
+    coordinates: FloatArray
+    covariance: FloatArray
 
 
 def tolerated(fit: Refit, ways: Ways, *, is_brief: bool = False) -> Tolerated:
@@ -90,6 +94,8 @@ def tolerated(fit: Refit, ways: Ways, *, is_brief: bool = False) -> Tolerated:
         chi_square=best.chi_square,
         freedom=best.freedom,
         exact=float(seen.densities(0.0, np.zeros(1))[0]),
+        coordinates=_led_from(fit, best.weights),
+        covariance=best.covariance,
     )
 
 
@@ -99,11 +105,13 @@ class _Best:
 
     Attributes:
         weights: of all columns, parameters and ways, shape (k,).
+        covariance: of the parameters among these, shape (c, c).
         chi_square: of what is left.
         freedom: what noise alone would leave of that.
     """
 
     weights: FloatArray
+    covariance: FloatArray
     chi_square: float
     freedom: float
 
@@ -222,6 +230,7 @@ class Sight:
         left = self.values - np.hstack([self.own, self.by_pose, self.form]) @ (sizes * weights)
         return _Best(
             np.concatenate([self.root @ own, sizes[counts[0] :] * ways]),
+            self.root @ inverse[: counts[0], : counts[0]] @ self.root.T,
             float(left @ left),
             # Residuals are the inverse covariance times what is seen, whose covariance is known.
             float(len(self.values) - len(sizes) + np.trace(inverse)),
@@ -249,9 +258,14 @@ def led_by_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> FloatArray:
         gone: names of parameters that are taken to zero.
     """
     seen = Sight.of(fit, whiten(ways.joined(fit.groups), Part.FIT), ways.pose_count, gone)
-    found = fit.coordinates + _step(fit, seen.best(seen.levels()).weights)[: len(fit.coordinates)]
-    lower, upper = fit.parameters.bounds()
-    return np.where(np.isin(fit.parameters.names, gone), 0.0, np.clip(found, lower, upper))
+    found = _led_from(fit, seen.best(seen.levels()).weights)
+    return np.where(np.isin(fit.parameters.names, gone), 0.0, found)
+
+
+def _led_from(fit: Refit, weights: FloatArray) -> FloatArray:
+    """Return where parameters are with weights as of `_Best`, within their bounds, (k,)."""
+    found = fit.coordinates + _step(fit, weights)[: len(fit.coordinates)]
+    return np.clip(found, *fit.parameters.bounds())
 
 
 def _step(fit: Refit, weights: FloatArray) -> FloatArray:

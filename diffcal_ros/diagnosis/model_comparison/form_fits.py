@@ -15,7 +15,7 @@ from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_effects
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
-from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 
@@ -50,11 +50,12 @@ def one_of_each(models: Sequence[Hypothesis]) -> list[Hypothesis]:
     Of several that differ in where they stand the first stays, with what is said of the best: how
     far the library's form leads is told where that has been fitted.
     """
-    found: dict[tuple[Candidate, ...], Hypothesis] = {}
+    found: dict[tuple[tuple[Candidate, ...], bool], Hypothesis] = {}
     for model in models:
-        before = found.setdefault(model.added, model)
+        key = model.added, bool(model.by_posture)
+        before = found.setdefault(key, model)
         if model.level > before.level:
-            found[model.added] = replace(before, judged=model.judged)
+            found[key] = replace(before, judged=model.judged)
     return list(found.values())
 
 
@@ -62,9 +63,10 @@ def _led(
     pool: RefitPool, model: Hypothesis, kept: Sequence[Candidate], basis: FormBasis
 ) -> Hypothesis | None:
     ways = ways_of(model.evaluator.model, model.fit, basis, kept)
-    gone = [name for own in model.added if own not in kept for name in own.names]
+    gone = parameters_of(model.fit.parameters, [own for own in model.added if own not in kept])
     values = dict(zip(model.fit.parameters.names, led_by_form(model.fit, ways, gone), strict=True))
-    scene, evaluator = with_effects(pool.nominal, pool.base, kept)
+    more = tuple(own for own in model.by_posture if own.name not in gone)
+    scene, evaluator = with_effects(pool.nominal, pool.base, kept, more)
     start = np.array([values[name] for name in evaluator.model.parameters.names])
     try:
         fit = refit(evaluator, start, max_iterations=1)

@@ -25,7 +25,7 @@ from diffcal_ros.diagnosis.patches.patch_group import (
     PatchGroup,
     with_columns,
 )
-from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
 import numpy as np
 from numpy.typing import NDArray
 
@@ -166,6 +166,7 @@ class _Done:
         border: share of the body's length where that begins; None: it is none.
         besides: what else it may do in each pose [m], shape (n, b) each.
         bends: what bends of other curves do [m], shape (n, c) each.
+        is_set_anew: whether its amplitudes are others in each pose as they were fitted.
     """
 
     candidate: Candidate
@@ -175,6 +176,7 @@ class _Done:
     border: float | None
     besides: list[FloatArray]
     bends: list[FloatArray]
+    is_set_anew: bool = False
 
     @classmethod
     def of(
@@ -195,8 +197,12 @@ class _Done:
         scales = np.array([effect.component(name).scale for name in candidate.components])
         sizes = scales * float(np.linalg.norm(values / scales))
         slopes = [group.patches.jacobian[:, indices] for group in fit.groups]
+        more = _in_one_posture(fit, candidate)
         is_step = effect.has_boundary and effect.group == 'sensor'
-        moved = [own @ values for own in slopes]
+        moved = [
+            own @ values + group.patches.jacobian[:, more] @ fit.coordinates[more]
+            for own, group in zip(slopes, fit.groups, strict=True)
+        ]
         return cls(
             candidate,
             moved,
@@ -205,10 +211,13 @@ class _Done:
             _border(fit, slopes, places) if is_step else None,
             basis.besides_of(effect, fit.groups, moved),
             basis.bends_of(effect, fit.groups, moved),
+            bool(more),
         )
 
     def by_pose(self, number: int, place: Places) -> FloatArray:
         """Return what amplitudes that are other ones in each pose do to one group, (n, p)."""
+        if self.is_set_anew:
+            return np.zeros((len(place.along), 0))
         most = self.candidate.effect.most_by_pose
         return np.hstack([place.in_each(most * own) for own in self.usual[number].T])
 
@@ -234,6 +243,13 @@ class _Done:
         beyond = place.along[:, 0] - (self.border or 0.0)
         near = _BORDER_SIZE * self.amount * np.exp(-0.5 * (beyond / _BORDER_WIDTH) ** 2)
         return np.stack([np.where(beyond < 0.0, near, 0.0), np.where(beyond < 0.0, 0.0, near)], 1)
+
+
+def _in_one_posture(fit: Refit, candidate: Candidate) -> list[int]:
+    """Return the places of what an effect's amplitudes are more in single postures."""
+    names = fit.parameters.names
+    found = parameters_of(fit.parameters, [candidate])
+    return [names.index(name) for name in found if name not in candidate.names]
 
 
 def _border(fit: Refit, slopes: Sequence[FloatArray], places: Sequence[Places]) -> float | None:

@@ -5,7 +5,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.parameters import (
+    make_parameters,
+    Parameter,
+    ParameterSet,
+)
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
@@ -14,7 +18,7 @@ from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
-from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
 from diffcal_ros.diagnosis.screening.starts import more_starts
 from diffcal_ros.effects.effect import Component
 from diffcal_ros.errors import NotSimulatedError
@@ -122,6 +126,22 @@ class Hypothesis:
         return max(self.fit.patch_count - len(self.fit.coordinates), 1)
 
     @property
+    def in_any_form(self) -> Refit:
+        """Return the fit with parameters, and their errors, as by effects of whatever form.
+
+        An effect that is off in form draws the other parameters, and these are no surer than that.
+        """
+        if self.judged is None:
+            return self.fit
+        judged = self.judged
+        return replace(self.fit, coordinates=judged.coordinates, covariance=judged.covariance)
+
+    @property
+    def by_posture(self) -> tuple[Parameter, ...]:
+        """Return what amplitudes are more in single postures; empty: they are the same in all."""
+        return tuple(own for own in self.fit.parameters if own.posture is not None)
+
+    @property
     def identifiers(self) -> tuple[str, ...]:
         """Identifiers of the effects, in alphabetical order."""
         return tuple(sorted(candidate.identifier for candidate in self.added))
@@ -156,11 +176,14 @@ class Hypothesis:
     def chance_of_zero(self, candidate: Candidate, noise_scale: float = 1.0) -> float:
         """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test.
 
+        What they are more in single postures belongs to them.
+
         Args:
             candidate: the effect.
             noise_scale: by how much the variance of the patches exceeds what they state.
         """
-        indices = [self.fit.parameters.names.index(name) for name in candidate.names]
+        names = self.fit.parameters.names
+        indices = [names.index(n) for n in parameters_of(self.fit.parameters, [candidate])]
         values = self.fit.coordinates[indices]
         covariance = self.fit.covariance[np.ix_(indices, indices)]
         wald = float(values @ np.linalg.pinv(covariance) @ values) / max(1.0, noise_scale)
@@ -202,7 +225,10 @@ class Hypothesis:
 
 
 def with_effects(
-    nominal: PatchEvaluator, base: Refit, added: Sequence[Candidate]
+    nominal: PatchEvaluator,
+    base: Refit,
+    added: Sequence[Candidate],
+    by_posture: Sequence[Parameter] = (),
 ) -> tuple[Scene, PatchEvaluator]:
     """Return the scene with effects, and the patches of a model of it, not yet fitted.
 
@@ -210,9 +236,11 @@ def with_effects(
         nominal: evaluates the patches of the nominal model.
         base: its fit.
         added: effects to add.
+        by_posture: what their amplitudes may be more in single postures, see `set_anew`.
     """
     scene = _with_settings(nominal.model.scene, added)
     parameters = _with_amplitudes(scene, base.parameters, added)
+    parameters = replace(parameters, parameters=(*parameters.parameters, *by_posture))
     return scene, nominal.of(nominal.model.with_parameters(scene, parameters))
 
 
@@ -224,6 +252,7 @@ def try_effects(
     *,
     max_iterations: int = 12,
     least_log_evidence: float = -np.inf,
+    by_posture: Sequence[Parameter] = (),
 ) -> Hypothesis | None:
     """Add effects to the nominal model and refit everything.
 
@@ -234,11 +263,12 @@ def try_effects(
         starts: where amplitudes start, SI units by name among the parameters; others at zero.
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
+        by_posture: see `with_effects`.
 
     Returns:
         The refitted model, or None where it cannot be simulated.
     """
-    scene, evaluator = with_effects(nominal, base, added)
+    scene, evaluator = with_effects(nominal, base, added, by_posture)
     far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
     best: Refit | None = None
     for more in more_starts(nominal, base, added):

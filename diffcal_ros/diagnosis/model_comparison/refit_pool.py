@@ -14,7 +14,6 @@ from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, 
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
-from diffcal_ros.diagnosis.screening.candidates import Candidate
 
 Progress = Callable[[str], None]
 
@@ -125,12 +124,12 @@ class RefitPool:
             least: log evidence below which each of these is of no use.
         """
         tasks = [
-            Continuation(h.added, h.fit.coordinates, h.fit.groups, log_evidence)
+            Continuation(h.added, h.fit.coordinates, h.fit.groups, log_evidence, h.by_posture)
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
         fits = self._fits([*requests, *tasks])
         begun = [
-            self._hypothesis(request.added, fit)
+            self._hypothesis(request, fit)
             for request, fit in zip(requests, fits, strict=False)
             if fit is not None
         ]
@@ -140,8 +139,9 @@ class RefitPool:
         ]
         return begun, ended
 
-    def _hypothesis(self, added: tuple[Candidate, ...], fit: Refit) -> Hypothesis:
-        scene, evaluator = with_effects(self.nominal, self.base, added)
+    def _hypothesis(self, request: RefitRequest, fit: Refit) -> Hypothesis:
+        added = request.added
+        scene, evaluator = with_effects(self.nominal, self.base, added, request.by_posture)
         return Hypothesis(added, scene, evaluator, fit)
 
     def _fits(self, tasks: Sequence[Task]) -> list[Refit | None]:

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
+from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects, with_effects
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -43,12 +44,14 @@ class RefitRequest:
         starts: where amplitudes start, SI units by name; others at zero.
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
+        by_posture: what amplitudes may be more in single postures.
     """
 
     added: tuple[Candidate, ...]
     starts: dict[str, float]
     max_iterations: int
     least_log_evidence: float = -np.inf
+    by_posture: tuple[Parameter, ...] = ()
 
     @property
     def words(self) -> str:
@@ -64,6 +67,7 @@ class RefitRequest:
             self.starts,
             max_iterations=self.max_iterations,
             least_log_evidence=self.least_log_evidence,
+            by_posture=self.by_posture,
         )
         return None if found is None else found.fit
 
@@ -77,6 +81,7 @@ class Continuation:
         coordinates: where it stands, shape (k,).
         groups: all patches there.
         least_log_evidence: log evidence below which the model is of no use.
+        by_posture: what amplitudes are more in single postures.
         max_iterations: evaluations of the model at most.
     """
 
@@ -84,6 +89,7 @@ class Continuation:
     coordinates: FloatArray
     groups: Sequence[PatchGroup]
     least_log_evidence: float
+    by_posture: tuple[Parameter, ...] = ()
     max_iterations: int = MAX_ITERATIONS
 
     @property
@@ -94,7 +100,7 @@ class Continuation:
 
     def fit(self, nominal: PatchEvaluator, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
-        _, evaluator = with_effects(nominal, base, self.added)
+        _, evaluator = with_effects(nominal, base, self.added, self.by_posture)
         with suppress(NotSimulatedError):
             return refit(
                 evaluator,

@@ -21,7 +21,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.shared_patches import on_shared_patches
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
-from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
 import numpy as np
 
 # A second effect must be better by so much log evidence, per unit of noise scale.
@@ -120,7 +120,7 @@ def explained(
         ways: in which those may differ from the library's form.
     """
     groups = ways.joined(fit.groups)
-    gone = [name for own in added if own not in kept for name in own.names]
+    gone = parameters_of(fit.parameters, [own for own in added if own not in kept])
     whole = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count, gone).level()
     seen = whiten(groups, Part.FIT, is_apart=True)
     apart = Sight.of(fit, seen, ways.pose_count, gone)

@@ -227,8 +227,7 @@ class PatchEvaluator:
 
         NaN where either is missing. The fixture is rendered, too.
         """
-        compared, sensor = self.comparisons(coordinates), self.model.sensor(coordinates)
-        images = []
+        compared, images = self.comparisons(coordinates), []
         for number, view in enumerate(self.model.views(coordinates)):
             image = view.trace.in_image(compared[number].difference)
             reference = self._references[number]
@@ -236,6 +235,7 @@ class PatchEvaluator:
                 None if reference is None else reference.view(number, self.model, coordinates)
             )
             if reference is not None and fixture is not None:
+                sensor = self.model.sensor(coordinates, number)
                 image = reference.lay_over(image, fixture, view.trace, sensor)
             images.append(image)
         return images
@@ -279,7 +279,7 @@ class PatchEvaluator:
         if reference is None or view is None:
             return []
         wide = reference.tangents(number, self.model, coordinates, count)
-        sensor = self.model.sensor(coordinates)
+        sensor = self.model.sensor(coordinates, number)
         compared = reference.compare(view, body.trace, _FAR_REACH, sensor)
         inside, outline = self._patches(
             self._rigid_objective, number, compared, view, wide, coordinates

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ways in which each effect of the library may be present."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.fit_names import RELEASE_TIME
@@ -72,6 +73,16 @@ def candidates(
         if effect.identifier not in left_out
         for components in effect.variants
         for at in effect.screened_at or (scene.effects.get(effect.identifier, {}).get('at'),)
+    ]
+
+
+def parameters_of(parameters: ParameterSet, added: Iterable[Candidate]) -> list[str]:
+    """Return the names of all that some effects brought into a fit, also of single postures."""
+    wanted = {own.identifier: own.names for own in added}
+    return [
+        one.name
+        for one in parameters
+        if one.effect in wanted and (one.posture is not None or one.name in wanted[one.effect])
     ]
 
 

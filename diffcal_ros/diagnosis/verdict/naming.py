@@ -38,6 +38,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     judged_part,
     named_effects,
     parameter_table,
+    spread_over_poses,
     times_detectable,
 )
 from diffcal_ros.effects.registry import EFFECTS, what_settles
@@ -95,7 +96,9 @@ def conclude(
     outliers: Sequence[LocalOutlier] = (),
 ) -> Diagnosis:
     """Put the verdict together."""
-    added = choice.hypothesis.fit if choice is not None else nominal
+    added, fitted = nominal, nominal
+    if choice is not None:
+        added, fitted = choice.hypothesis.fit, choice.hypothesis.in_any_form
     singles = () if selection is None else selection.singles
     named = _name(evaluator, nominal, scores, disagreement, choice, singles)
     unknown = named.unknown
@@ -116,7 +119,7 @@ def conclude(
         closure=named.closure,
         parameters={
             'before': parameter_table(nominal, nominal),
-            'after': parameter_table(added, nominal),
+            'after': parameter_table(fitted, nominal, is_known=unknown is None),
         },
         times_detectable=times_detectable(scores),
         limits=upper_limits(scores),
@@ -126,6 +129,7 @@ def conclude(
             *(outlier.sentence for outlier in outliers),
             *named.doubts,
             *(EFFECTS[name].imitated_by for name in named.imitated),
+            *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
             *_class_of_all(choice if not (named.is_open or named.effects) else None),
             *notes,
         ),

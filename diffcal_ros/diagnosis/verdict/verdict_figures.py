@@ -45,6 +45,32 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
     return tuple(found)
 
 
+def spread_over_poses(hypothesis: Hypothesis) -> list[str]:
+    """Say by how much effects are other ones in each pose, where they were fitted so.
+
+    Root mean square of what an amplitude is more in one pose than in all.
+    """
+    names, said = hypothesis.fit.parameters.names, []
+    for candidate in hypothesis.added:
+        words = []
+        for component in candidate.components:
+            own = [
+                hypothesis.fit.coordinates[names.index(part.name)]
+                for part in hypothesis.by_posture
+                if (part.effect, part.amplitude) == (candidate.identifier, component)
+            ]
+            if own:
+                part = candidate.effect.component(component)
+                size = part.shown_factor * float(np.sqrt(np.mean(np.square(own))))
+                words.append(f'{component} by {size:.2g} {part.shown_unit}')
+        if words:
+            said.append(
+                f'{candidate.identifier} is another one in each pose: {", ".join(words)}; the '
+                'model takes what all have in common'
+            )
+    return said
+
+
 def frame_of(
     identifier: str, model: ForwardModel, coordinates: FloatArray
 ) -> dict[str, list[float]]:
@@ -111,7 +137,9 @@ def closed_in_its_form(nominal: Refit, added: Hypothesis, closure: float) -> flo
     return float(np.fmax(closure, own))
 
 
-def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str]]:
+def parameter_table(
+    fit: Refit, asked: Refit, *, is_known: bool = True
+) -> dict[str, dict[str, float | str]]:
     """Return value, standard error and unit of the parameters that were asked for.
 
     Those of a motion are fitted to this mesh and time step: what they took up of these is put
@@ -120,6 +148,8 @@ def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str
     Args:
         fit: where they are.
         asked: a fit of those that are wanted.
+        is_known: whether what the model lacks is; else it may have drawn them by any amount, and
+            they have no standard error: NaN.
     """
     wanted = set(asked.parameters.names)
     table: dict[str, dict[str, float | str]] = {}
@@ -128,6 +158,7 @@ def parameter_table(fit: Refit, asked: Refit) -> dict[str, dict[str, float | str
             continue
         coordinate, std_error = fit.of_the_body(index)
         value = parameter.value(coordinate)
+        std_error = std_error if is_known else float('nan')
         table[parameter.name] = {
             'value': value,
             'std_error': value * std_error if parameter.is_logarithmic else std_error,

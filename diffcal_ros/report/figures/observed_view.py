@@ -158,8 +158,8 @@ class _Comparers:
     def pictures(self, coordinates: FloatArray, shown: Sequence[int]) -> dict[int, Picture]:
         """Return what some of the views show, by their numbers."""
         views: Sequence[View] = self._model.views(coordinates)
-        sensor = self._model.sensor(coordinates)
-        return {number: self._picture(number, views[number], sensor) for number in shown}
+        sensors = {number: self._model.sensor(coordinates, number) for number in shown}
+        return {n: self._picture(n, views[n], sensor) for n, sensor in sensors.items()}
 
     def _picture(self, number: int, view: View, sensor: SensorModel) -> Picture:
         comparison = self._comparers[number].compare(view, self._reach, sensor)

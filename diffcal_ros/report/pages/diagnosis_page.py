@@ -3,6 +3,7 @@
 """The page of a diagnosis: one file that needs nothing else."""
 
 from html import escape
+import math
 from pathlib import Path
 
 from diffcal_ros import __version__
@@ -131,7 +132,8 @@ def _parameters(diagnosis: Diagnosis) -> str:
         cells = [escape(title(name))]
         for entry in (old, new):
             value, error = float(entry['value']), float(entry['std_error'])
-            cells.append(escape(shown(value, error, str(entry['unit'])).text('±')))
+            words = shown(value, error, str(entry['unit'])).text('±')
+            cells.append(escape(words if math.isfinite(error) else 'not known'))
         rows.append(cells)
     header = ['parameter', 'as it was', 'with what was added']
     return f'<h2>Parameters before and after</h2>\n{table(header, rows)}\n'

@@ -16,6 +16,8 @@ _WORDS = {
     Verdict.CANNOT_TELL: 'UNSURE',
 }
 _WIDTH = 10
+# Parameters whose change a person asks for first.
+_MATERIAL = ('youngs_modulus', 'density')
 
 
 def verdict_lines(diagnosis: Diagnosis) -> list[str]:
@@ -46,6 +48,8 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
             words += f': {max(diagnosis.closure, 0.0):.0%} of the gap closed'
         lines.append(_line('ADDED', words))
         lines += [_line('FITTED', words) for words in _changes(diagnosis)]
+    if diagnosis.unknown_class is not None:
+        lines += [_line('FITTED', words) for words in _not_known(diagnosis)]
     if diagnosis.separating_recording is not None:
         lines.append(_line('CHECK', diagnosis.separating_recording))
     elif diagnosis.effects:
@@ -95,11 +99,21 @@ def _hidden(diagnosis: Diagnosis) -> str:
     return ', '.join(found)
 
 
+def _not_known(diagnosis: Diagnosis) -> list[str]:
+    """Say which parameters may be anything as long as what is missing has no name."""
+    return [
+        f'{title(name)} {shown(float(old["value"]), 0.0, str(old["unit"])).text()} is that of a '
+        'model that lacks something: not known'
+        for name, old in diagnosis.parameters['before'].items()
+        if name.partition('.')[0] in _MATERIAL
+    ]
+
+
 def _changes(diagnosis: Diagnosis) -> list[str]:
     before, after = diagnosis.parameters['before'], diagnosis.parameters['after']
     lines = []
     for name, old in before.items():
-        if name not in after or name.partition('.')[0] not in ('youngs_modulus', 'density'):
+        if name not in after or name.partition('.')[0] not in _MATERIAL:
             continue
         new = after[name]
         unit = str(old['unit'])

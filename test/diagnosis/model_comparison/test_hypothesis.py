@@ -153,5 +153,17 @@ def test_a_second_effect_can_gain_what_is_left_and_what_tolerance_costs(screened
     assert most_gain(replace(single, fit=fit)) - most_gain(single) == pytest.approx(15.0)
     # A tolerance that has gained all that was left leaves nothing to be gained.
     exact = single.fit.log_evidence
-    judged = Tolerated(exact + most_gain(single), 0.0, 0.1, 0.0, 0.0, 0.0, 60.0, exact)
+    fit = single.fit
+    judged = Tolerated(
+        log_evidence=exact + most_gain(single),
+        log_prediction=0.0,
+        fraction=0.1,
+        by_pose=0.0,
+        left=0.0,
+        chi_square=0.0,
+        freedom=60.0,
+        exact=exact,
+        coordinates=fit.coordinates,
+        covariance=fit.covariance,
+    )
     assert most_gain(replace(single, judged=judged)) == pytest.approx(0.0, abs=1e-9)

@@ -179,6 +179,8 @@ def _judged(
         chi_square=chi_square,
         freedom=float(fit.patch_count - len(fit.coordinates)),
         exact=log_evidence - leaning,
+        coordinates=fit.coordinates,
+        covariance=fit.covariance,
     )
     return replace(hypothesis, judged=judged)
 

@@ -39,6 +39,8 @@ def _judged(model: Hypothesis, **changes: float) -> Hypothesis:
         chi_square=model.fit.chi_square,
         freedom=float(model.fit.patch_count),
         exact=model.fit.log_evidence,
+        coordinates=model.fit.coordinates,
+        covariance=model.fit.covariance,
     )
     # In the library's form it leaves more than noise.
     fit = replace(model.fit, chi_square=3.0 * model.fit.patch_count)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a diagnosis says what the terminal does, line by line."""
 
+from dataclasses import replace
 from html import unescape
 import re
 
@@ -20,3 +21,24 @@ def test_each_line_of_the_verdict_stands_by_itself(tmp_path) -> None:
     said = [unescape(line) for line in re.findall(r'<div class="said">(.*?)</div>', page)]
     assert said == verdict_lines(trace.diagnosis)
     assert any(line.startswith('DISAGREE') for line in said)
+
+
+def test_a_parameter_beside_something_unknown_is_not_known(tmp_path) -> None:
+    trace = diagnose(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.003)])
+    told = verdict_lines(trace.diagnosis)
+    assert not any('not known' in line for line in told)
+    after = trace.diagnosis.parameters['after']
+    unsure = {name: {**entry, 'std_error': float('nan')} for name, entry in after.items()}
+    diagnosis = replace(
+        trace.diagnosis,
+        effects=(),
+        ambiguity_set=(),
+        unknown_class='load',
+        parameters={**trace.diagnosis.parameters, 'after': unsure},
+    )
+    (said,) = (line for line in verdict_lines(diagnosis) if line.startswith('FITTED'))
+    assert "Young's modulus" in said
+    assert said.endswith('not known')
+    assert diagnosis.as_dict()['parameters']['after']['youngs_modulus']['std_error'] is None
+    write_diagnosis_page(tmp_path / 'report.html', 'beam', replace(trace, diagnosis=diagnosis))
+    assert '>not known<' in (tmp_path / 'report.html').read_text()

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which models are fitted with effects that are other ones in each pose, and with what."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison import any_form, set_anew
+from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
+from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.set_anew import with_those_set_anew
+from diffcal_ros.diagnosis.screening.candidates import parameters_of
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.diagnosis.verdict.verdict_figures import spread_over_poses
+import numpy as np
+import pytest
+
+
+def _judged(screened, basis, name: str, by_pose: float) -> Hypothesis:
+    """Return a model with an effect, judged, of which data say that it differs by pose."""
+    evaluator, nominal, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == name)
+    model = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    ways = ways_of(model.evaluator.model, model.fit, basis, model.added)
+    return replace(model, judged=replace(tolerated(model.fit, ways), by_pose=by_pose))
+
+
+@pytest.fixture(scope='module')
+def clamp(screened, basis) -> Hypothesis:
+    return _judged(screened, basis, 'clamp_offset', 0.3)
+
+
+def test_amplitudes_get_a_part_of_their_own_as_large_as_data_say(clamp):
+    request = set_anew._request(clamp)
+    assert [part.name for part in request.by_posture] == [f'{n}@0' for n in clamp.added[0].names]
+    assert all(part.is_nuisance and part.posture == 0 for part in request.by_posture)
+    names = clamp.fit.parameters.names
+    scales = np.array(
+        [clamp.added[0].effect.component(c).scale for c in clamp.added[0].components]
+    )
+    values = clamp.fit.coordinates[[names.index(name) for name in clamp.added[0].names]]
+    usual = np.array([part.quantity.prior_std for part in request.by_posture]) / scales
+    np.testing.assert_allclose(usual, 0.3 * np.linalg.norm(values / scales))
+
+
+def test_only_what_may_be_clamped_or_moved_anew_and_may_win_is_fitted_so(screened, basis, clamp):
+    assert set_anew._may_win(clamp, clamp.level)
+    same = replace(clamp, judged=replace(clamp.judged, by_pose=0.1))
+    assert not set_anew._may_win(same, clamp.level)
+    noise = 0.5 * max(clamp.chi_square - clamp.judged.freedom, 0.0)
+    assert not set_anew._may_win(clamp, clamp.level + noise + clamp.leaning + 1.0)
+    load = _judged(screened, basis, 'gravity_tilt', 0.9)
+    assert not set_anew._may_win(load, load.level)
+
+
+def test_where_models_are_judged_as_they_are_they_stay_so(screened, clamp):
+    evaluator, nominal, _ = screened
+    assert with_those_set_anew(RefitPool(evaluator, nominal), [clamp], None) == [clamp]
+
+
+def test_such_a_model_goes_on_with_its_parts_and_needs_no_tolerance_for_them(
+    screened, basis, clamp
+):
+    evaluator, nominal, _ = screened
+    pool = RefitPool(evaluator, nominal)
+    (found,) = pool.refit_all([set_anew._request(clamp)])
+    assert [part.name for part in found.by_posture] == [f'{n}@0' for n in clamp.added[0].names]
+    ways = ways_of(found.evaluator.model, found.fit, basis, found.added)
+    assert ways.pose_count == 0
+    brought = parameters_of(found.fit.parameters, found.added)
+    assert set(brought) == {*clamp.added[0].names, *(p.name for p in found.by_posture)}
+    (again,) = pool.finish([found], [-np.inf])
+    assert again.fit.parameters.names == found.fit.parameters.names
+    assert again.fit.log_evidence >= found.fit.log_evidence - 0.1
+    (said,) = spread_over_poses(found)
+    assert said.startswith('clamp_offset is another one in each pose: rx by ')
+    assert spread_over_poses(clamp) == []
+
+
+def test_in_the_librarys_form_parameters_are_those_of_the_fit(screened, basis, monkeypatch):
+    monkeypatch.setattr(any_form, 'OF_FORM', np.zeros(1))
+    monkeypatch.setattr(any_form, 'BY_POSE', np.zeros(1))
+    tilt = _judged(screened, basis, 'gravity_tilt', 0.0)
+    exact = tilt.in_any_form
+    # Two routes: normal equations of the fit, and columns scaled by the root of the prior.
+    np.testing.assert_allclose(exact.covariance, tilt.fit.covariance, rtol=1e-6, atol=1e-14)
+    errors = np.sqrt(np.diag(tilt.fit.covariance))
+    assert np.abs((exact.coordinates - tilt.fit.coordinates) / errors).max() < 0.1
+
+
+def test_parameters_are_less_sure_beside_an_effect_of_whatever_form(screened, basis):
+    tilt = _judged(screened, basis, 'gravity_tilt', 0.0)
+    index = tilt.fit.parameters.names.index('youngs_modulus')
+    _, alone = tilt.fit.of_the_body(index)
+    _, in_any = tilt.in_any_form.of_the_body(index)
+    assert in_any > alone
+    assert replace(tilt, judged=None).in_any_form is tilt.fit
