@@ -64,6 +64,7 @@ class MultifrontalSolver:
         # One for each stack, so that no launch has other arguments than the last.
         self._launchers = Launcher('cpu'), Launcher('cpu')
         self._which = int_array(np.zeros(3, dtype=np.int32), 'cpu')
+        self._which_numbers = self._which.numpy()
         self._into = int_array(np.append(self._plan.into[::per_node] // per_node, 0), 'cpu')
         self._table = int_array(self._plan.table, 'cpu')
         self._width = wp.int32(per_node)
@@ -142,7 +143,7 @@ class MultifrontalSolver:
     def _add(self, front: Front, child: int, first: int, end: int | None) -> None:
         """Add columns of what a child left to a front; None: all from the first one on."""
         size = len(self._plan.fronts[child].border)
-        self._which.numpy()[:] = child, first, size if end is None else end
+        self._which_numbers[:] = child, first, size if end is None else end
         self._launchers[front.stack].launch(
             self._add_columns,
             1,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
-from diffcal_ros.diagnosis.patches.patches import depth_patches, edge_patches
+from diffcal_ros.diagnosis.patches.patches import _medians, depth_patches, edge_patches
 from diffcal_ros.diagnosis.patches.whitened import _tolerant
 import numpy as np
 import pytest
@@ -115,3 +115,12 @@ def test_a_patch_that_is_far_off_counts_in_proportion():
     inflated = _tolerant(covariance, values)
     counts = values**2 / np.diag(inflated)
     np.testing.assert_allclose(counts, [1.0, 25.0, 250.0])
+
+
+def test_medians_of_all_cells_are_those_of_each(random):
+    groups = random.integers(0, 40, size=1000)
+    groups[:41] = np.arange(41)  # None is empty, and the last one has one member.
+    values = random.standard_t(2, size=1000)
+    expected = [np.median(values[groups == number]) for number in range(41)]
+    assert {int(count % 2) for count in np.bincount(groups)} == {0, 1}
+    np.testing.assert_array_equal(_medians(values, groups), expected)
