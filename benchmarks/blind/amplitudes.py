@@ -253,6 +253,10 @@ OUTSIDE_CLASS = {
     'parted': 'shape',
     'memory': 'material',
     'tiles': 'sensor',
+    'bath': 'load',
+    'trimmed': 'shape',
+    'fabric': 'material',
+    'wobble': 'sensor',
 }
 
 

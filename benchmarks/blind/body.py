@@ -79,8 +79,8 @@ class Body:
         stress = law.along[..., None, None] * F + law.pressure[..., None, None] * law.cofactor
         if law.squares.any():
             stress = stress + squares_stress(F, law.squares)
-        if self.numbers.fibres is not None:
-            stress = stress + self.numbers.fibres.stress(F)
+        for family in self.numbers.families:
+            stress = stress + family.stress(F)
         forces = (volumes[..., None, None] * gradients @ np.swapaxes(stress, -1, -2)).sum(axis=1)
         gradient = np.zeros((self.node_count, 3))
         for axis in range(3):
@@ -122,8 +122,8 @@ class Body:
             slopes = squares_stiffness(F, law.squares * volumes)
             half = np.einsum('cqiIjJ,cqbJ->cqiIjb', slopes, gradients, optimize=True)
             blocks += np.einsum('cqaI,cqiIjb->caibj', gradients, half, optimize=True)
-        if self.numbers.fibres is not None:
-            blocks += self.numbers.fibres.blocks(F, gradients, volumes)
+        for family in self.numbers.families:
+            blocks += family.blocks(F, gradients, volumes)
         return blocks.reshape(count, _ORDER, _ORDER)
 
     @cached_property

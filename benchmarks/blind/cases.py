@@ -13,6 +13,8 @@ from benchmarks.blind.eighth_forms import EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.forms import FORMS, PAIRS
 from benchmarks.blind.motion_forms import MOTION_FORMS
+from benchmarks.blind.ninth_forms import NINTH_PAIRS
+from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
@@ -97,6 +99,7 @@ LAWS_SETS = {
     'sixth': Contents(PAIRS, tuple(FURTHER_OUTSIDE), 300),
     'seventh': Contents(SEVENTH_PAIRS, tuple(SEVENTH_OUTSIDE), 60),
     'eighth': Contents(EIGHTH_PAIRS, tuple(EIGHTH_OUTSIDE), 60),
+    'ninth': Contents(NINTH_PAIRS, tuple(NINTH_OUTSIDE), 60),
 }
 
 

@@ -16,7 +16,11 @@ _MAT = 0.003  # Thickness of a mat [m].
 _PRESSED = 0.9  # Share of that up to which a mat is followed; then it is as stiff as there.
 FRICTION = 0.5  # Force across over the one that presses.
 _STICKING = 1e-4  # Over which friction sets in [m].
+_ROLL_STIFFNESS = 3.0e8  # Of a roll of foam [Pa/m^2]: by some millimetres.
 BAR = 0.010  # Radius of a bar [m].
+_ROLL = 0.018  # Of a roll of foam [m].
+# Radius of what is round, along the world's z [m].
+ROUND = {'edge': BAR, 'roll': _ROLL}
 
 
 def contact_laws(
@@ -34,7 +38,9 @@ def contact_laws(
         return ()
     stiffness = _CONTACT_STIFFNESS * areas
     if faults.contact_form == 'edge':
-        return (_bar(observation, faults.contact_at, faults.contact_height, stiffness),)
+        return (_bar(observation, faults, stiffness, 1),)
+    if faults.contact_form == 'roll':
+        return (_bar(observation, faults, _ROLL_STIFFNESS * areas, 2),)
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
@@ -74,10 +80,11 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
         points: in the world [m], shape (N, 3).
         faults: say what is below; their height does not matter.
     """
-    if faults.contact_form != 'edge':
+    if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))
-    squares = BAR**2 - (points[:, 0] - faults.contact_at) ** 2
-    beside = np.sqrt(np.maximum(squares, 0.0)) - BAR
+    radius = ROUND[faults.contact_form]
+    squares = radius**2 - (points[:, 0] - faults.contact_at) ** 2
+    beside = np.sqrt(np.maximum(squares, 0.0)) - radius
     return np.where(squares > 0.0, points[:, 1] - beside, np.inf)
 
 
@@ -129,32 +136,36 @@ def _mat(normal: FloatArray, height: float, stiffness: FloatArray) -> PotentialL
     return penalty
 
 
-def _bar(observation: Observation, at: float, top: float, stiffness: FloatArray) -> PotentialLaw:
+def _bar(
+    observation: Observation, faults: Faults, stiffness: FloatArray, power: int
+) -> PotentialLaw:
     """Return a round bar along the world's z.
 
     Args:
         observation: the pose.
-        at: where its axis is along the world's x [m].
-        top: how high it reaches along the world's y [m].
-        stiffness: of each node [N/m], shape (N,).
+        faults: say where its axis is along the world's x and how high it reaches along y [m].
+        stiffness: force at each node by a power of the dent [N/m^power], shape (N,).
+        power: 1 of a hard bar, 2 of foam.
     """
+    assert faults.contact_height is not None
+    radius, at, top = ROUND[faults.contact_form], faults.contact_at, faults.contact_height
     turn, shift = observation.world_from_object[:3, :3], observation.world_from_object[:3, 3]
-    on_axis = turn.T @ (np.array([at, top - BAR, 0.0]) - shift)
+    on_axis = turn.T @ (np.array([at, top - radius, 0.0]) - shift)
     across = np.eye(3) - np.outer(turn[2], turn[2])
 
     def penalty(positions: FloatArray) -> Potential:
         away = (positions - on_axis) @ across
         distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
         outward = away / distance[:, None]
-        depth = np.maximum(BAR - distance, 0.0)
-        push = stiffness * depth
+        depth = np.maximum(radius - distance, 0.0)
+        push = stiffness * depth**power
+        slope = power * stiffness * depth ** (power - 1) * (depth > 0.0)
         straight = outward[:, :, None] * outward[:, None, :]
         round_it = across - straight
         return Potential(
-            energy=0.5 * float((push * depth).sum()),
+            energy=float((push * depth).sum()) / (power + 1),
             gradient=-push[:, None] * outward,
-            diagonal=(stiffness * (depth > 0.0))[:, None, None] * straight
-            - (push / distance)[:, None, None] * round_it,
+            diagonal=slope[:, None, None] * straight - (push / distance)[:, None, None] * round_it,
         )
 
     return penalty

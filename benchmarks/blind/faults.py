@@ -38,8 +38,9 @@ class Faults:
             fifths of it, in `thirds`, of the `skin` against the core, a `cosine` over the whole
             length, `late` at seven tenths, with the `square` of the place, of a `spot`
             from two to four tenths against all else, by `three pours`: a step of three fifths
-            of it at a quarter, and of the rest at three fifths, or of all else against a `sleeve`
-            around the inner two fifths.
+            of it at a quarter, and of the rest at three fifths, of all else against a `sleeve`
+            around the inner two fifths, or `decaying`: of all that is far out against the clamp's
+            end, from where it falls by the exponential of the place.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four) or `veronda_westmann`.
@@ -49,40 +50,47 @@ class Faults:
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
             one half as far out, at the end of a rigid `arm`, or a sensor with its `cable`: half
-            of it there, half evenly from the clamp to there, both on the upper side.
+            of it there, half evenly from the clamp to there, both on the upper side; or what
+            hangs of a `trailing` cable between the side of positive y and a table: more where
+            that place is higher.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
             -0.4; `about a corner` of the held section, three times as much about its y as
             about its z; `one-sided`, as far as the moment has the signs of `clamp_way`; or a
             `lined` jaw, whose foam yields at each place by the pressure there, and more at the
-            mouth: in all as much as is given, where the body is rigid.
+            mouth: in all as much as is given, where the body is rigid; or on a `flexure`, which
+            shifts and turns it by force and moment as the end of a leaf spring.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
             place along the body as well, `outer_push` on the outer two fifths alone,
-            `middle_push` six times as much on the middle third alone; or a tilt `changing` by
-            30 % of its mean from pose to pose.
+            `middle_push` six times as much on the middle third alone; a tilt `changing` by
+            30 % of its mean from pose to pose; or a `thread` that draws one place with the force
+            of all the body's mass.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
             (the plane of bending turns by 150 degrees along the body), or the `set` of a body
             that hung for long (by the square of the distance to the tip, twice as much at the
-            clamp: its tip moves as far as an arc's).
+            clamp: its tip moves as far as an arc's), or a `kink`: ten times as much in a tenth
+            of the free length alone, around `curvature_at`.
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
             `shelf` that ends before the inner half, an `edge`: a round bar, `friction`, which
             holds the body back where it comes to the plane, a plane on the `rig`, which goes
             with it: normal and height are in the object's frame, or a `mat` of foam on it, which
-            yields to the pressure the less the thinner it is pressed.
+            yields to the pressure the less the thinner it is pressed, or a `roll` of foam along
+            the world's z.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
             three tenths from pose to pose, by `temperature`: it rises and falls over the poses,
             while that of `depth_scale` grows from nothing; by `incidence`: over the cosine of
-            the angle between ray and surface, up to three times; or `near field`: it falls by
-            the exponential of the depth.
+            the angle between ray and surface, up to three times; `near field`: it falls by
+            the exponential of the depth; or `walk`: by the logarithm of the light that returns,
+            which falls with the square of the depth and that angle's cosine.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -154,6 +162,24 @@ class Faults:
             own [mm].
         tiles_edge: of a square [px].
         tiles_seed: of what is drawn for the squares.
+        tangential: two coefficients of tangential distortion, of x y and y^2 in the columns and
+            rows, and of x^2 and x y.
+        clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
+        clamp_length: of a flexure [m].
+        region_above: whether `region_bias` is added on the upper half alone, where the object's
+            z is positive.
+        tilt_at: share of the free length of the place that a thread draws.
+        curvature_at: share of the free length of the middle of a kink.
+        mass_table: how high a table lies in the world, on which a trailing cable ends [m].
+        mass_drop: height above the table at which `added_mass` hangs [m].
+        bath: share of the weight of what is below a liquid's level that the liquid bears.
+        bath_level: how high that is in the world [m].
+        trimmed: length that was cut off at the tip [mm].
+        fabric: by which share of E a fabric in the uppermost quarter stiffens a pull along the
+            object's x; it is slack where it is pressed together.
+        wobble: amplitude by which columns swing over the rows of the image [px].
+        wobble_period: of rows [px].
+        wobble_phase: [rad].
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -243,6 +269,21 @@ class Faults:
     tiles: float = 0.0
     tiles_edge: int = 0
     tiles_seed: int = 0
+    tangential: tuple[float, float] = (0.0, 0.0)
+    clamp_slid: float = 0.0
+    clamp_length: float = 0.0
+    region_above: bool = False
+    tilt_at: float = 0.0
+    curvature_at: float = 0.0
+    mass_table: float = 0.0
+    mass_drop: float = 0.0
+    bath: float = 0.0
+    bath_level: float = 0.0
+    trimmed: float = 0.0
+    fabric: float = 0.0
+    wobble: float = 0.0
+    wobble_period: float = 1.0
+    wobble_phase: float = 0.0
 
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,

@@ -23,10 +23,12 @@ class Fibres:
     Attributes:
         stiffness: K [Pa], shape of the Gauss points.
         direction: a, in the frame of the body without stress, shape (3,).
+        slack: whether they resist a pull alone, as a fabric does.
     """
 
     stiffness: FloatArray
     direction: FloatArray
+    slack: bool = False
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
@@ -54,7 +56,8 @@ class Fibres:
         drawn, growth = self._drawn(F)
         along = gradients @ self.direction
         weights = self.stiffness * volumes
-        outer = along[..., None] * drawn[:, :, None] * np.sqrt(8.0 * weights)[..., None, None]
+        steep = weights * (growth > 0.0) if self.slack else weights
+        outer = along[..., None] * drawn[:, :, None] * np.sqrt(8.0 * steep)[..., None, None]
         outer = outer.reshape(count, points, 3 * nodes)
         whole = (np.swapaxes(outer, 1, 2) @ outer).reshape(count, nodes, 3, nodes, 3)
         scaled = along * (4.0 * weights * growth)[..., None]
@@ -64,6 +67,7 @@ class Fibres:
         return whole
 
     def _drawn(self, F: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where a fibre of length 1 goes, and by how much its square grew."""
+        """Return where a fibre goes, and by how much its square grew where that is resisted."""
         drawn = F @ self.direction
-        return drawn, np.einsum('...i,...i->...', drawn, drawn) - 1.0
+        growth = np.einsum('...i,...i->...', drawn, drawn) - 1.0
+        return drawn, np.maximum(growth, 0.0) if self.slack else growth

@@ -27,6 +27,7 @@ from benchmarks.blind.form import (
     stiffening_form,
     tilt_form,
 )
+from benchmarks.blind.ninth_forms import NINTH_FORMS
 from benchmarks.blind.rotations import rigid, rotation
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.setups import Observation, Setup
@@ -177,6 +178,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     ),
     'seventh': SEVENTH_FORMS,
     'eighth': EIGHTH_FORMS,
+    'ninth': NINTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -42,6 +42,7 @@ from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
 from benchmarks.blind.labels import label_of, write_json
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.motion_forms import MOTION_FORMS
+from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import draw_rubber
@@ -95,8 +96,8 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     if case.law is not None:
         setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
-    outside = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
-    drawers = {**LIBRARY, **MOTION, **outside, **forms}
+    earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
+    drawers = {**LIBRARY, **MOTION, **earlier, **NINTH_OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

@@ -99,7 +99,8 @@ def mesh_hexahedra(shape: Shape, refinement: float = 1.0) -> HexMesh:
         nodes=shape.place(points),
         cells=cells,
         faces=_outer_faces(lattice.cells),
-        held=np.flatnonzero(points[:, 0] <= shape.clamp * (1.0 + 1e-9)),
+        # To the end of the first block, which ends within the clamp where a body slid out.
+        held=np.flatnonzero(points[:, 0] <= shape.breaks[0][1] * (1.0 + 1e-9)),
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.blind.contact import highest_tops
+from benchmarks.blind.contact import highest_tops, ROUND
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Observation, Setup
@@ -34,7 +34,7 @@ def lay_on_plane(
         return _stopped_by_rig(setup, faults)
     lift = 1e-3 * faults.contact_height
     normal = np.array(faults.contact_normal)
-    if faults.contact_form == 'edge':
+    if faults.contact_form in ROUND:
         faults = replace(faults, contact_at=_over_bar(setup, faults))
     lows, is_at_tip = _lowest_points(setup, faults, normal)
     while not is_at_tip:
@@ -83,7 +83,7 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
     lift = 1e-3 * (faults.contact_height or 0.0)
     is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
     # A bar lies under a part of the body that is not at the root.
-    clear = is_clear or faults.contact_form == 'edge'
+    clear = is_clear or faults.contact_form in ROUND
     return lows, bool(shares[0] > 0.5) and clear
 
 

@@ -44,6 +44,8 @@ def added_mass(
         'opposite': (_POINT_REACH, np.abs(across[:, 0]) > 0.5),
         'arm': (_MASS_REACH, 1.0),
         'cable': (_MASS_REACH, across[:, 1] > 0.5),
+        # What lies on the table as far as it does not hang is no mass of its own.
+        'trailing': (_MASS_REACH, 0.0),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)

@@ -52,6 +52,7 @@ class Constants:
         rest: of J - 1, so that nothing is stressed at rest [Pa].
         is_plain: the law with logarithms of the same mu and lambda as a and b stand for.
         fibres: that stiffen it along one direction; None: it is the same in all.
+        fabric: further ones, in a part of the body; None: there is none.
     """
 
     shear: FloatArray
@@ -65,6 +66,12 @@ class Constants:
     rest: FloatArray | float = 0.0
     is_plain: bool = False
     fibres: Fibres | None = None
+    fabric: Fibres | None = None
+
+    @property
+    def families(self) -> tuple[Fibres, ...]:
+        """All fibres that there are."""
+        return tuple(each for each in (self.fibres, self.fabric) if each is not None)
 
 
 def constants(
@@ -121,9 +128,10 @@ def stiffened(numbers: Constants, form: str, amount: float) -> Constants:
 
 def softened(numbers: Constants, factor: float) -> Constants:
     """Return the numbers of a law whose energy is a factor of what it was."""
-    fibres = numbers.fibres
-    if fibres is not None:
-        fibres = replace(fibres, stiffness=factor * fibres.stiffness)
+    fibres, fabric = (
+        None if each is None else replace(each, stiffness=factor * each.stiffness)
+        for each in (numbers.fibres, numbers.fabric)
+    )
     return replace(
         numbers,
         shear=factor * numbers.shear,
@@ -136,6 +144,7 @@ def softened(numbers: Constants, factor: float) -> Constants:
         squares=factor * numbers.squares,
         rest=factor * numbers.rest,
         fibres=fibres,
+        fabric=fabric,
     )
 
 
@@ -170,8 +179,8 @@ def respond(F: FloatArray, numbers: Constants) -> Response:
     if squares.any():
         right = np.swapaxes(F, -1, -2) @ F
         energy = energy + squares * (np.einsum('...ij,...ij->...', right, right) - 3.0)
-    if numbers.fibres is not None:
-        energy = energy + numbers.fibres.energy(F)
+    for family in numbers.families:
+        energy = energy + family.energy(F)
     return Response(
         energy=energy + more - numbers.rest * growth,
         along=base.along + 4.0 * c * strain + 2.0 * slope,

@@ -10,6 +10,7 @@ from benchmarks.blind.shapes import FloatArray
 
 _JAW = 0.15  # Share of the free length over which a soft root gives way.
 _TORN = 0.05  # Half the share of the free length of a torn piece.
+DECAY = 0.2  # Share of the free length over which what comes from the clamp falls to a third.
 _CAVITY = 5.0  # By which log E falls where there is no matter.
 
 
@@ -27,6 +28,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'square': np.clip(share, 0.0, 1.0) ** 2 - 0.5,
         'spot': (np.abs(share - 0.3) < 0.1).astype(float),
         'three pours': np.where(share > 0.6, 0.5, np.where(share > 0.25, 0.1, -0.5)),
+        'decaying': -np.exp(-share / DECAY),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode

@@ -42,7 +42,13 @@ def true_rendering(
     along = specimen.shares - faults.region_slant * np.clip(across, -1.0, 1.0)
     surface = joined(
         body_triangles(
-            mesh, positions, along, faults.region_from, faults.region_ramp, faults.region_until
+            mesh,
+            positions,
+            along,
+            faults.region_from,
+            faults.region_ramp,
+            faults.region_until,
+            mesh.lattice[:, 2] if faults.region_above else None,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -110,6 +116,8 @@ def _true_intrinsics(camera: Camera, faults: Faults) -> Camera:
         cx=camera.cx + faults.center_shift[0],
         cy=camera.cy + faults.center_shift[1],
         radial=faults.radial_distortion,
+        tangential=faults.tangential,
+        wobble=(faults.wobble, faults.wobble_period, faults.wobble_phase),
     )
 
 
@@ -135,6 +143,12 @@ def _bias_share(
         return np.asarray(np.exp((distance - seen) / _NEAR))
     if faults.depth_form == 'incidence':
         return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
+    if faults.depth_form == 'walk':
+        # Of what is met squarely where the camera looks at it is all there.
+        distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
+        seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
+        light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
+        return np.asarray(1.0 - np.log(light))
     if faults.depth_form == 'ramp':
         columns = rendering.column + np.arange(width) - setup.camera.cx
         return np.broadcast_to(0.7 + columns / setup.camera.width, (height, width))[..., None]

@@ -29,6 +29,8 @@ class Camera:
         cx: [px].
         cy: [px].
         radial: first radial distortion coefficient; 0 for a rectified image.
+        tangential: two coefficients of a lens element that sits beside the axis, as Brown's.
+        wobble: amplitude [px], period [px] and phase [rad] of how columns swing over the rows.
     """
 
     width: int
@@ -38,14 +40,26 @@ class Camera:
     cx: float
     cy: float
     radial: float = 0.0
+    tangential: tuple[float, float] = (0.0, 0.0)
+    wobble: tuple[float, float, float] = (0.0, 1.0, 0.0)
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return column and row of points (..., 3) [px], shape (..., 2)."""
         x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
+        one, two = self.tangential
+        squares, product = x**2 + y**2, x * y
+        aside = 2.0 * one * product + two * (squares + 2.0 * x**2)
+        down = one * (squares + 2.0 * y**2) + 2.0 * two * product
         if self.radial:
-            stretch = 1.0 + self.radial * (x**2 + y**2)
+            stretch = 1.0 + self.radial * squares
             x, y = x * stretch, y * stretch
-        return np.stack([self.fx * x + self.cx, self.fy * y + self.cy], axis=-1)
+        if one or two:
+            x, y = x + aside, y + down
+        columns, rows = self.fx * x + self.cx, self.fy * y + self.cy
+        amount, period, phase = self.wobble
+        if amount:
+            columns = columns + amount * np.sin(2.0 * np.pi * rows / period + phase)
+        return np.stack([columns, rows], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The true shape of a body without stress, object frame."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.blind.faults import Faults
@@ -11,6 +13,22 @@ from benchmarks.blind.shapes import bend, FloatArray, Shape
 _PARTS = 12  # Arcs that a helix is made of, and what hung for long.
 _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
 _HELIX_MORE = 1.3  # Curvature over that of an arc.
+_KINK = 0.1  # Share of the free length of a kink.
+
+
+def true_shape(shape: Shape, faults: Faults) -> Shape:
+    """Return the shape that a body has in place of the stated one, bending aside."""
+    x, y, z = shape.breaks
+    # A body that slid out is held by so much less, and keeps its shape.
+    held, end = x[1] - 1e-3 * faults.clamp_slid, x[-1] - 1e-3 * faults.trimmed
+    one, other = shape.taper
+    return replace(
+        shape,
+        breaks=((x[0], held, *x[2:-1], end), y, tuple(p * (1.0 + faults.parted) for p in z)),
+        waist=shape.waist - faults.bulge,
+        taper=(one + faults.cone, other + faults.cone),
+        trimmed=1e-3 * faults.trimmed,
+    )
 
 
 def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatArray:
@@ -27,6 +45,9 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'root':
         straight_on = bend(nodes, 0.5 * (shape.clamp + shape.length), -2.0 * curvature)
         return bend(straight_on, shape.clamp, 2.0 * curvature)
+    if faults.curvature_form == 'kink':
+        begin, end = faults.curvature_at - 0.5 * _KINK, faults.curvature_at + 0.5 * _KINK
+        return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
     if faults.curvature_form in ('S', 'middle', 'helix', 'set'):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':

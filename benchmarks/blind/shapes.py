@@ -27,6 +27,7 @@ class Shape:
         taper: share by which width and height are smaller at the tip, shape (2,).
         waist: share by which the section is narrower in the middle.
         arch: curvature of the centre line about z [1/m].
+        trimmed: length that is cut off at the tip: what is left keeps its shape [m].
     """
 
     family: str
@@ -36,11 +37,12 @@ class Shape:
     taper: tuple[float, float] = (0.0, 0.0)
     waist: float = 0.0
     arch: float = 0.0
+    trimmed: float = 0.0
 
     @property
     def length(self) -> float:
-        """Length along the centre line, held section included [m]."""
-        return self.breaks[0][-1]
+        """Length along the centre line, held section and what is cut off included [m]."""
+        return self.breaks[0][-1] + self.trimmed
 
     @property
     def section(self) -> tuple[float, float]:

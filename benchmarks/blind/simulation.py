@@ -12,19 +12,23 @@ from benchmarks.blind.body import Body, spread
 from benchmarks.blind.contact import contact_laws, friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.fibres import Fibres
+from benchmarks.blind.flexure import flexure_compliance
+from benchmarks.blind.heights import by_height
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened, stiffened
 from benchmarks.blind.moduli import cavity, log_modulus
 from benchmarks.blind.pulls import pulls
-from benchmarks.blind.rest_shape import stress_free_nodes
+from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.seventh_outside import pressed, warmed
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.springs import foam_stiffness, hose_stiffness, springs
+from benchmarks.blind.springs import around, foam_stiffness, springs
 
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
+_SHIFT_TOLERANCE = 1e-8  # Of its shift [m].
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
 
 
@@ -55,14 +59,7 @@ class Specimen:
 
 def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Specimen:
     """Build the true body."""
-    one, other = setup.shape.taper
-    x, y, z = setup.shape.breaks
-    shape = replace(
-        setup.shape,
-        breaks=(x, y, tuple(place * (1.0 + faults.parted) for place in z)),
-        waist=setup.shape.waist - faults.bulge,
-        taper=(one + faults.cone, other + faults.cone),
-    )
+    shape = true_shape(setup.shape, faults)
     mesh = mesh_hexahedra(shape, refinement)
     shares = shape.arc_share(mesh.lattice)
     stress_free = stress_free_nodes(mesh.nodes, shape, faults)
@@ -75,6 +72,11 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         faults.stiffening_form,
         faults.stiffening,
     )
+    heights = at_points[:, 2] / (0.5 * setup.shape.section[1])
+    if faults.fabric:
+        stiffness = faults.fabric * modulus / 8.0 * (heights > 0.5)
+        along = np.array([1.0, 0.0, 0.0])
+        numbers = replace(numbers, fabric=Fibres(stiffness, along, slack=True))
     count = len(mesh.nodes)
     masses = setup.density * quadrature.volumes
     if faults.hollow:
@@ -95,7 +97,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         tip_masses=spread(masses * (share > 0.5), quadrature, mesh.cells, count),
         areas=_node_areas(mesh),
         center=np.array([0.5 * shape.clamp, 0.0, 0.0]),
-        heights=at_points[:, 2] / (0.5 * setup.shape.section[1]),
+        heights=heights,
     )
 
 
@@ -153,17 +155,20 @@ def settle(
         return _settle_in_foam(specimen, load, nominal, give)
     if faults.clamp_form == 'shear':
         return _settle_sliding(specimen, load, nominal, give)
+    if faults.clamp_form == 'flexure':
+        compliance = flexure_compliance(give, faults.clamp_length)
+        return _settle_on_flexure(specimen, load, nominal, compliance)
     axes = {
         'uneven': np.diag([0.0, 1.0, 0.0]),
         'jaw': np.zeros((3, 3)),
         'about a corner': np.diag([1.0, 1.5, 0.5]),
     }
-    compliance = give * axes.get(faults.clamp_form, np.eye(3))
+    by_turn = give * axes.get(faults.clamp_form, np.eye(3))
     if faults.clamp_form == 'about a corner':
         width, height = setup.shape.section
         corner = specimen.center + 0.5 * np.array([0.0, width, -height])
         specimen = replace(specimen, center=corner)
-    return _settle_clamped(specimen, load, nominal, compliance, _hardening(setup, faults))
+    return _settle_clamped(specimen, load, nominal, by_turn, _hardening(setup, faults))
 
 
 def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArray | float]:
@@ -189,10 +194,11 @@ def _load(specimen: Specimen, setup: Setup, observation: Observation, faults: Fa
     laws = [
         *contact_laws(specimen.areas, shares, observation, faults),
         *pulls(masses, shares, observation, faults),
+        *by_height(specimen.mesh.lattice, masses, shares, observation, faults),
     ]
     if faults.hose:
         places = specimen.mesh.nodes + 1e-3 * np.array(faults.hose_offset)
-        stiffness = hose_stiffness(faults.hose, faults.hose_at, specimen.body.masses, shares)
+        stiffness = around(faults.hose, faults.hose_at, specimen.body.masses, shares)
         laws.append(springs(places, stiffness))
     return Load(forces, tuple(laws))
 
@@ -213,6 +219,10 @@ def _forces(
             'middle_push': 6.0 * (np.abs(shares - 0.5) < 1.0 / 6.0),
         }[faults.tilt_form]
         forces = forces + (masses * where)[:, None] * (object_from_world @ _side(faults))
+    if faults.tilt_form == 'thread':
+        free = masses * (shares > 0.0)
+        pull = around(float(free.sum()), faults.tilt_at, masses, shares)
+        forces = forces + pull[:, None] * (object_from_world @ _side(faults))
     if faults.jet:
         share = faults.jet_shares[setup.pose_number(observation)]
         forces = forces + pressed(
@@ -232,7 +242,9 @@ def _clamp(
     return about(
         rotation(slipped * np.deg2rad(faults.clamp_turn) + np.deg2rad(more[3:])),
         specimen.center,
-        slipped * 1e-3 * np.array(faults.clamp_shift) + 1e-3 * more[:3],
+        slipped * 1e-3 * np.array(faults.clamp_shift)
+        + 1e-3 * more[:3]
+        + np.array([1e-3 * faults.clamp_slid, 0.0, 0.0]),
     )
 
 
@@ -247,7 +259,7 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)
-    if faults.tilt_form in ('growing', 'outer_push', 'middle_push'):
+    if faults.tilt_form in ('growing', 'outer_push', 'middle_push', 'thread'):
         return np.asarray(object_from_world @ down)
     if faults.tilt_form == 'side_force':
         return np.asarray(object_from_world @ (down + side))
@@ -365,11 +377,48 @@ def _settle_clamped(
     raise RuntimeError(f'the compliant clamp found no rest at {compliance.max():g} rad/(N m)')
 
 
+def _settle_on_flexure(
+    specimen: Specimen, load: Load, clamp: FloatArray, compliance: FloatArray
+) -> FloatArray:
+    """Find the equilibrium where the held section shifts and turns by both force and moment.
+
+    Args:
+        specimen: the body.
+        load: on it.
+        clamp: where the held section is to be, shape (4, 4).
+        compliance: shift [m] and turn [rad] by force [N] and moment [N m], shape (6, 6).
+    """
+    nodes, held = specimen.mesh.nodes, specimen.body.held
+    positions = find_equilibrium(specimen.body, load, applied(clamp, nodes))
+    center, given = applied(clamp, specimen.center), np.zeros(6)
+    for _ in range(60):
+        force = _clamp_pull(specimen, load, positions).sum(axis=0)
+        moment = _clamp_moment(specimen, load, positions, center + given[:3])
+        # As far as a compliant clamp that only turns.
+        change = 0.7 * (compliance @ np.concatenate([force, moment]) - given)
+        small = np.linalg.norm(change[:3]) < _SHIFT_TOLERANCE
+        if small and np.linalg.norm(change[3:]) < _TURN_TOLERANCE:
+            return positions
+        before = about(rotation(given[3:]), center, given[:3])
+        given = given + change
+        after = about(rotation(given[3:]), center, given[:3])
+        start = applied(after @ np.linalg.inv(before), positions)
+        start[held] = applied(after @ clamp, nodes[held])
+        positions = find_equilibrium(specimen.body, load, start)
+    raise RuntimeError('the clamp on a flexure found no rest')
+
+
+def _clamp_pull(specimen: Specimen, load: Load, positions: FloatArray) -> FloatArray:
+    """Return the forces that the body exerts on its clamp at the held nodes [N], shape (H, 3)."""
+    pull = load.forces - specimen.body.evaluate(positions, with_stiffness=False).gradient
+    return np.asarray(pull[specimen.body.held])
+
+
 def _clamp_moment(
     specimen: Specimen, load: Load, positions: FloatArray, center: FloatArray
 ) -> FloatArray:
     """Return the moment that the body exerts on its clamp about a point [N m]."""
-    pull = load.forces - specimen.body.evaluate(positions, with_stiffness=False).gradient
-    held = specimen.body.held
-    moment: FloatArray = np.cross(positions[held] - center, pull[held]).sum(axis=0)
+    pull = _clamp_pull(specimen, load, positions)
+    arms = positions[specimen.body.held] - center
+    moment: FloatArray = np.cross(arms, pull).sum(axis=0)
     return moment

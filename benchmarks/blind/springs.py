@@ -9,7 +9,7 @@ from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.shapes import FloatArray
 
 _MOUTH = 0.6  # By which share the foam of a jaw is softer at its mouth than at its bolt.
-_HOSE_REACH = 0.05  # Half the share of the free length over which a hose is fixed.
+_REACH = 0.05  # Half the share of the free length over which a hose or a thread is fixed.
 
 
 def springs(places: FloatArray, stiffness: FloatArray) -> PotentialLaw:
@@ -50,16 +50,16 @@ def foam_stiffness(
     return found
 
 
-def hose_stiffness(amount: float, at: float, masses: FloatArray, shares: FloatArray) -> FloatArray:
-    """Share a hose's stiffness among the nodes around its place [N/m], shape (N,).
+def around(amount: float, at: float, masses: FloatArray, shares: FloatArray) -> FloatArray:
+    """Share a stiffness or a force among the nodes around a place, shape (N,).
 
     Args:
-        amount: in all [N/m].
-        at: share of the free length where it is fixed.
+        amount: in all.
+        at: share of the free length where it acts.
         masses: of nodes, by which they share it, shape (N,).
         shares: of the free length at which they lie, shape (N,).
     """
     away = np.abs(shares - at)
-    near = np.maximum(1.0 - away / max(_HOSE_REACH, 1.01 * float(away.min())), 0.0)
+    near = np.maximum(1.0 - away / max(_REACH, 1.01 * float(away.min())), 0.0)
     weights = masses * near * (shares > 0.0)
     return np.asarray(amount * weights / weights.sum())

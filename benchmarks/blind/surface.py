@@ -50,6 +50,7 @@ def body_triangles(
     tip_from: float = 0.5,
     ramp: float = 0.0,
     tip_until: float = 1.0,
+    heights: FloatArray | None = None,
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -60,6 +61,7 @@ def body_triangles(
         tip_from: share from which on the surface is labelled as the tip's.
         ramp: share over which, around that, the labels go over from root to tip.
         tip_until: share beyond which they are the root's again, with the same ramp; 1: none.
+        heights: of its nodes; what lies at or below 0 is the root's, shape (N,). None: nothing.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -74,7 +76,11 @@ def body_triangles(
         along = values @ shares[nodes][..., None]
         corners.append(points[:, triangles].reshape(-1, 3, 3))
         places = along[:, triangles, 0].mean(axis=-1)
-        labels.append(_side(places, tip_from, ramp, tip_until).reshape(-1))
+        sides = _side(places, tip_from, ramp, tip_until)
+        if heights is not None:
+            above = (values @ heights[nodes][..., None])[:, triangles, 0].mean(axis=-1)
+            sides = np.where(above > 0.0, sides, ROOT)
+        labels.append(sides.reshape(-1))
     return Triangles(np.concatenate(corners), np.concatenate(labels).astype(np.int64))
 
 

@@ -3,6 +3,8 @@
 """What bodies lie on and are pulled by: energies, their slopes, and what comes of them."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from benchmarks.blind.contact import (
 )
 from benchmarks.blind.equilibrium import PotentialLaw
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.heights import by_height
 from benchmarks.blind.pulls import magnet, tether
 from benchmarks.blind.rotations import applied, rigid, rotation
 from benchmarks.blind.setups import draw_setup, Observation, Setup
@@ -31,18 +34,32 @@ def _view() -> Observation:
     return Observation('level', rigid(turn, np.array([0.01, -0.02, 0.03])))
 
 
-def _edge(places: np.ndarray) -> PotentialLaw:
-    """Return a bar whose top is some millimetres above the middle of places in the world."""
+def _round(form: str, places: np.ndarray) -> PotentialLaw:
+    """Return what is round with its top some millimetres above the middle of places."""
     middle = applied(_view().world_from_object, places).mean(axis=0)
     faults = Faults(
-        contact_form='edge', contact_at=float(middle[0]), contact_height=float(middle[1]) + BAR
+        contact_form=form, contact_at=float(middle[0]), contact_height=float(middle[1]) + BAR
     )
     (law,) = contact_laws(np.full(COUNT, 1e-6), np.ones(COUNT), _view(), faults)
     return law
 
 
+def _by_height(places: np.ndarray, **changes: Any) -> PotentialLaw:
+    """Return what depends on the heights of nodes, the middle one of which is at 0."""
+    middle = applied(_view().world_from_object, places)[:, 1].mean()
+    faults = replace(Faults(bath_level=middle, mass_table=middle - 0.02), **changes)
+    masses, shares = np.linspace(0.001, 0.002, COUNT), np.linspace(0.1, 1.0, COUNT)
+    (law,) = by_height(places + 0.01, masses, shares, _view(), faults)
+    return law
+
+
 LAWS: dict[str, Callable[[np.ndarray], PotentialLaw]] = {
-    'edge': _edge,
+    'edge': lambda places: _round('edge', places),
+    'roll': lambda places: _round('roll', places),
+    'bath': lambda places: _by_height(places, bath=0.7),
+    'trailing': lambda places: _by_height(
+        places, mass_form='trailing', added_mass=3.0, added_mass_at=0.6, mass_drop=0.08
+    ),
     'friction': lambda places: friction(
         np.array([0.0, 0.6, 0.8]), np.linspace(0.1, 0.4, COUNT), places + 2e-4
     ),

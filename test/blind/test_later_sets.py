@@ -15,6 +15,8 @@ from benchmarks.blind.eighth_forms import EIGHTH_FORMS, EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.form import Form
 from benchmarks.blind.forms import BY_KEY, FORMS
+from benchmarks.blind.ninth_forms import NINTH_FORMS, NINTH_PAIRS
+from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS, SEVENTH_PAIRS
@@ -24,6 +26,7 @@ COUNTS = {
     'sixth': {'clean': 300, 'form': 24, 'pair': 12, 'outside': 12},
     'seventh': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
     'eighth': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
+    'ninth': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
 }
 
 
@@ -39,6 +42,7 @@ class Own:
 OWN = {
     'seventh': Own(SEVENTH_FORMS, SEVENTH_PAIRS, SEVENTH_OUTSIDE),
     'eighth': Own(EIGHTH_FORMS, EIGHTH_PAIRS, EIGHTH_OUTSIDE),
+    'ninth': Own(NINTH_FORMS, NINTH_PAIRS, NINTH_OUTSIDE),
 }
 
 
