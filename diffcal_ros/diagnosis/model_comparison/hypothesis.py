@@ -2,34 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model with one or more effects added, refitted."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.parameters.parameters import (
-    make_parameters,
-    Parameter,
-    ParameterSet,
-)
+from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
-from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
 from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
-from diffcal_ros.diagnosis.screening.starts import more_starts
-from diffcal_ros.effects.effect import Component
-from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Of a start that tangents propose, where the whole cannot be simulated.
-_FRACTIONS = (1.0, 0.3, 0.0)
 # What a model owes to forms other than the library's rests on what is believed of forms; so much
 # of it is in doubt.
 FORM_DOUBT = 0.1
@@ -224,81 +212,6 @@ class Hypothesis:
         return found
 
 
-def with_effects(
-    nominal: PatchEvaluator,
-    base: Refit,
-    added: Sequence[Candidate],
-    by_posture: Sequence[Parameter] = (),
-) -> tuple[Scene, PatchEvaluator]:
-    """Return the scene with effects, and the patches of a model of it, not yet fitted.
-
-    Args:
-        nominal: evaluates the patches of the nominal model.
-        base: its fit.
-        added: effects to add.
-        by_posture: what their amplitudes may be more in single postures, see `set_anew`.
-    """
-    scene = _with_settings(nominal.model.scene, added)
-    parameters = _with_amplitudes(scene, base.parameters, added)
-    parameters = replace(parameters, parameters=(*parameters.parameters, *by_posture))
-    return scene, nominal.of(nominal.model.with_parameters(scene, parameters))
-
-
-def try_effects(
-    nominal: PatchEvaluator,
-    base: Refit,
-    added: Sequence[Candidate],
-    starts: dict[str, float],
-    *,
-    max_iterations: int = 12,
-    least_log_evidence: float = -np.inf,
-    by_posture: Sequence[Parameter] = (),
-) -> Hypothesis | None:
-    """Add effects to the nominal model and refit everything.
-
-    Args:
-        nominal: evaluates the patches of the nominal model.
-        base: its fit.
-        added: effects to add.
-        starts: where amplitudes start, SI units by name among the parameters; others at zero.
-        max_iterations: evaluations of the model at most.
-        least_log_evidence: log evidence below which the model is of no use.
-        by_posture: see `with_effects`.
-
-    Returns:
-        The refitted model, or None where it cannot be simulated.
-    """
-    scene, evaluator = with_effects(nominal, base, added, by_posture)
-    far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
-    best: Refit | None = None
-    for more in more_starts(nominal, base, added):
-        is_robust = not evaluator.is_measured and not far & more.keys()
-        # Of several starts the best is kept.
-        least = least_log_evidence if best is None else max(least_log_evidence, best.log_evidence)
-        begin = {**starts, **more}
-        found = _refit_from(evaluator, base, begin, max_iterations, is_robust, least)
-        if found is None:
-            continue
-        if best is None or found.log_evidence > best.log_evidence:
-            best = found
-    return None if best is None else Hypothesis(tuple(added), scene, evaluator, best)
-
-
-def with_fewer_effects(
-    nominal: PatchEvaluator, base: Refit, whole: Hypothesis, kept: Sequence[Candidate]
-) -> Hypothesis:
-    """Return a model without some effects or amplitudes of a fitted one, to first order.
-
-    Args:
-        nominal: evaluates the patches of the nominal model.
-        base: its fit.
-        whole: the fitted model.
-        kept: effects that stay, with the amplitudes that stay.
-    """
-    scene, evaluator = with_effects(nominal, base, kept)
-    return Hypothesis(tuple(kept), scene, evaluator, fitted_with_fewer(whole.fit, evaluator))
-
-
 def with_tolerance(
     hypothesis: Hypothesis, basis: FormBasis | None, *, is_brief: bool = False
 ) -> Hypothesis:
@@ -317,94 +230,3 @@ def with_tolerance(
     fit = hypothesis.fit
     ways = ways_of(hypothesis.evaluator.model, fit, basis, hypothesis.added)
     return replace(hypothesis, judged=tolerated(fit, ways, is_brief=is_brief))
-
-
-def _refit_from(
-    evaluator: PatchEvaluator,
-    base: Refit,
-    starts: dict[str, float],
-    max_iterations: int,
-    is_robust: bool,
-    least_log_evidence: float,
-) -> Refit | None:
-    """Refit from a start; tangents may have promised more than the body can bear."""
-    amplitudes = {
-        p.name
-        for p in evaluator.model.parameters.parameters[len(base.parameters) :]
-        if p.quantity.prior_std is not None
-    }
-    for fraction in _FRACTIONS:
-        fewer = {n: fraction * v if n in amplitudes else v for n, v in starts.items()}
-        begin = _start(evaluator.model.parameters, base, fewer)
-        try:
-            if is_robust:
-                # What noise to fit patches by is a guess: the robust fit stands as it is.
-                return _robust_refit(evaluator, base, begin)
-            return refit(
-                evaluator,
-                begin,
-                max_iterations=max_iterations,
-                least_log_evidence=least_log_evidence,
-            )
-        except NotSimulatedError:
-            continue
-    return None
-
-
-def _robust_refit(evaluator: PatchEvaluator, base: Refit, begin: FloatArray) -> Refit:
-    """Fit as a calibration does, and judge by what shows the body.
-
-    A model that reaches farther than the nominal one has patches that this one never saw. Those
-    that are not the body, such as a fixture before it, are told as they were in the nominal fit.
-    """
-    ended = evaluator.robust_fit(begin)
-    fit = refit(evaluator, ended, max_iterations=1)
-    new = strange_patches(fit.groups).difference(names_of(base.groups))
-    if not new:
-        return fit
-    return refit(evaluator.without(evaluator.left_out | new), ended, max_iterations=1)
-
-
-def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:
-    effects = dict(scene.effects)
-    for candidate in added:
-        if candidate.settings:
-            effects[candidate.identifier] = candidate.settings
-    return replace(scene, effects=effects)
-
-
-def _with_amplitudes(
-    scene: Scene, nominal: ParameterSet, added: Sequence[Candidate]
-) -> ParameterSet:
-    names: list[str] = []
-    for candidate in added:
-        names.extend(candidate.effect.fit_names(candidate.components))
-    more = make_parameters(scene, tuple(names), with_edge_bias=False).parameters
-    wanted = {name for candidate in added for name in candidate.names}
-    usual = {
-        name: _usual_size(candidate.effect.component(component))
-        for candidate in added
-        for name, component in zip(candidate.names, candidate.components, strict=True)
-    }
-    chosen = tuple(
-        replace(p, quantity=replace(p.quantity, prior_mean=0.0, prior_std=usual[p.name]))
-        if p.quantity.prior_std is not None
-        else p
-        for p in more
-        if p.name in wanted
-    )
-    return ParameterSet((*nominal.parameters, *chosen), nominal.pose_covariances)
-
-
-def _usual_size(part: Component) -> float:
-    """Return how large an amplitude may well be that is looked for: no less than a fit allows."""
-    return max(part.scale, part.nominal_std or 0.0)
-
-
-def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> FloatArray:
-    begin = parameters.start()
-    begin[: len(base.coordinates)] = base.coordinates
-    for index, parameter in enumerate(parameters):
-        if parameter.name in starts:
-            begin[index] = starts[parameter.name]
-    return np.clip(begin, *parameters.bounds())

@@ -5,10 +5,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.diagnosis.model_comparison.effect_refit import with_fewer_effects
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_fewer_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 import time
 
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.processes import fit_here, Processes
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest, Task
 from diffcal_ros.diagnosis.patch_fits.refit import Refit

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
-from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects, with_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects, with_effects
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup

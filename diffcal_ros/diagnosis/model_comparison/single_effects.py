@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
 
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_fewer_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import with_fewer_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (

@@ -11,7 +11,7 @@ from diffcal_ros.diagnosis.detection.local_outlier import (
     find_local_outlier,
 )
 from diffcal_ros.diagnosis.diagnose import diagnose
-from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.whitened import Part, precision_of, whiten
 from diffcal_ros.diagnosis.screening.shortlist import starts_of

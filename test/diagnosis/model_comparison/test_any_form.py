@@ -11,9 +11,10 @@ from diffcal_ros.diagnosis.model_comparison.any_form import (
     Tolerated,
     tolerated,
 )
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import moved
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What effects may do besides: as large as what they do, and of their own kind."""
 
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups
 from diffcal_ros.effects.registry import EFFECTS

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 from diffcal_ros.diagnosis.model_comparison import form_fits
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import pytest
 

@@ -7,10 +7,8 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.absence import deviance, has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
-from diffcal_ros.diagnosis.model_comparison.hypothesis import (
-    Hypothesis,
-    try_effects,
-)
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator

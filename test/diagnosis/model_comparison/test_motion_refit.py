@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """An effect that is there may be as large as it is."""
 
-from diffcal_ros.diagnosis.model_comparison.hypothesis import with_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.motion_refit import with_own_size
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import pytest

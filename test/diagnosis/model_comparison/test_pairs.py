@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import pair_search
-from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patches.patch_group import rows_of
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen

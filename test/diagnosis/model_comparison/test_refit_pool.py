@@ -13,7 +13,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import make_parameters
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import refit_pool
-from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import finished

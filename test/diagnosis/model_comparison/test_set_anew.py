@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import any_form, set_anew
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.set_anew import with_those_set_anew
 from diffcal_ros.diagnosis.screening.candidates import parameters_of

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import single_effects
-from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.pair_search import halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool

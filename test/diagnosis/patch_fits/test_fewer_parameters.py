@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects, with_fewer_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects, with_fewer_effects
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np

@@ -5,7 +5,8 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import naming
 from diffcal_ros.diagnosis.verdict.naming import doubts_about

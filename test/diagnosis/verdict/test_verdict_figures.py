@@ -5,7 +5,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from diffcal_ros.diagnosis.model_comparison.hypothesis import try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.verdict.verdict_figures import judged_part, named_effects
 from diffcal_ros.effects.registry import EFFECTS
