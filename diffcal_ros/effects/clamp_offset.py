@@ -17,6 +17,8 @@ class ClampOffset(Effect):
     sentence = 'the body sits elsewhere in the clamp than the scene says'
     settles = (ROLLED,)
     twins = ('camera_offset', 'rest_curvature')
+    # As short, and as light, as one that is pushed farther in.
+    outside_twins = ('a body that was cut shorter or longer than its mesh',)
     variants = (SHIFT, TURN, RIGID_AXES)
     # What moves the clamp moves the body by the body's own mechanics, and does not bend it.
     most_along = 0.3

@@ -56,6 +56,10 @@ _COARSE = 0.0004
 _FIXTURE_OFF = 0.003
 # Of a form that is off by less nothing is said.
 _TOLD = 0.05
+_OF_THIS_CAUSE = (
+    'the parameters are those beside just this cause: beside one that looks the same they would '
+    'be others, by more than their errors'
+)
 # Of what comes about as near as the nearest.
 _MOST_NEAR = 3
 
@@ -129,6 +133,7 @@ def conclude(
             *(outlier.sentence for outlier in outliers),
             *named.doubts,
             *(EFFECTS[name].imitated_by for name in named.imitated),
+            *([_OF_THIS_CAUSE] if named.imitated else []),
             *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
             *_class_of_all(choice if not (named.is_open or named.effects) else None),
             *notes,
