@@ -8,6 +8,7 @@ from benchmarks.blind.amplitudes import Drawer, Effect, number
 from benchmarks.blind.outside_forms import MOVES, tip_stiffness
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.springs import nearby
 
 _JET_REACH = 0.06  # Half the share of the free length over which a jet of air presses.
 
@@ -77,9 +78,7 @@ def pressed(
         masses: of nodes, by which nodes share it, shape (N,).
         shares: of the free length at which they lie, shape (N,).
     """
-    away = np.abs(shares - at)
-    near = np.maximum(1.0 - away / max(_JET_REACH, 1.01 * float(away.min())), 0.0)
-    weights = masses * near * (shares > 0.0)
+    weights = nearby(at, _JET_REACH, masses, shares)
     return share * amount * (weights / weights.sum())[:, None] * np.array(normal)
 
 

@@ -59,7 +59,19 @@ def around(amount: float, at: float, masses: FloatArray, shares: FloatArray) -> 
         masses: of nodes, by which they share it, shape (N,).
         shares: of the free length at which they lie, shape (N,).
     """
-    away = np.abs(shares - at)
-    near = np.maximum(1.0 - away / max(_REACH, 1.01 * float(away.min())), 0.0)
-    weights = masses * near * (shares > 0.0)
+    weights = nearby(at, _REACH, masses, shares)
     return np.asarray(amount * weights / weights.sum())
+
+
+def nearby(at: float, reach: float, masses: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return the masses of nodes around a place, the less the farther they are, shape (N,).
+
+    Args:
+        at: share of the free length.
+        reach: beyond which there is nothing; at least the nearest nodes count.
+        masses: of nodes, shape (N,).
+        shares: of the free length at which they lie, shape (N,).
+    """
+    away = np.abs(shares - at)
+    near = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
+    return np.asarray(masses * near * (shares > 0.0))

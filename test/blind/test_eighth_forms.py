@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support.blind_law import stress_of
-from support.blind_rests import COARSE, rest_of
+from support.blind_rests import COARSE, rest_of, tip_moves
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
@@ -261,11 +261,7 @@ def test_a_body_sinks_into_a_mat_by_less_than_its_thickness(setup: Setup) -> Non
 def test_a_cause_outside_moves_the_tip(setup: Setup, plain: Specimen, name: str) -> None:
     faults = Faults(**EIGHTH_OUTSIDE[name](2, setup, np.random.default_rng(8)).changes)
     at_tip = make_specimen(setup, faults, COARSE).shares > 0.99
-    moves = []
-    for pose in range(4):
-        found, clean = rest_of(setup, faults, pose), rest_of(setup, Faults(), pose)
-        tip = clean[plain.shares > 0.99].mean(axis=0)
-        moves.append(np.linalg.norm(found[at_tip].mean(axis=0) - tip))
+    moves = tip_moves(setup, plain, faults, at_tip)
     assert 0.002 < max(moves) < 0.03
     # What remembers has nothing to remember when it is first seen.
     assert (moves[0] < 1e-9) == (name == 'memory')

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.blind_rests import COARSE, rest_of
+from support.blind_rests import COARSE, rest_of, tip_moves
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fibres import Fibres
@@ -25,11 +25,7 @@ def test_a_cause_outside_moves_the_tip(setup: Setup, plain: Specimen, name: str)
     faults = Faults(**NINTH_OUTSIDE[name](2, setup, np.random.default_rng(8)).changes)
     lattice = make_specimen(setup, faults, COARSE).mesh.lattice[:, 0]
     at_tip = lattice > lattice.max() - 1e-9
-    moves = []
-    for pose in range(4):
-        found, clean = rest_of(setup, faults, pose), rest_of(setup, Faults(), pose)
-        tip = clean[plain.shares > 0.99].mean(axis=0)
-        moves.append(np.linalg.norm(found[at_tip].mean(axis=0) - tip))
+    moves = tip_moves(setup, plain, faults, at_tip)
     assert 0.002 < max(moves) < 0.03
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import Setup
-from benchmarks.blind.simulation import make_specimen, settle
+from benchmarks.blind.simulation import make_specimen, settle, Specimen
 
 COARSE = 0.5
 
@@ -14,3 +14,20 @@ COARSE = 0.5
 def rest_of(setup: Setup, faults: Faults, pose: int = 0) -> np.ndarray:
     """Return node positions in a pose, object frame [m], shape (N, 3)."""
     return settle(make_specimen(setup, faults, COARSE), setup, setup.observations[pose], faults)
+
+
+def tip_moves(setup: Setup, plain: Specimen, faults: Faults, at_tip: np.ndarray) -> list[float]:
+    """Return how far the tip is from where it would be without faults, in each pose [m].
+
+    Args:
+        setup: of four poses.
+        plain: the body without faults.
+        faults: of the other one.
+        at_tip: which of its nodes are the tip, shape (N,).
+    """
+    moves = []
+    for pose in range(4):
+        found, clean = rest_of(setup, faults, pose), rest_of(setup, Faults(), pose)
+        tip = clean[plain.shares > 0.99].mean(axis=0)
+        moves.append(float(np.linalg.norm(found[at_tip].mean(axis=0) - tip)))
+    return moves

@@ -76,13 +76,14 @@ class EffectModel:
         """
         found = {name: dict(given) for name, given in self._scene.effects.items()}
         for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            if parameter.effect and parameter.posture is None:
-                own = found.setdefault(parameter.effect, {})
+            if not parameter.effect:
+                continue
+            own = found.setdefault(parameter.effect, {})
+            if parameter.posture is None:
                 own[parameter.amplitude] = float(coordinate)
-        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            is_own = parameter.posture is not None and parameter.posture == setup_index
-            if parameter.effect and is_own:
-                _add(found[parameter.effect], parameter, float(coordinate))
+            elif parameter.posture == setup_index:
+                # It comes after what it adds to.
+                _add(own, parameter, float(coordinate))
         return {name: {**EFFECTS[name].settings, **own} for name, own in found.items()}
 
     def object_axes(self, setup_index: int) -> BodyAxes:

@@ -197,21 +197,19 @@ class _Done:
         scales = np.array([effect.component(name).scale for name in candidate.components])
         sizes = scales * float(np.linalg.norm(values / scales))
         slopes = [group.patches.jacobian[:, indices] for group in fit.groups]
-        more = _in_one_posture(fit, candidate)
+        brought = parameters_of(fit.parameters, [candidate])
+        own = [fit.parameters.names.index(name) for name in brought]
         is_step = effect.has_boundary and effect.group == 'sensor'
-        moved = [
-            own @ values + group.patches.jacobian[:, more] @ fit.coordinates[more]
-            for own, group in zip(slopes, fit.groups, strict=True)
-        ]
+        moved = [group.patches.jacobian[:, own] @ fit.coordinates[own] for group in fit.groups]
         return cls(
             candidate,
             moved,
-            [own * sizes for own in slopes],
+            [slope * sizes for slope in slopes],
             float(np.abs(values[0])) if is_step else 0.0,
             _border(fit, slopes, places) if is_step else None,
             basis.besides_of(effect, fit.groups, moved),
             basis.bends_of(effect, fit.groups, moved),
-            bool(more),
+            len(own) > len(indices),
         )
 
     def by_pose(self, number: int, place: Places) -> FloatArray:
@@ -243,13 +241,6 @@ class _Done:
         beyond = place.along[:, 0] - (self.border or 0.0)
         near = _BORDER_SIZE * self.amount * np.exp(-0.5 * (beyond / _BORDER_WIDTH) ** 2)
         return np.stack([np.where(beyond < 0.0, near, 0.0), np.where(beyond < 0.0, 0.0, near)], 1)
-
-
-def _in_one_posture(fit: Refit, candidate: Candidate) -> list[int]:
-    """Return the places of what an effect's amplitudes are more in single postures."""
-    names = fit.parameters.names
-    found = parameters_of(fit.parameters, [candidate])
-    return [names.index(name) for name in found if name not in candidate.names]
 
 
 def _border(fit: Refit, slopes: Sequence[FloatArray], places: Sequence[Places]) -> float | None:

@@ -14,6 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, judge
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
+    best_of_each,
     by_evidence,
     finished,
     first_request,
@@ -111,7 +112,7 @@ def _offers(
     """Return the pairs of the best single effects with what scores best around each."""
     found: dict[tuple[str, ...], _Offer] = {}
     listed = [score.candidate for score in scores.scores]
-    for one in _distinct(singles)[:_FIRSTS]:
+    for one in best_of_each(singles)[:_FIRSTS]:
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
         # Beside noise, and judged in whatever form, tangents tell what a second effect may add.
@@ -174,7 +175,7 @@ def halves(
         return []
     # Judged with a tolerance for forms one that was given up has come as far.
     ended = [single for single in singles if single.fit.is_converged or basis is not None]
-    alone = {single.added[0].identifier: single.level for single in _distinct(ended)}
+    alone = {single.added[0].identifier: single.level for single in best_of_each(ended)}
     least = {
         own.identifier: alone.get(own.identifier, -np.inf)
         + _FARTHER * max(1.0, best.chi_square_per_patch)
@@ -191,10 +192,3 @@ def halves(
         > least[added.identifier]
     ]
     return finished(pool, pool.refit_all(requests), rivals=[best])
-
-
-def _distinct(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
-    first: dict[str, Hypothesis] = {}
-    for hypothesis in singles:
-        first.setdefault(hypothesis.added[0].identifier, hypothesis)
-    return list(first.values())

@@ -120,3 +120,11 @@ def are_in_reach(
 def by_evidence(hypothesis: Hypothesis) -> tuple[bool, float]:
     """Order models by evidence, the best first, those at a bound last."""
     return hypothesis.is_at_bound, -hypothesis.level
+
+
+def best_of_each(models: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the first model of each set of effects, of models in order."""
+    found: dict[tuple[str, ...], Hypothesis] = {}
+    for model in models:
+        found.setdefault(model.identifiers, model)
+    return list(found.values())

@@ -10,6 +10,7 @@ favour, and all is fitted from there.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
@@ -17,7 +18,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.judged_models import judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import best_of_each, by_evidence
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.scene.model import Quantity
 import numpy as np
@@ -44,15 +45,16 @@ def with_those_set_anew(
     if basis is None or not models:
         return list(models)
     best = max(model.level for model in (*models, *rivals))
-    asked = [model for model in _distinct(models) if _may_win(model, best)][:_MOST_MODELS]
+    ordered = sorted(models, key=by_evidence)
+    asked = [model for model in best_of_each(ordered) if _may_win(model, best)][:_MOST_MODELS]
     better: dict[int, Hypothesis] = {}
     for model in asked:
         # Where the one before it left noise, another one seldom may.
-        if _may_win(model, best):
-            for found in pool.refit_all([_request(model)]):
-                before, new = judged([model, found], basis)
-                if new.level > before.level:
-                    better[id(model)], best = new, max(best, new.level)
+        found = pool.refit_all([_request(model)]) if _may_win(model, best) else []
+        before, *fitted = judged([model, *found], basis, is_brief=True)
+        for new in fitted:
+            if new.level > before.level:
+                better[id(model)], best = new, max(best, new.level)
     return sorted((better.get(id(model), model) for model in models), key=by_evidence)
 
 
@@ -64,14 +66,6 @@ def _request(model: Hypothesis) -> RefitRequest:
         _MOST_EVALUATIONS,
         by_posture=tuple(part for own in model.added for part in _by_posture(model, own)),
     )
-
-
-def _distinct(models: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the best model of each set of effects."""
-    found: dict[tuple[str, ...], Hypothesis] = {}
-    for model in sorted(models, key=by_evidence):
-        found.setdefault(model.identifiers, model)
-    return list(found.values())
 
 
 def _may_win(model: Hypothesis, best: float) -> bool:
@@ -86,7 +80,7 @@ def _may_win(model: Hypothesis, best: float) -> bool:
         return False
     if not any(own.effect.most_by_pose >= 1.0 for own in model.added):
         return False
-    left = max(1.0 - 1.0 / max(model.chi_square_per_patch, 1e-9), 0.0) * model.chi_square
+    left = max(judged.chi_square - judged.freedom, 0.0)
     return model.level + 0.5 * left + model.leaning >= best
 
 
@@ -97,23 +91,21 @@ def _by_posture(model: Hypothesis, added: Candidate) -> list[Parameter]:
         return []
     parts = [effect.component(name) for name in added.components]
     scales = np.array([part.scale for part in parts])
-    places = [model.fit.parameters.names.index(name) for name in added.names]
+    names = model.fit.parameters.names
+    places = [names.index(name) for name in added.names]
     size = float(np.linalg.norm(model.fit.coordinates[places] / scales)) * model.judged.by_pose
-    return [
-        Parameter(
-            name=f'{name}@{posture}',
-            kind=whole.kind,
-            target=whole.target,
-            unit=whole.unit,
-            quantity=Quantity(0.0, -reach, reach, 0.0, size * part.scale),
-            axis=whole.axis,
-            is_nuisance=True,
-            effect=whole.effect,
-            amplitude=whole.amplitude,
-            posture=posture,
-        )
-        for name, place, part in zip(added.names, places, parts, strict=True)
-        for whole in (model.fit.parameters.parameters[place],)
-        for reach in (part.upper - part.lower,)
-        for posture in sorted(model.evaluator.model.bodies)
-    ]
+    found = []
+    for place, part in zip(places, parts, strict=True):
+        reach = part.upper - part.lower
+        quantity = Quantity(0.0, -reach, reach, 0.0, size * part.scale)
+        found += [
+            replace(
+                model.fit.parameters.parameters[place],
+                name=f'{names[place]}@{posture}',
+                quantity=quantity,
+                is_nuisance=True,
+                posture=posture,
+            )
+            for posture in sorted(model.evaluator.model.bodies)
+        ]
+    return found

@@ -50,19 +50,19 @@ def spread_over_poses(hypothesis: Hypothesis) -> list[str]:
 
     Root mean square of what an amplitude is more in one pose than in all.
     """
-    names, said = hypothesis.fit.parameters.names, []
+    more: dict[tuple[str, str], list[float]] = {}
+    for part, value in zip(hypothesis.fit.parameters, hypothesis.fit.coordinates, strict=True):
+        if part.posture is not None:
+            more.setdefault((part.effect, part.amplitude), []).append(float(value))
+    said = []
     for candidate in hypothesis.added:
         words = []
-        for component in candidate.components:
-            own = [
-                hypothesis.fit.coordinates[names.index(part.name)]
-                for part in hypothesis.by_posture
-                if (part.effect, part.amplitude) == (candidate.identifier, component)
-            ]
-            if own:
-                part = candidate.effect.component(component)
+        for name in candidate.components:
+            own = more.get((candidate.identifier, name))
+            if own is not None:
+                part = candidate.effect.component(name)
                 size = part.shown_factor * float(np.sqrt(np.mean(np.square(own))))
-                words.append(f'{component} by {size:.2g} {part.shown_unit}')
+                words.append(f'{name} by {size:.2g} {part.shown_unit}')
         if words:
             said.append(
                 f'{candidate.identifier} is another one in each pose: {", ".join(words)}; the '
