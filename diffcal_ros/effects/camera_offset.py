@@ -8,9 +8,20 @@ of the scene; see `calibration.camera_offsets`.
 
 from collections.abc import Mapping
 
-from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
+from diffcal_ros.effects.effect import Component, DEGREE, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import RIGID_AXES, rigid_components, ROLLED, SHIFT, twist_of
 from diffcal_ros.effects.site import Site
+import numpy as np
+
+# How a picture may be another one, see `calibration.parameters.lens`, and what moves the edge of
+# a picture as far as a usual offset does.
+LENS_MODES = {
+    'focal': 0.15,
+    'aspect': 0.15,
+    'skew': 0.15,
+    **dict.fromkeys(('x_xx', 'x_xy', 'x_yy', 'y_xx', 'y_xy', 'y_yy'), 0.5),
+    'radial': 1.5,
+}
 
 
 class CameraOffset(Effect):
@@ -19,7 +30,7 @@ class CameraOffset(Effect):
     identifier = 'camera_offset'
     group = 'sensor'
     components = rigid_components(0.020, 5.0 * DEGREE)
-    sentence = 'the camera is not where it is said to be'
+    sentence = 'the camera is not where, or not what, it is said to be'
     settles = (ROLLED, 'the clamp in view and as `fixture` in the scene')
     twins = ('clamp_offset', 'depth_affine', 'compliant_clamp')
     fit_name = kind = 'rigid_offset'
@@ -28,6 +39,13 @@ class CameraOffset(Effect):
     across_picture = ('x', 'y')
     # It may be moved between two recordings.
     most_by_pose = 1.0
+    # As whatever sees wrongly: not where it is said to be, or with another picture.
+    forms = tuple(
+        Component(name, '1', -20.0 * size, 20.0 * size, size, '1', 1.0)
+        for name, size in LENS_MODES.items()
+    )
+    form_kind = 'lens'
+    form = 'its focal length, centre or distortion are others'
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """It turns `about` a point in the depth camera's frame."""
@@ -37,3 +55,9 @@ class CameraOffset(Effect):
 def stated_offset(effects: Mapping[str, Numbers]) -> FloatArray:
     """Return the offset that a scene's effects state: shift [m] and turn [rad], shape (6,)."""
     return twist_of(effects.get(CameraOffset.identifier, {}))
+
+
+def stated_lens(effects: Mapping[str, Numbers]) -> FloatArray:
+    """Return by how much the picture is another one, of each of `LENS_MODES`, shape (m,)."""
+    own = effects.get(CameraOffset.identifier, {})
+    return np.array([own.get(name, 0.0) for name in LENS_MODES])

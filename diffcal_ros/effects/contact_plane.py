@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The body lies on a plane, which pushes back in proportion to how deep the surface is in it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,8 +25,13 @@ _NORMAL_STEP = 1e-5  # Of a finite difference that is exact to rounding [rad].
 # Places along the body, and their width, of the forces that stand in for it.
 _PUSHED, _PUSHED_WIDTH = (0.25, 0.5, 0.75, 1.0), 0.05
 _OTHERWISE_WIDTH = 0.15
-# A plane is first tried at the lowest point seen, and so much above it [m].
-_RISES = (0.0, 0.003)
+# Places along the body at each of which it may lie higher or lower than on the plane.
+_RAISED = np.linspace(0.0, 1.0, 7)[1:]
+# A plane is first tried at the lowest point seen, below a body of half the modulus: what lies on
+# something is stiffer in a model that knows of nothing below it. Without a modulus it is tried so
+# much above that point [m].
+_SOFTER, _RISE = float(np.log(2.0)), 0.003
+_MODULUS = 'youngs_modulus'
 _LOWEST_FRACTION = 0.01
 
 
@@ -47,6 +53,11 @@ class ContactPlane(Effect):
     needs_long_look = True
     # Friction is as large as what presses.
     most_besides = 2.0
+    form = 'what it lies on is higher or lower along the body'
+    forms = tuple(
+        Component(f'rise_{number}', 'm', -0.1, 0.1, 0.010, 'mm', 1e3, 0.4)
+        for number in range(1, len(_RAISED) + 1)
+    )
     # The forces that stand in for it would be masses in a motion.
     is_at_rest_only = True
 
@@ -56,12 +67,15 @@ class ContactPlane(Effect):
         # away would lift it off the body, or bury it.
         normal = _normal(own, site.stated_gravity)
         level = float((normal - upwards(site.stated_gravity)) @ site.pivot)
-        return Conditions(potentials=(Plane(normal, own['height'] + level),))
+        plane = Plane(normal, own['height'] + level, _rises(own, self.forms, site))
+        return Conditions(potentials=(plane,))
 
     def change(self, component: str, own: Numbers, site: Site) -> Change:
-        """Return a rise of the plane, or a turn of its normal."""
+        """Return a rise of the plane, of a place on it, or a turn of its normal."""
         change = Plane(np.zeros(3), 1.0)
-        if component != 'height':
+        if component in {part.name for part in self.forms}:
+            change = Plane(np.zeros(3), 0.0, _rises({component: 1.0}, self.forms, site))
+        elif component != 'height':
             ahead, behind = (
                 _normal({**own, component: own.get(component, 0.0) + step}, site.stated_gravity)
                 for step in (_NORMAL_STEP, -_NORMAL_STEP)
@@ -87,13 +101,28 @@ class ContactPlane(Effect):
         )
 
     def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
-        """Propose planes at the lowest point of the body, and above it."""
+        """Propose a plane that a softer body would sink into."""
         lowest = min(float(np.quantile(view, _LOWEST_FRACTION)) for view in seen.heights())
-        return [{self.amplitude_name('height'): lowest + rise} for rise in _RISES]
+        name = self.amplitude_name('height')
+        # Coordinates of a fit: of a modulus its logarithm.
+        softer = {
+            own: value - _SOFTER
+            for own, value in seen.end.items()
+            if own.partition('.')[0] == _MODULUS
+        }
+        return [{**softer, name: lowest} if softer else {name: lowest + _RISE}]
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """Its `normal` is given in the world."""
         return {'normal': _normal(own, site.stated_gravity)}
+
+
+def _rises(own: Numbers, parts: Sequence[Component], site: Site) -> FloatArray | None:
+    """Return by how much what each node may lie on is above the plane [m], shape (N,), or None."""
+    amounts = [own.get(part.name, 0.0) for part in parts]
+    if not any(amounts):
+        return None
+    return np.interp(site.axes.fraction(site.rest_nodes), _RAISED, amounts)
 
 
 def _normal(own: Numbers, gravity: FloatArray) -> FloatArray:
@@ -111,10 +140,12 @@ class Plane(Potential):
     Attributes:
         normal: unit vector out of it in the world frame, shape (3,).
         height: of its surface along the normal [m].
+        rises: by how much more what each node may lie on is higher [m], shape (N,); None: nothing.
     """
 
     normal: FloatArray
     height: float
+    rises: FloatArray | None = None
     kind = 'plane'
 
     def seen_from(self, origin: FloatArray) -> 'Plane':
@@ -160,6 +191,8 @@ class ContactTerm(AddedTerm):
         """Return how the forces follow height and normal [N], shape (N, 3)."""
         change = direction.normal
         deeper = direction.height - positions @ change
+        if direction.rises is not None:
+            deeper = deeper + direction.rises
         turned = np.outer(self._weights * self._depth(positions), change)
         return -np.outer(self._rates(positions) * deeper, self._plane.normal) - turned
 
@@ -175,7 +208,10 @@ class ContactTerm(AddedTerm):
         return values
 
     def _depth(self, positions: FloatArray) -> FloatArray:
-        return np.maximum(self._plane.height - positions @ self._plane.normal, 0.0)
+        depth = self._plane.height - positions @ self._plane.normal
+        if self._plane.rises is not None:
+            depth = depth + self._plane.rises
+        return np.maximum(depth, 0.0)
 
     def _rates(self, positions: FloatArray) -> FloatArray:
         return self._weights * (self._depth(positions) > 0.0)

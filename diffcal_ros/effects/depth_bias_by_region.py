@@ -8,6 +8,13 @@ from diffcal_ros.effects.effect import Component, Effect, FloatArray
 from diffcal_ros.effects.site import FitsSeen, SeenPixels
 import numpy as np
 
+# Places along the body between which the error may be another one, and how it may be another one
+# across the body there: all of it, evenly from side to side, or on one side.
+_ALONG = np.linspace(0.0, 1.0, 7)
+_WAYS = ('all', 'a', 'b', 'side_a', 'side_b')
+# So steep is the border of a side, in units of the half width.
+_STEEP = 3.0
+
 # Steps of depth that lead to the same fit [m].
 _SAME_STEP = 0.003
 # Less is no part of a view [px].
@@ -28,10 +35,26 @@ class DepthBiasByRegion(Effect):
     twins = ('camera_offset', 'clamp_offset')
     settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
     has_boundary = True
+    form = 'the error is another one along and across the body'
+    forms = tuple(
+        Component(f'{way}_{place + 1}', 'm', -0.05, 0.05, 0.005, 'mm', 1e3)
+        for place in range(len(_ALONG))
+        for way in _WAYS
+    )
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
         """Return where it reads too far."""
-        return seen.is_second.astype(np.float64)
+        if component == 'bias':
+            return seen.is_second.astype(np.float64)
+        if seen.places is None:
+            return np.zeros_like(seen.depth)
+        way, _, place = component.rpartition('_')
+        hat = np.eye(len(_ALONG))[int(place) - 1]
+        error = np.interp(seen.places[..., 0], _ALONG, hat)
+        if way == 'all':
+            return error
+        across = seen.places[..., 1 + 'ab'.index(way[-1])]
+        return error * (np.clip(_STEEP * across, -1.0, 1.0) if 'side' in way else across)
 
     def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
         """Propose the step between the materials: it may be beyond a robust fit's reach.

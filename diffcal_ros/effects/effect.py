@@ -60,6 +60,8 @@ class Effect:
         identifier: as in verdicts and scene files.
         group: sensor, load, boundary, shape, material or dynamics.
         components: its amplitudes.
+        forms: amplitudes of what it is in other forms: nuisances of a fit that asks for them.
+        form: what those are, in words.
         sentence: what it means, for a person.
         settles: recordings or measurements each of which would tell it from its twins.
         twins: effects that may look the same.
@@ -68,6 +70,7 @@ class Effect:
         setting_limits: what each of them may be.
         fit_name: what a fit calls it; its identifier by default.
         kind: what its parameters act on, for a fit.
+        form_kind: what those of its forms act on.
         is_fitted_whole: whether a fit names no single amplitudes.
         is_of_recording: whether it is another one in every recording.
         variants: amplitudes that are tried together; all of them by default, and none where it
@@ -102,9 +105,11 @@ class Effect:
     settles: tuple[str, ...]
     twins: tuple[str, ...]
     outside_twins: tuple[str, ...] = ()
+    forms: tuple[Component, ...] = ()
+    form = ''
     settings: Numbers = MappingProxyType({})
     setting_limits: tuple[float, float] = (0.0, 1.0)
-    kind = 'effect'
+    kind = form_kind = 'effect'
     is_fitted_whole = False
     is_of_recording = False
 
@@ -139,7 +144,7 @@ class Effect:
 
     def component(self, name: str) -> Component:
         """Return a component by name."""
-        return next(part for part in self.components if part.name == name)
+        return next(part for part in (*self.components, *self.forms) if part.name == name)
 
     def amplitude_name(self, component: str) -> str:
         """Return the name of an amplitude among the parameters of a fit."""
@@ -152,7 +157,8 @@ class Effect:
 
     def is_there(self, own: Numbers) -> bool:
         """Tell whether it does anything."""
-        return not self.has_tangent or any(own.get(part.name, 0.0) for part in self.components)
+        parts = (*self.components, *self.forms)
+        return not self.has_tangent or any(own.get(part.name, 0.0) for part in parts)
 
     # What it does to the body, where it is there.
 
@@ -177,7 +183,7 @@ class Effect:
 
         By default the conditions of one unit, as they are linear in most amplitudes.
         """
-        others = dict.fromkeys((part.name for part in self.components), 0.0)
+        others = dict.fromkeys((part.name for part in (*self.components, *self.forms)), 0.0)
         added = self.conditions({**own, **others, component: 1.0}, site)
         return None if added is NO_CONDITIONS else Change(conditions=added)
 

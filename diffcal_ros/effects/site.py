@@ -87,10 +87,13 @@ class SeenPixels(NamedTuple):
     Attributes:
         depth: true one, or what a model leaves of it [m].
         is_second: which show another material than the first, as `depth`.
+        places: where on the body at rest they are, see `BodyAxes.places`, shape (..., 3); None:
+            they show something else, or nobody asks.
     """
 
     depth: FloatArray
     is_second: BoolArray
+    places: FloatArray | None = None
 
 
 class FitsSeen(Protocol):

@@ -36,6 +36,20 @@ class BodyAxes:
         """Return how far along the free part points are, 0 at the clamp, 1 at the tip."""
         return np.clip((points - self.root) @ self.axes[0] / self.length, 0.0, 1.0)
 
+    def places(self, points: FloatArray, extent: FloatArray) -> FloatArray:
+        """Return where on the body points at rest are, shape (n, 3).
+
+        Args:
+            points: at rest [m], shape (n, 3).
+            extent: points of the whole body [m], shape (N, 3).
+
+        Returns:
+            How far along the free part, and how far across it in units of its half widths.
+        """
+        across, whole = ((own - self.root) @ self.axes[1:].T for own in (points, extent))
+        half = np.maximum(np.abs(whole).max(axis=0), 1e-9)
+        return np.column_stack([self.fraction(points), across / half])
+
     def moved(self, shift: FloatArray) -> 'BodyAxes':
         """Return the axes of a body that is shifted [m], shape (3,)."""
         return replace(self, root=self.root + shift, center=self.center + shift)

@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
+from diffcal_ros.calibration.parameters.lens import through_lens
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
-from diffcal_ros.effects.camera_offset import stated_offset
+from diffcal_ros.effects.camera_offset import stated_lens, stated_offset
 from diffcal_ros.errors import SceneError
 from diffcal_ros.prediction.predicted_body import PredictedBody
 from diffcal_ros.rigid_motion import moved
@@ -53,13 +54,18 @@ class PredictedView:
         shape, camera = self.body.discretisation, self.camera
         effects = EffectModel(self.scene, ParameterSet())
         sensor = effects.sensor(effects.amplitudes(np.zeros(0)))
-        is_second = effects.second_triangles(shape.nodes, shape.surface_triangles)
+        posture = next(
+            number
+            for number, setup in enumerate(self.scene.observations)
+            if setup.name == self.body.setup.name
+        )
+        surface = effects.surface(posture, shape, shape.surface_triangles)
         tracer = DepthTracer(shape.surface_triangles, shape.node_count, camera)
         for time, positions in zip(self.body.times.tolist(), self.body.positions, strict=True):
             trace = self._trace(tracer, positions, time)
-            second = is_second[np.maximum(trace.faces, 0)]
             image = np.full((camera.height, camera.width), np.nan, dtype=np.float32)
-            image[trace.rows, trace.columns] = sensor.reading(trace.depth, second)
+            seen = surface.seen(trace.depth, trace.faces)
+            image[trace.rows, trace.columns] = sensor.reading(seen)
             yield image
 
     def _trace(self, tracer: DepthTracer, positions: FloatArray, time: float) -> Trace:
@@ -76,8 +82,9 @@ class PredictedView:
 
     def _points(self, positions: FloatArray) -> FloatArray:
         """Return nodes in the camera's frame [m], shape (N, 3), with the scene's offset."""
-        offset = stated_offset(self.scene.effects)
-        return moved(apply(self.depth_from_world, positions), offset, self.offset_pivot)
+        offset, lens = stated_offset(self.scene.effects), stated_lens(self.scene.effects)
+        points = moved(apply(self.depth_from_world, positions), offset, self.offset_pivot)
+        return through_lens(points, lens)
 
 
 def look_at(

@@ -4,6 +4,7 @@
 
 from dataclasses import dataclass
 
+from diffcal_ros.calibration.forward.effect_model import SurfacePlaces
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import pixels_left_out, ViewMask
@@ -92,7 +93,9 @@ class RigidImage:
         nothing = np.zeros(len(fixture.triangles), dtype=bool)
         no_edge = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
         mask = ViewMask(pixels_left_out(observation, masks), nothing, no_edge)
-        self._comparer = ViewComparer(observation, self._tracer, mask, masks, 'cpu', nothing)
+        self._comparer = ViewComparer(
+            observation, self._tracer, mask, masks, 'cpu', SurfacePlaces(nothing)
+        )
         self._body = body
         self._body_tracer = None if body is None else DepthTracer(body[1], len(body[0]), camera)
 

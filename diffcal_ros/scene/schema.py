@@ -113,10 +113,12 @@ def _(shape: Keys) -> dict[str, Any]:
         content['properties'] = entries
     if shape.required:
         content['required'] = list(shape.required)
-    if shape.named is not None:
+    if shape.named is not None and entries:
+        content['patternProperties'] = {f'^({shape.name_pattern})$': _schema(shape.named)}
+    elif shape.named is not None:
         content['additionalProperties'] = _schema(shape.named)
-    if shape.name_pattern != ANY_NAME:
-        content['propertyNames'] = {'pattern': f'^{shape.name_pattern}$'}
+        if shape.name_pattern != ANY_NAME:
+            content['propertyNames'] = {'pattern': f'^{shape.name_pattern}$'}
     if shape.fewest:
         content['minProperties'] = shape.fewest
     return content

@@ -5,7 +5,7 @@
 import dataclasses
 from pathlib import Path
 
-from diffcal_ros.errors import InputError
+from diffcal_ros.errors import InputError, SceneError
 from diffcal_ros.scene.load import load_scene
 from diffcal_ros.scene.save import save_fitted_scene
 import numpy as np
@@ -148,3 +148,23 @@ def test_an_old_result_survives_a_failed_write(write_scene, tmp_path):
     with pytest.raises(InputError, match=r'cannot be written .*that the disk has room'):
         save_fitted_scene(scene, tmp_path / 'file' / 'fitted.yaml', {})
     assert (tmp_path / 'file').read_text() == 'in the way'
+
+
+def test_an_effect_of_another_form_is_read_and_saved_with_it(write_scene, tmp_path):
+    bent = {'a': 1.5, 'b': 0.0, 'a_3': 4.0, 'twist': -0.25}
+    scene = load_scene(write_scene({'effects': {'rest_curvature': bent}}))
+    assert scene.effects['rest_curvature'] == bent
+    save_fitted_scene(scene, tmp_path / 'fitted.yaml', {})
+    assert load_scene(tmp_path / 'fitted.yaml').effects['rest_curvature'] == bent
+
+
+@pytest.mark.parametrize(
+    ('own', 'told'),
+    [
+        ({'a_7': 1.0}, 'rest_curvature.a_7 is no key'),
+        ({'a_3': 1e3}, 'rest_curvature.a_3 is 1000'),
+    ],
+)
+def test_a_form_that_no_effect_has_is_told(write_scene, own, told):
+    with pytest.raises(SceneError, match=told):
+        load_scene(write_scene({'effects': {'rest_curvature': own}}))

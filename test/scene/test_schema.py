@@ -139,6 +139,14 @@ def test_written_scenes_are_valid(write_scene, tmp_path, accepts):
     assert accepts(yaml.safe_load((tmp_path / 'fitted.yaml').read_text()))
 
 
+def test_an_effect_of_another_form_is_valid_where_the_effect_has_it(specimens, accepts, reads):
+    document = specimens[1]
+    for own, is_valid in (({'a': 1.0, 'a_3': 2.0}, True), ({'a_33': 2.0}, False)):
+        document['effects'] = {'rest_curvature': own}
+        assert accepts(document) is is_valid
+        assert reads(document) is is_valid
+
+
 def test_synthetic_scenes_are_valid(recorded_beam, accepts):
     assert accepts(yaml.safe_load(recorded_beam.scene.read_text()))
 

@@ -10,6 +10,7 @@ from diffcal_ros.effects.effect import Effect, Numbers
 from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
 from diffcal_ros.fem.body_axes import BodyAxes
+from diffcal_ros.fem.elements.element import Discretisation
 from diffcal_ros.fem.own_frame import own_origin
 from diffcal_ros.fem.statics.creep import Creep, NO_CREEP
 from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
@@ -39,19 +40,40 @@ class SensorModel:
         """Tell whether it reads what is there."""
         return not self.errors
 
-    def reading(self, depth: FloatArray, is_second: NDArray[np.bool_]) -> FloatArray:
-        """Return what is read [m] of true depths [m], and where they are of another material."""
-        read, seen = depth, SeenPixels(depth, is_second)
+    def reading(self, seen: SeenPixels) -> FloatArray:
+        """Return what is read [m] of pixels and their true depths."""
+        read = seen.depth
         for identifier, own in self.errors:
             effect = EFFECTS[identifier]
-            for part in effect.components:
-                mode = effect.depth_error_mode(part.name, seen)
+            for part in (*effect.components, *effect.forms):
+                amplitude = own.get(part.name, 0.0)
+                mode = effect.depth_error_mode(part.name, seen) if amplitude else None
                 if mode is not None:
-                    read = read + own.get(part.name, 0.0) * mode
+                    read = read + amplitude * mode
         return read
 
 
 EXACT_SENSOR = SensorModel()
+
+
+@dataclass(frozen=True)
+class SurfacePlaces:
+    """What is where on a surface.
+
+    Attributes:
+        is_second: triangles of another material than the first, shape (F,).
+        places: of the triangles on the body at rest, see `BodyAxes.places`, shape (F, 3); None:
+            they are none of a body.
+    """
+
+    is_second: NDArray[np.bool_]
+    places: FloatArray | None = None
+
+    def seen(self, depth: FloatArray, faces: NDArray[np.int32]) -> SeenPixels:
+        """Return pixels by their depth [m] and the triangles that they show; -1: any."""
+        shown = np.maximum(faces, 0)
+        places = None if self.places is None else self.places[shown]
+        return SeenPixels(depth, self.is_second[shown], places)
 
 
 class EffectModel:
@@ -201,6 +223,21 @@ class EffectModel:
         fractions = votes / np.maximum(all_votes, 1.0)
         found: NDArray[np.bool_] = fractions[triangles].mean(axis=1) > 0.5
         return found
+
+    def surface(
+        self, setup_index: int, shape: Discretisation, triangles: NDArray[np.int32]
+    ) -> SurfacePlaces:
+        """Return what a depth camera's errors may know of a body's surface in one posture.
+
+        Args:
+            setup_index: of the posture.
+            shape: the body at rest, world frame.
+            triangles: of its surface, shape (F, 3).
+        """
+        rest = shape.rest_nodes
+        middles = rest[triangles].mean(axis=1)
+        places = self.axes(setup_index).places(middles, rest)
+        return SurfacePlaces(self.second_triangles(shape.nodes, triangles), places)
 
 
 def _add(own: dict[str, float], parameter: Parameter, more: float) -> None:

@@ -171,7 +171,7 @@ class ForwardModel:
         found = []
         for number, (observation, state) in enumerate(self._numbered()):
             own = solution.tangents[observation.setup_index][:, state]
-            tangents = own @ self.cameras.rotation(number, coordinates).T
+            tangents = self.cameras.carried(number, worlds[number], own, coordinates)
             for index in range(len(self.parameters)):
                 motion = self.cameras.motion(number, index, worlds[number], coordinates)
                 if motion is not None:
@@ -247,9 +247,11 @@ class ForwardModel:
         """Pull a derivative by every view's points back to the inputs of each posture."""
         states = self.at(coordinates).states
         by_world = {index: np.zeros_like(own.positions) for index, own in states.items()}
+        worlds = self._shown(states)
         for number, (observation, state) in enumerate(self._numbered()):
-            rotation = self.cameras.rotation(number, coordinates)
-            by_world[observation.setup_index][state] += by_points[number] @ rotation
+            by_world[observation.setup_index][state] += self.cameras.carried_back(
+                number, worlds[number], by_points[number], coordinates
+            )
         return {
             index: self.bodies[index].gradient(states[index], both)
             for index, both in by_world.items()
@@ -320,9 +322,14 @@ class ForwardModel:
 
     def _seen(self, fields: dict[int, FloatArray], coordinates: FloatArray) -> list[FloatArray]:
         """Turn fields of all states, shape (.., S, N, 3), to those that the cameras see."""
+        worlds = self.worlds(coordinates)
         return [
-            fields[observation.setup_index][..., state, :, :]
-            @ self.cameras.rotation(number, coordinates).T
+            self.cameras.carried(
+                number,
+                worlds[number],
+                fields[observation.setup_index][..., state, :, :],
+                coordinates,
+            )
             for number, (observation, state) in enumerate(self._numbered())
         ]
 

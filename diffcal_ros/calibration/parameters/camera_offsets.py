@@ -5,8 +5,9 @@
 from collections.abc import Sequence
 
 from diffcal_ros.calibration.observations.observation import Observation, pose_owners
+from diffcal_ros.calibration.parameters.lens import lens_moves, lens_slopes, through_lens
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
-from diffcal_ros.effects.camera_offset import stated_offset
+from diffcal_ros.effects.camera_offset import LENS_MODES, stated_lens, stated_offset
 from diffcal_ros.rigid_motion import moved, moved_by
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
 from diffcal_ros.scene.model import Scene
@@ -57,10 +58,59 @@ class CameraOffsets:
 
     def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
         """Return world positions in the frame of one observation's camera [m], shape (N, 3)."""
+        points = self._placed(number, world, coordinates)
+        lens = self.lens(coordinates)
+        return through_lens(points, lens) if lens.any() else points
+
+    def lens(self, coordinates: FloatArray) -> FloatArray:
+        """Return by how much the picture is another one, of each of `LENS_MODES`, shape (m,)."""
+        amounts = stated_lens(self._scene.effects)
+        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
+            if parameter.kind is Kind.LENS:
+                amounts[list(LENS_MODES).index(parameter.amplitude)] = coordinate
+        return amounts
+
+    def _placed(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
+        """Return positions before what the lens does to them [m], shape (N, 3)."""
         points = apply(self._observations[number].depth_from_world, world)
         for twist, pivot in self._both(number, coordinates):
             points = moved(points, twist, pivot)
         return points
+
+    def carried(
+        self, number: int, world: FloatArray, moves: FloatArray, coordinates: FloatArray
+    ) -> FloatArray:
+        """Return how one observation's camera sees points move [m], shape (..., N, 3).
+
+        Args:
+            number: of the observation.
+            world: the points in the world frame [m], shape (N, 3).
+            moves: how they move there [m], shape (..., N, 3).
+            coordinates: shape (k,).
+        """
+        return self._through(
+            number, world, moves @ self.rotation(number, coordinates).T, coordinates
+        )
+
+    def carried_back(
+        self, number: int, world: FloatArray, by_points: FloatArray, coordinates: FloatArray
+    ) -> FloatArray:
+        """Pull a derivative by the points of `points` back to the world [1/m], shape (N, 3)."""
+        lens = self.lens(coordinates)
+        if lens.any():
+            slopes = lens_slopes(self._placed(number, world, coordinates), lens)
+            by_points = np.einsum('nij,ni->nj', slopes, by_points)
+        return by_points @ self.rotation(number, coordinates)
+
+    def _through(
+        self, number: int, world: FloatArray, moves: FloatArray, coordinates: FloatArray
+    ) -> FloatArray:
+        """Return what the lens makes of moves of points [m], shape (..., N, 3)."""
+        lens = self.lens(coordinates)
+        if not lens.any():
+            return moves
+        slopes = lens_slopes(self._placed(number, world, coordinates), lens)
+        return np.einsum('nij,...nj->...ni', slopes, moves)
 
     def rotation(self, number: int, coordinates: FloatArray) -> FloatArray:
         """Return the rotation from the world to the camera, offsets included, shape (3, 3)."""
@@ -89,14 +139,19 @@ class CameraOffsets:
         is_pose = parameter.kind is Kind.CAMERA_POSE and parameter.target == self._owners[number]
         seen = self._observations[number].setup_index
         is_offset = parameter.kind is Kind.RIGID_OFFSET and parameter.posture in (None, seen)
+        if parameter.kind is Kind.LENS:
+            moves = lens_moves(self._placed(number, world, coordinates))
+            return moves[list(LENS_MODES).index(parameter.amplitude)]
         if not (is_pose or is_offset):
             return None
         (pose, point), (offset, pivot) = self._both(number, coordinates)
         start = apply(self._observations[number].depth_from_world, world)
         if is_pose:
             turned = rotation_matrix(offset[3:])
-            return moved_by(start, pose, point, parameter.axis) @ turned.T
-        return moved_by(moved(start, pose, point), offset, pivot, parameter.axis)
+            motion = moved_by(start, pose, point, parameter.axis) @ turned.T
+        else:
+            motion = moved_by(moved(start, pose, point), offset, pivot, parameter.axis)
+        return self._through(number, world, motion, coordinates)
 
     def _both(self, number: int, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Return translation and rotation vector, shape (6,), and pivot, in order of use."""

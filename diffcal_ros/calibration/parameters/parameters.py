@@ -39,6 +39,7 @@ class Kind(str, Enum):
     CABLE_STIFFNESS = 'cable_stiffness'
     GRAVITY_TILT = 'gravity_tilt'
     RIGID_OFFSET = 'rigid_offset'
+    LENS = 'lens'
     CAMERA_POSE = 'camera_pose'
     EDGE_BIAS = 'edge_bias'
     FIXTURE_OFFSET = 'fixture_offset'
@@ -94,8 +95,17 @@ class Parameter:
     @property
     def component(self) -> Component | None:
         """The amplitude that it is, of an effect that is nothing else; None for others."""
-        own = self.kind is Kind.EFFECT
-        return EFFECTS[self.effect].component(self.amplitude) if own else None
+        return self.part if self.kind in (Kind.EFFECT, Kind.LENS) else None
+
+    @property
+    def part(self) -> Component:
+        """The amplitude that it is; only of those of an effect."""
+        return EFFECTS[self.effect].component(self.amplitude)
+
+    @property
+    def is_freed(self) -> bool:
+        """Tell whether it is what an effect is more in one posture, or in another form."""
+        return bool(self.effect) and self.is_nuisance
 
     @property
     def is_logarithmic(self) -> bool:

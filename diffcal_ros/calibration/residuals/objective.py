@@ -19,6 +19,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
 )
 from diffcal_ros.calibration.residuals.scale_estimate import annealed, refined, SeenView
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit, TwoWayComparison
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.least_squares.normal_equations import Linearisation, Prior
 from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel
 import numpy as np
@@ -244,11 +245,11 @@ class RobustObjective:
         by_edge *= comparison.edge_scale[:, None]
         for index in self._bias_indices:
             by_edge[:, index] = comparison.edge_scale
-        columns = self.comparers[number].sensor_columns(view, unbiased.depth.indices)
+        seen = self.comparers[number].seen(view, unbiased.depth.indices)
         posture = self.model.observations[number].setup_index
         for index in self._effect_indices:
             own = self.parameters.parameters[index]
-            column = columns.get((own.effect, own.amplitude))
+            column = EFFECTS[own.effect].depth_error_mode(own.amplitude, seen)
             if column is not None and own.posture in (None, posture):
                 by_depth[:, index] = column
         return (unbiased.depth, by_depth), (unbiased.edge, by_edge)

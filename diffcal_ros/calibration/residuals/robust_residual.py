@@ -11,7 +11,11 @@ Background, clamp and whatever stands in front weigh nothing.
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from diffcal_ros.calibration.forward.effect_model import EXACT_SENSOR, SensorModel
+from diffcal_ros.calibration.forward.effect_model import (
+    EXACT_SENSOR,
+    SensorModel,
+    SurfacePlaces,
+)
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
@@ -28,7 +32,6 @@ from diffcal_ros.calibration.residuals.measured_body import (
 )
 from diffcal_ros.depth.trace import Outline, Trace
 from diffcal_ros.depth.tracer import DepthTracer
-from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels
 from diffcal_ros.scene.model import Masks
 import numpy as np
@@ -136,7 +139,7 @@ class ViewComparer:
 
     Attributes:
         mask: what is left out.
-        second_triangles: surface of another material than the first, shape (F,).
+        surface: of what is before the camera.
     """
 
     def __init__(
@@ -146,7 +149,7 @@ class ViewComparer:
         mask: ViewMask,
         masks: Masks,
         device: str,
-        second_triangles: BoolArray,
+        surface: SurfacePlaces,
     ) -> None:
         """Prepare one observation.
 
@@ -156,10 +159,10 @@ class ViewComparer:
             mask: what is left out.
             masks: the scene's.
             device: Warp device.
-            second_triangles: surface of another material than the first, shape (F,).
+            surface: of what is before the camera.
         """
         self.mask = mask
-        self.second_triangles = second_triangles
+        self.surface = surface
         self._observation = observation
         self._tracer = tracer
         self._masks = masks
@@ -192,7 +195,7 @@ class ViewComparer:
         """Return the rendered depth as the sensor would read it [m], NaN beside the body."""
         if sensor.is_exact:
             return trace.depth
-        return sensor.reading(trace.depth, self.is_second(trace))
+        return sensor.reading(self.surface.seen(trace.depth, trace.faces))
 
     def pixels(self, view: View) -> tuple[BoolArray, BoolArray]:
         """Tell which pixels of the window are unmasked body, and which of them are compared.
@@ -234,22 +237,13 @@ class ViewComparer:
 
     def is_second(self, trace: Trace) -> BoolArray:
         """Tell which pixels of the window show another material than the first."""
-        seen: BoolArray = self.second_triangles[np.maximum(trace.faces, 0)]
+        seen: BoolArray = self.surface.is_second[np.maximum(trace.faces, 0)]
         return seen
 
-    def sensor_columns(self, view: View, indices: IntArray) -> dict[tuple[str, str], FloatArray]:
-        """Return how the depth read at some pixels follows the sensor's errors, (M,) each.
-
-        By effect and amplitude.
-        """
+    def seen(self, view: View, indices: IntArray) -> SeenPixels:
+        """Return what errors of the sensor may know of some pixels of the window, (M,) each."""
         trace = view.trace
-        seen = SeenPixels(trace.depth.ravel()[indices], self.is_second(trace).ravel()[indices])
-        columns = {
-            (effect.identifier, part.name): effect.depth_error_mode(part.name, seen)
-            for effect in EFFECTS.values()
-            for part in effect.components
-        }
-        return {name: column for name, column in columns.items() if column is not None}
+        return self.surface.seen(trace.depth.ravel()[indices], trace.faces.ravel()[indices])
 
     def _depths(
         self,
@@ -359,8 +353,10 @@ def make_comparers(model: ForwardModel, *, device: str = 'cpu') -> list[ViewComp
             make_view_mask(observation, model.body(observation), tracer, masks),
             masks,
             device,
-            model.effects.second_triangles(
-                model.body(observation).discretisation.nodes, tracer.triangles
+            model.effects.surface(
+                observation.setup_index,
+                model.body(observation).discretisation,
+                tracer.triangles,
             ),
         )
         for observation, tracer in zip(model.observations, model.tracers, strict=True)

@@ -49,7 +49,7 @@ class BoundaryStrip:
         clear = np.ones(len(depth.indices), dtype=bool)
         tracer = view.tracer
         faces = tracer.edge_faces
-        is_second = self._comparers[number].second_triangles
+        is_second = self._comparers[number].surface.is_second
         meets = (faces.min(axis=1) >= 0) & (is_second[faces[:, 0]] != is_second[faces[:, 1]])
         if not meets.any() or len(clear) == 0:
             return clear

@@ -10,7 +10,7 @@ millimetre only, the same one in all poses: a nuisance of the model.
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.effect_model import SensorModel
+from diffcal_ros.calibration.forward.effect_model import SensorModel, SurfacePlaces
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
@@ -57,9 +57,8 @@ class RigidReference:
         no_triangle = np.zeros(len(fixture.triangles), dtype=bool)
         no_edge = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
         mask = ViewMask(pixels_left_out(observation, scene.masks), no_triangle, no_edge)
-        self.comparer = ViewComparer(
-            observation, self._tracer, mask, scene.masks, 'cpu', no_triangle
-        )
+        surface = SurfacePlaces(no_triangle)
+        self.comparer = ViewComparer(observation, self._tracer, mask, scene.masks, 'cpu', surface)
 
     def view(self, number: int, model: ForwardModel, coordinates: FloatArray) -> View | None:
         """Return the fixture as a model predicts it; None where the camera does not see it.
@@ -94,14 +93,14 @@ class RigidReference:
         offset = fixture_offset(model.parameters, coordinates)
         world = self._world(offset)
         tangents = np.zeros((count, *world.shape))
-        camera_from_object = model.cameras.rotation(number, coordinates) @ self._placed[:3, :3]
         for index, parameter in enumerate(model.parameters):
             motion = model.cameras.motion(number, index, world, coordinates)
             if motion is not None:
                 tangents[index] = motion
             if parameter.kind is Kind.FIXTURE_OFFSET:
                 own = moved_by(self._positions, offset, self._middle, parameter.axis)
-                tangents[index] = own @ camera_from_object.T
+                own = own @ self._placed[:3, :3].T
+                tangents[index] = model.cameras.carried(number, world, own, coordinates)
         return tangents
 
     def _world(self, offset: FloatArray) -> FloatArray:

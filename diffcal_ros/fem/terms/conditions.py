@@ -43,6 +43,8 @@ class Conditions:
         forces: that stay as they are, on each node [N], world frame, shape (N, 3); None for none.
         rest_curvature: curvature of the shape without stress about the two axes across the body
             [1/m], shape (2,).
+        rest_bends: what the twist and these curvatures are more [1/m] in each of as many equal
+            parts of the free length, shape (s, 3); None for nothing.
         potentials: that are added to the body's energy, one of a kind at most.
         cables: one for each cable of the body, or none: then no cable pulls.
         air_drag: drag coefficient times area of the moving body [m^2]; a body at rest feels none.
@@ -53,9 +55,16 @@ class Conditions:
     added_masses: FloatArray | None = None
     forces: FloatArray | None = None
     rest_curvature: FloatArray = field(default_factory=lambda: _nothing(2))
+    rest_bends: FloatArray | None = None
     potentials: tuple[Potential, ...] = ()
     cables: tuple[CableState, ...] = ()
     air_drag: float = 0.0
+
+    @property
+    def rest_rates(self) -> FloatArray:
+        """Twist and curvatures of the shape without stress in equal parts [1/m], shape (s, 3)."""
+        bends = np.zeros((1, 3)) if self.rest_bends is None else self.rest_bends
+        return bends + np.concatenate([[0.0], self.rest_curvature])
 
     @property
     def clamp_gives_way(self) -> bool:
@@ -81,6 +90,7 @@ class Conditions:
             _sum(self.added_masses, other.added_masses),
             _sum(self.forces, other.forces),
             self.rest_curvature + other.rest_curvature,
+            _sum(self.rest_bends, other.rest_bends),
             (*self.potentials, *other.potentials),
             self.cables,
             self.air_drag + other.air_drag,

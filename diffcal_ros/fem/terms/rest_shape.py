@@ -12,38 +12,66 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def bent(points: FloatArray, axes: BodyAxes, curvature: FloatArray) -> FloatArray:
-    """Bend points of the free part into an arc; sections stay plane and keep their size.
+def bent(points: FloatArray, axes: BodyAxes, rates: FloatArray) -> FloatArray:
+    """Bend and twist points of the free part; sections stay plane and keep their size.
+
+    The middle line is the integral of a tangent that turns along it, and the sections turn with
+    it: in each part an arc, or a helix where it is twisted.
 
     Args:
         points: at rest [m], shape (N, 3).
         axes: of the body.
-        curvature: about the two axes across it [1/m], shape (2,).
+        rates: twist and curvatures about the two axes across the body [1/m], in each of as many
+            equal parts of the free length, shape (s, 3).
     """
-    rate = curvature @ axes.axes[1:]
-    size = float(np.linalg.norm(rate))
-    if size == 0.0:
+    if not rates.any():
         return points
     local = points - axes.root
     along = np.maximum(local @ axes.axes[0], 0.0)
     section = local - along[:, None] * axes.axes[0]
+    length = axes.length / len(rates)
+    part = np.minimum((along / length).astype(int), len(rates) - 1)
+    found = np.empty_like(points)
+    line, turn = axes.root, np.eye(3)
+    for number, rate in enumerate(rates @ axes.axes):
+        own = part == number
+        moved, turned = _helix(along[own] - number * length, axes.axes[0], rate)
+        found[own] = line + (moved + np.einsum('nij,nj->ni', turned, section[own])) @ turn.T
+        (moved,), (turned,) = _helix(np.array([length]), axes.axes[0], rate)
+        line, turn = line + turn @ moved, turn @ turned
+    return found
+
+
+def _helix(
+    along: FloatArray, tangent: FloatArray, rate: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return where a line goes that turns at an even rate, and how it has turned there.
+
+    Args:
+        along: lengths of it [m], shape (n,).
+        tangent: where it begins, unit vector, shape (3,).
+        rate: about which it turns [1/m], shape (3,); it turns along.
+
+    Returns:
+        Shapes (n, 3) and (n, 3, 3).
+    """
+    size = float(np.linalg.norm(rate))
+    if size == 0.0:
+        return along[:, None] * tangent, np.tile(np.eye(3), (len(along), 1, 1))
     spin = cross_matrix(rate / size)
-    angle = size * along
-    # The middle line is the integral of the turning tangent, the section turns with it.
-    sine, cosine = np.sin(angle)[:, None], np.cos(angle)[:, None]
-    tangent = axes.axes[0]
+    sine, cosine = np.sin(size * along)[:, None], np.cos(size * along)[:, None]
     line = (
         along[:, None] * tangent
         + (1.0 - cosine) / size * (spin @ tangent)
         + (along[:, None] - sine / size) * (spin @ spin @ tangent)
     )
-    turned = section + sine * (section @ spin.T) + (1.0 - cosine) * (section @ (spin @ spin).T)
-    return axes.root + line + turned
+    turned = np.eye(3) + sine[..., None] * spin + (1.0 - cosine)[..., None] * (spin @ spin)
+    return line, turned
 
 
 def bent_discretisation(
-    mesh: TetMesh, discretisation: Discretisation, axes: BodyAxes, curvature: FloatArray
+    mesh: TetMesh, discretisation: Discretisation, axes: BodyAxes, rates: FloatArray
 ) -> Discretisation:
-    """Return the elements whose shape without stress is the bent mesh."""
-    shape = TetMesh(bent(mesh.rest_positions, axes, curvature), mesh.tets)
+    """Return the elements whose shape without stress is the bent mesh; rates as by `bent`."""
+    shape = TetMesh(bent(mesh.rest_positions, axes, rates), mesh.tets)
     return reshaped(discretisation, shape)

@@ -102,7 +102,15 @@ def _effect_shape(effect: Effect) -> Keys:
         name: Number(f'default {usual:g}', Interval(*effect.setting_limits))
         for name, usual in effect.settings.items()
     }
-    return Keys({**amplitudes, **settings}, about=effect.sentence)
+    about = effect.sentence
+    if not effect.forms:
+        return Keys({**amplitudes, **settings}, about=about)
+    return Keys(
+        {**amplitudes, **settings},
+        about=about,
+        named=Number('part of another form, as a diagnosis found it'),
+        name_pattern='|'.join(part.name for part in effect.forms),
+    )
 
 
 class _EffectShapes(Mapping[str, Shape]):
@@ -269,6 +277,10 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
         }
         for name, usual in effect.settings.items():
             numbers[name] = entry.number(name, default=usual)
+        for part in effect.forms:
+            if part.name in entry.names:
+                reach = Interval(part.lower, part.upper)
+                numbers[part.name] = entry.number(part.name, allowed=reach)
         entry.refuse_unknown()
         found[identifier] = numbers
     section.refuse_unknown()

@@ -43,7 +43,7 @@ def test_what_is_left_out_is_as_far_from_the_border_as_half_an_element(parted):
     size = np.median(np.linalg.norm(np.diff(body.rest_positions[edges], axis=1)[:, 0], axis=1))
     tracer = view.tracer
     first, second = tracer.edge_faces.T
-    beyond = comparers[0].second_triangles
+    beyond = comparers[0].surface.is_second
     border = tracer.edge_vertices[beyond[first] != beyond[second]]
     ends = view.points[border]
     rays = tracer.camera.rays()[depth.pixels[:, 1], depth.pixels[:, 0]]

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What an effect may be more than the library's form of it, as nuisances of a fit."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.parameters.parameters import Kind, Parameter
+from diffcal_ros.effects.effect import Component, Effect
+from diffcal_ros.scene.model import Quantity
+
+
+def form_parameters(effect: Effect, size: float) -> list[Parameter]:
+    """Return the parameters of an effect's other forms; see `Effect.forms`.
+
+    Args:
+        effect: whose.
+        size: standard deviation about zero, in usual sizes of each.
+    """
+    return [
+        Parameter(
+            effect.amplitude_name(part.name),
+            Kind(effect.form_kind),
+            number,
+            part.unit,
+            _about_zero(part, part.upper, size),
+            is_nuisance=True,
+            effect=effect.identifier,
+            amplitude=part.name,
+        )
+        for number, part in enumerate(effect.forms)
+    ]
+
+
+def posture_parameter(amplitude: Parameter, posture: int, size: float) -> Parameter:
+    """Return what an amplitude of an effect is more in one posture.
+
+    Args:
+        amplitude: what it is in all.
+        posture: number of it.
+        size: standard deviation about zero, in usual sizes.
+    """
+    part = amplitude.part
+    return replace(
+        amplitude,
+        name=f'{amplitude.name}@{posture}',
+        quantity=_about_zero(part, part.upper - part.lower, size),
+        is_nuisance=True,
+        posture=posture,
+    )
+
+
+def _about_zero(part: Component, reach: float, size: float) -> Quantity:
+    return Quantity(0.0, -reach, reach, 0.0, size * part.scale)
