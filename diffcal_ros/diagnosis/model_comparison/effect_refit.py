@@ -33,7 +33,7 @@ def with_effects(
     nominal: PatchEvaluator,
     base: Refit,
     added: Sequence[Candidate],
-    by_posture: Sequence[Parameter] = (),
+    freed: Sequence[Parameter] = (),
 ) -> tuple[Scene, PatchEvaluator]:
     """Return the scene with effects, and the patches of a model of it, not yet fitted.
 
@@ -41,11 +41,11 @@ def with_effects(
         nominal: evaluates the patches of the nominal model.
         base: its fit.
         added: effects to add.
-        by_posture: what their amplitudes may be more in single postures, see `set_anew`.
+        freed: what their amplitudes may be more in single postures, see `freed_effects`.
     """
     scene = _with_settings(nominal.model.scene, added)
     parameters = _with_amplitudes(scene, base.parameters, added)
-    parameters = replace(parameters, parameters=(*parameters.parameters, *by_posture))
+    parameters = replace(parameters, parameters=(*parameters.parameters, *freed))
     return scene, nominal.of(nominal.model.with_parameters(scene, parameters))
 
 
@@ -57,7 +57,7 @@ def try_effects(
     *,
     max_iterations: int = 12,
     least_log_evidence: float = -np.inf,
-    by_posture: Sequence[Parameter] = (),
+    freed: Sequence[Parameter] = (),
 ) -> Hypothesis | None:
     """Add effects to the nominal model and refit everything.
 
@@ -68,12 +68,12 @@ def try_effects(
         starts: where amplitudes start, SI units by name among the parameters; others at zero.
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
-        by_posture: see `with_effects`.
+        freed: see `with_effects`.
 
     Returns:
         The refitted model, or None where it cannot be simulated.
     """
-    scene, evaluator = with_effects(nominal, base, added, by_posture)
+    scene, evaluator = with_effects(nominal, base, added, freed)
     far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
     best: Refit | None = None
     for more in more_starts(nominal, base, added):

@@ -53,7 +53,7 @@ def one_of_each(models: Sequence[Hypothesis]) -> list[Hypothesis]:
     """
     found: dict[tuple[tuple[Candidate, ...], bool], Hypothesis] = {}
     for model in models:
-        key = model.added, bool(model.by_posture)
+        key = model.added, bool(model.freed)
         before = found.setdefault(key, model)
         if model.level > before.level:
             found[key] = replace(before, judged=model.judged)
@@ -66,7 +66,7 @@ def _led(
     ways = ways_of(model.evaluator.model, model.fit, basis, kept)
     gone = parameters_of(model.fit.parameters, [own for own in model.added if own not in kept])
     values = dict(zip(model.fit.parameters.names, led_by_form(model.fit, ways, gone), strict=True))
-    more = tuple(own for own in model.by_posture if own.name not in gone)
+    more = tuple(own for own in model.freed if own.name not in gone)
     scene, evaluator = with_effects(pool.nominal, pool.base, kept, more)
     start = np.array([values[name] for name in evaluator.model.parameters.names])
     try:

@@ -209,7 +209,7 @@ class _Done:
             _border(fit, slopes, places) if is_step else None,
             basis.besides_of(effect, fit.groups, moved),
             basis.bends_of(effect, fit.groups, moved),
-            len(own) > len(indices),
+            any(fit.parameters.parameters[index].posture is not None for index in own),
         )
 
     def by_pose(self, number: int, place: Places) -> FloatArray:

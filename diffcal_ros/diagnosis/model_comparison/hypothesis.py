@@ -21,6 +21,9 @@ FloatArray = NDArray[np.float64]
 # What a model owes to forms other than the library's rests on what is believed of forms; so much
 # of it is in doubt.
 FORM_DOUBT = 0.1
+# What owes less log evidence to other forms is as good as in the library's: what of that is in
+# doubt decides nothing.
+LEAST_LEANING = 50.0
 # What is off from the library's form by more of what it does is another thing.
 FARTHEST_FORM = 0.5
 # What is left is small beside its noise where noise leaves as much with this chance.
@@ -125,9 +128,9 @@ class Hypothesis:
         return replace(self.fit, coordinates=judged.coordinates, covariance=judged.covariance)
 
     @property
-    def by_posture(self) -> tuple[Parameter, ...]:
-        """Return what amplitudes are more in single postures; empty: they are the same in all."""
-        return tuple(own for own in self.fit.parameters if own.posture is not None)
+    def freed(self) -> tuple[Parameter, ...]:
+        """Return what effects are more in single postures, or in other forms."""
+        return tuple(own for own in self.fit.parameters if own.is_freed)
 
     @property
     def identifiers(self) -> tuple[str, ...]:

@@ -125,7 +125,7 @@ def _offers(
             key = tuple(sorted((first.identifier, score.candidate.identifier)))
             starts = {**one.fit.values_by_name(), **starts_of(score)}
             request = first_request([first, score.candidate], starts, singles)
-            request = replace(request, by_posture=one.by_posture)
+            request = replace(request, freed=one.freed)
             misses = _misses(one, request.added)
             offer = _Offer(request, one.level, score.log_evidence, misses, is_known)
             found.setdefault(key, offer)

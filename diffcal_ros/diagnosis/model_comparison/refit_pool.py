@@ -125,7 +125,7 @@ class RefitPool:
             least: log evidence below which each of these is of no use.
         """
         tasks = [
-            Continuation(h.added, h.fit.coordinates, h.fit.groups, log_evidence, h.by_posture)
+            Continuation(h.added, h.fit.coordinates, h.fit.groups, log_evidence, h.freed)
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
         fits = self._fits([*requests, *tasks])
@@ -142,7 +142,7 @@ class RefitPool:
 
     def _hypothesis(self, request: RefitRequest, fit: Refit) -> Hypothesis:
         added = request.added
-        scene, evaluator = with_effects(self.nominal, self.base, added, request.by_posture)
+        scene, evaluator = with_effects(self.nominal, self.base, added, request.freed)
         return Hypothesis(added, scene, evaluator, fit)
 
     def _fits(self, tasks: Sequence[Task]) -> list[Refit | None]:

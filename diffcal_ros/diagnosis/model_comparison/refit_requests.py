@@ -44,14 +44,14 @@ class RefitRequest:
         starts: where amplitudes start, SI units by name; others at zero.
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
-        by_posture: what amplitudes may be more in single postures.
+        freed: what amplitudes may be more in single postures.
     """
 
     added: tuple[Candidate, ...]
     starts: dict[str, float]
     max_iterations: int
     least_log_evidence: float = -np.inf
-    by_posture: tuple[Parameter, ...] = ()
+    freed: tuple[Parameter, ...] = ()
 
     @property
     def words(self) -> str:
@@ -67,7 +67,7 @@ class RefitRequest:
             self.starts,
             max_iterations=self.max_iterations,
             least_log_evidence=self.least_log_evidence,
-            by_posture=self.by_posture,
+            freed=self.freed,
         )
         return None if found is None else found.fit
 
@@ -81,7 +81,7 @@ class Continuation:
         coordinates: where it stands, shape (k,).
         groups: all patches there.
         least_log_evidence: log evidence below which the model is of no use.
-        by_posture: what amplitudes are more in single postures.
+        freed: what amplitudes are more in single postures.
         max_iterations: evaluations of the model at most.
     """
 
@@ -89,7 +89,7 @@ class Continuation:
     coordinates: FloatArray
     groups: Sequence[PatchGroup]
     least_log_evidence: float
-    by_posture: tuple[Parameter, ...] = ()
+    freed: tuple[Parameter, ...] = ()
     max_iterations: int = MAX_ITERATIONS
 
     @property
@@ -100,7 +100,7 @@ class Continuation:
 
     def fit(self, nominal: PatchEvaluator, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
-        _, evaluator = with_effects(nominal, base, self.added, self.by_posture)
+        _, evaluator = with_effects(nominal, base, self.added, self.freed)
         with suppress(NotSimulatedError):
             return refit(
                 evaluator,

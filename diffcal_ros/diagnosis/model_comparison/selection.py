@@ -9,6 +9,7 @@ from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
+from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     FARTHEST_FORM,
@@ -31,7 +32,6 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     PAIR_GAIN,
     second_adds,
 )
-from diffcal_ros.diagnosis.model_comparison.set_anew import with_those_set_anew
 from diffcal_ros.diagnosis.model_comparison.single_effects import (
     others_in_any_form,
     refitted_singles,
@@ -169,7 +169,7 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         singles = refitted_singles(pool, with_tangents(scores), judge)
     singles, basis = judged_singles(pool, singles, basis)
     judge = judge_by(basis)
-    singles = with_those_set_anew(pool, singles, basis)
+    singles = with_those_freed(pool, singles, basis)
     others = [] if judge is None else others_in_any_form(pool, scores, singles, judge)
     if others:
         singles, basis = judged_singles(pool, [*singles, *others], basis)
@@ -178,7 +178,7 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
     pairs: list[Hypothesis] = []
     if with_pairs and singles and _is_poor(pool, singles[0], basis):
         pairs = best_pairs(pool, singles, scores, basis)
-        pairs = with_those_set_anew(pool, judged(pairs, basis, is_brief=True), basis, singles)
+        pairs = with_those_freed(pool, judged(pairs, basis, is_brief=True), basis, singles)
         singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
     return compared(pool, singles, pairs, basis)
 

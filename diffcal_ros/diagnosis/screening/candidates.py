@@ -77,12 +77,12 @@ def candidates(
 
 
 def parameters_of(parameters: ParameterSet, added: Iterable[Candidate]) -> list[str]:
-    """Return the names of all that some effects brought into a fit, also of single postures."""
+    """Return the names of all that some effects brought into a fit, also what is freed."""
     wanted = {own.identifier: own.names for own in added}
     return [
         one.name
         for one in parameters
-        if one.effect in wanted and (one.posture is not None or one.name in wanted[one.effect])
+        if one.effect in wanted and (one.is_freed or one.name in wanted[one.effect])
     ]
 
 

@@ -120,7 +120,7 @@ def _version(
     return ModelVersion(
         number=number,
         effect=effect.identifier,
-        amplitudes={**amplitudes, **entry['setting']},
+        amplitudes={**amplitudes, **entry['setting'], **entry.get('form', {})},
         std_errors={name: value / factors[name] for name, value in entry['std_error'].items()},
         verdict=str(verdict['verdict']),
         evidence=str(verdict['evidence']),

@@ -11,7 +11,11 @@ from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
-from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import (
+    FARTHEST_FORM,
+    Hypothesis,
+    LEAST_LEANING,
+)
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import where_largest
@@ -37,6 +41,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     gap_figures,
     judged_part,
     named_effects,
+    of_another_form,
     parameter_table,
     spread_over_poses,
     times_detectable,
@@ -134,6 +139,7 @@ def conclude(
             *named.doubts,
             *(EFFECTS[name].imitated_by for name in named.imitated),
             *([_OF_THIS_CAUSE] if named.imitated else []),
+            *(of_another_form(choice.hypothesis) if choice and named.effects else ()),
             *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
             *_class_of_all(choice if not (named.is_open or named.effects) else None),
             *notes,
@@ -273,16 +279,18 @@ def _leaves_more(hypothesis: Hypothesis) -> bool:
 def _off_in_form(hypothesis: Hypothesis) -> str | None:
     """Say by how much effects are off from the library's form, where that is too much for a name.
 
-    It is not where that form leaves noise. What is moved, clamped anew or warms up may be another
-    one in each pose. Of two effects either of which may be far off nothing is known.
+    It is not where that form leaves noise, or owes other forms next to nothing. What is moved,
+    clamped anew or warms up may be another one in each pose. Of two effects either of which may be
+    far off nothing is known.
     """
     judged = hypothesis.judged
     if judged is None or hypothesis.fit.chance_of_noise >= ALPHA:
         return None
-    if judged.fraction > FARTHEST_FORM / len(hypothesis.added):
-        return f'off by {judged.fraction:.0%} of what it does'
+    fraction = judged.fraction if hypothesis.leaning >= LEAST_LEANING else 0.0
+    if fraction > FARTHEST_FORM / len(hypothesis.added):
+        return f'off by {fraction:.0%} of what it does'
     is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0
-    if not is_moved and np.hypot(judged.fraction, judged.by_pose) > FARTHEST_FORM:
+    if not is_moved and np.hypot(fraction, judged.by_pose) > FARTHEST_FORM:
         return 'another one in each pose'
     return None
 

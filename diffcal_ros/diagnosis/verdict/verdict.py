@@ -22,6 +22,7 @@ class NamedEffect:
         std_error: by component.
         unit: by component.
         setting: fixed numbers that go with it, such as a place along the body.
+        form: what it is more in another form than the library's, SI units by `Effect.forms`.
         frame: points and axes that the amplitudes refer to, see `frames.frame_of`.
         confidence: probability that the name is right, 0 to 1.
         sentence: for a person.
@@ -38,6 +39,7 @@ class NamedEffect:
     confidence: float
     sentence: str
     outside_twins: tuple[str, ...] = ()
+    form: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

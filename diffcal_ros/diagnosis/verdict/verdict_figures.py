@@ -12,6 +12,7 @@ from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import is_strained, unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap
+from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
 from diffcal_ros.effects.registry import EFFECTS
@@ -40,9 +41,29 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
                 confidence=min(confidence, candidate.effect.most_confidence),
                 sentence=candidate.effect.sentence,
                 outside_twins=candidate.effect.outside_twins,
+                form=form_of(hypothesis, candidate),
             )
         )
     return tuple(found)
+
+
+def form_of(hypothesis: Hypothesis, candidate: Candidate) -> dict[str, float]:
+    """Return what an effect is more in another form than the library's, SI units by name."""
+    fit = hypothesis.fit
+    return {
+        part.amplitude: float(value)
+        for part, value in zip(fit.parameters, fit.coordinates, strict=True)
+        if part.is_freed and part.posture is None and part.effect == candidate.identifier
+    }
+
+
+def of_another_form(hypothesis: Hypothesis) -> list[str]:
+    """Say which effects were fitted in another form than the library's."""
+    return [
+        f'{candidate.identifier} is of another form than the library has: {candidate.effect.form}'
+        for candidate in hypothesis.added
+        if form_of(hypothesis, candidate)
+    ]
 
 
 def spread_over_poses(hypothesis: Hypothesis) -> list[str]:

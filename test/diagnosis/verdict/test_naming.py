@@ -39,7 +39,8 @@ def _judged(model: Hypothesis, **changes: float) -> Hypothesis:
         left=2e-4,
         chi_square=model.fit.chi_square,
         freedom=float(model.fit.patch_count),
-        exact=model.fit.log_evidence,
+        # It owes much to other forms.
+        exact=model.fit.log_evidence - 80.0,
         coordinates=model.fit.coordinates,
         covariance=model.fit.covariance,
     )
@@ -76,6 +77,14 @@ def test_where_the_form_of_the_library_leaves_noise_none_is_asked_for(clearly_sc
     other = replace(_judged(tilted, fraction=0.8), fit=tilted.fit)
     assert tilted.fit.chance_of_noise > 0.05
     assert doubts_about(other, nominal) == ()
+
+
+def test_where_next_to_nothing_is_owed_to_other_forms_none_is_asked_for(clearly_screened, tilted):
+    _, nominal, _ = clearly_screened
+    exact = tilted.fit.log_evidence - 30.0
+    assert doubts_about(_judged(tilted, fraction=0.8, exact=exact), nominal) == ()
+    (doubt,) = doubts_about(_judged(tilted, by_pose=0.9, exact=exact), nominal)
+    assert 'another one in each pose' in doubt
 
 
 def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Which models are fitted with effects that are other ones in each pose, and with what."""
+"""Which models are fitted with effects that are free to be others, and with what."""
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison import any_form, set_anew
+from diffcal_ros.diagnosis.model_comparison import any_form, freed_effects
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
+from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
-from diffcal_ros.diagnosis.model_comparison.set_anew import with_those_set_anew
 from diffcal_ros.diagnosis.screening.candidates import parameters_of
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict.verdict_figures import spread_over_poses
@@ -18,13 +18,17 @@ import numpy as np
 import pytest
 
 
-def _judged(screened, basis, name: str, by_pose: float) -> Hypothesis:
-    """Return a model with an effect, judged, of which data say that it differs by pose."""
+def _judged(
+    screened, basis, name: str, by_pose: float, fraction: float = 0.0, leaning: float = 80.0
+) -> Hypothesis:
+    """Return a model with an effect, judged, of which data say by how much it differs."""
     evaluator, nominal, scores = screened
     score = next(s for s in scores.scores if s.candidate.identifier == name)
     model = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
     ways = ways_of(model.evaluator.model, model.fit, basis, model.added)
-    return replace(model, judged=replace(tolerated(model.fit, ways), by_pose=by_pose))
+    found = tolerated(model.fit, ways)
+    exact = found.log_evidence - leaning
+    return replace(model, judged=replace(found, by_pose=by_pose, fraction=fraction, exact=exact))
 
 
 @pytest.fixture(scope='module')
@@ -33,31 +37,58 @@ def clamp(screened, basis) -> Hypothesis:
 
 
 def test_amplitudes_get_a_part_of_their_own_as_large_as_data_say(clamp):
-    request = set_anew._request(clamp)
-    assert [part.name for part in request.by_posture] == [f'{n}@0' for n in clamp.added[0].names]
-    assert all(part.is_nuisance and part.posture == 0 for part in request.by_posture)
+    request = freed_effects._request(clamp)
+    assert [part.name for part in request.freed] == [f'{n}@0' for n in clamp.added[0].names]
+    assert all(part.is_nuisance and part.posture == 0 for part in request.freed)
     names = clamp.fit.parameters.names
     scales = np.array(
         [clamp.added[0].effect.component(c).scale for c in clamp.added[0].components]
     )
     values = clamp.fit.coordinates[[names.index(name) for name in clamp.added[0].names]]
-    usual = np.array([part.quantity.prior_std for part in request.by_posture]) / scales
+    usual = np.array([part.quantity.prior_std for part in request.freed]) / scales
     np.testing.assert_allclose(usual, 0.3 * np.linalg.norm(values / scales))
 
 
 def test_only_what_may_be_clamped_or_moved_anew_and_may_win_is_fitted_so(screened, basis, clamp):
-    assert set_anew._may_win(clamp, clamp.level)
-    same = replace(clamp, judged=replace(clamp.judged, by_pose=0.1))
-    assert not set_anew._may_win(same, clamp.level)
+    assert freed_effects._may_win(clamp, clamp.level)
+    same = replace(clamp, judged=replace(clamp.judged, by_pose=0.05))
+    assert not freed_effects._may_win(same, clamp.level)
     noise = 0.5 * max(clamp.chi_square - clamp.judged.freedom, 0.0)
-    assert not set_anew._may_win(clamp, clamp.level + noise + clamp.leaning + 1.0)
+    assert freed_effects._may_win(clamp, clamp.log_evidence + noise - 0.1)
+    assert not freed_effects._may_win(clamp, clamp.log_evidence + noise + 0.1)
+    exact = clamp.judged.log_evidence - 40.0
+    sure = replace(clamp, judged=replace(clamp.judged, exact=exact))
+    assert not freed_effects._may_win(sure, clamp.level), 'forms decide nothing'
     load = _judged(screened, basis, 'gravity_tilt', 0.9)
-    assert not set_anew._may_win(load, load.level)
+    assert not freed_effects._may_win(load, load.level)
+
+
+def test_what_is_of_another_form_gets_what_it_is_more_in_that(screened, basis):
+    bend = _judged(screened, basis, 'rest_curvature', 0.05, 0.4)
+    request, effect = freed_effects._request(bend), bend.added[0].effect
+    assert [part.amplitude for part in request.freed] == [part.name for part in effect.forms]
+    assert all(part.is_freed and part.posture is None for part in request.freed)
+    names = bend.fit.parameters.names
+    values = bend.fit.coordinates[[names.index(name) for name in bend.added[0].names]]
+    size = np.linalg.norm(values / effect.components[0].scale)
+    usual = [part.quantity.prior_std / effect.forms[0].scale for part in request.freed]
+    np.testing.assert_allclose(usual, 0.4 * size)
+    assert freed_effects._may_win(bend, bend.level)
+    of_that = replace(bend, judged=replace(bend.judged, fraction=0.05))
+    assert not freed_effects._may_win(of_that, bend.level)
+    tilt = _judged(screened, basis, 'gravity_tilt', 0.05, 0.9)
+    assert not freed_effects._may_win(tilt, tilt.level), 'the library has no other form of it'
+
+
+def test_a_place_is_freed_by_a_usual_size(screened, basis):
+    plane = _judged(screened, basis, 'contact_plane', 0.05, 0.5)
+    request = freed_effects._request(plane)
+    assert {part.quantity.prior_std for part in request.freed} == {0.5 * 0.010}
 
 
 def test_where_models_are_judged_as_they_are_they_stay_so(screened, clamp):
     evaluator, nominal, _ = screened
-    assert with_those_set_anew(RefitPool(evaluator, nominal), [clamp], None) == [clamp]
+    assert with_those_freed(RefitPool(evaluator, nominal), [clamp], None) == [clamp]
 
 
 def test_such_a_model_goes_on_with_its_parts_and_needs_no_tolerance_for_them(
@@ -65,15 +96,17 @@ def test_such_a_model_goes_on_with_its_parts_and_needs_no_tolerance_for_them(
 ):
     evaluator, nominal, _ = screened
     pool = RefitPool(evaluator, nominal)
-    (found,) = pool.refit_all([set_anew._request(clamp)])
-    assert [part.name for part in found.by_posture] == [f'{n}@0' for n in clamp.added[0].names]
+    (found,) = pool.refit_all([freed_effects._request(clamp)])
+    assert [part.name for part in found.freed] == [f'{n}@0' for n in clamp.added[0].names]
     ways = ways_of(found.evaluator.model, found.fit, basis, found.added)
     assert ways.pose_count == 0
     brought = parameters_of(found.fit.parameters, found.added)
-    assert set(brought) == {*clamp.added[0].names, *(p.name for p in found.by_posture)}
+    assert set(brought) == {*clamp.added[0].names, *(p.name for p in found.freed)}
     (again,) = pool.finish([found], [-np.inf])
     assert again.fit.parameters.names == found.fit.parameters.names
     assert again.fit.log_evidence >= found.fit.log_evidence - 0.1
+    once = replace(found, judged=clamp.judged)
+    assert not freed_effects._may_win(once, clamp.level), 'it is free already'
     (said,) = spread_over_poses(found)
     assert said.startswith('clamp_offset is another one in each pose: rx by ')
     assert spread_over_poses(clamp) == []

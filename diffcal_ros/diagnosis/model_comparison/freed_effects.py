@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Models whose effects are other ones in each pose, or in another form than the library's.
+
+As long as a clamp that was elsewhere in each pose is fitted as the same one in all, what differs
+draws the other parameters: it drew a modulus by 40 %. To judge that fit with a tolerance for it
+says so, and does not lead back: it is too far for one step. The same is true of a body that is
+bent at rest by another curve than an arc. So what an effect is more in each posture, and in other
+forms (`Effect.forms`), are nuisances, normal about zero and as large as the data favour, and all
+is fitted from there.
+"""
+
+from collections.abc import Sequence
+
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
+from diffcal_ros.calibration.parameters.parameters import Parameter
+from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
+from diffcal_ros.diagnosis.model_comparison.judged_models import judged
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import best_of_each, by_evidence
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+import numpy as np
+
+# Of what an effect does: what data say that differs by less is as well judged as fitted.
+_LEAST_SHARE = 0.1
+# Models that are fitted so at most, with one effect and with two, and evaluations of each.
+_MOST_SINGLES, _MOST_PAIRS, _MOST_EVALUATIONS = 2, 1, 6
+
+
+def with_those_freed(
+    pool: RefitPool,
+    models: Sequence[Hypothesis],
+    basis: FormBasis | None,
+    rivals: Sequence[Hypothesis] = (),
+) -> list[Hypothesis]:
+    """Return models, those that may win by it fitted with effects that are free to be others.
+
+    Args:
+        pool: who refitted them, and what the nominal model is.
+        models: judged, with as many effects each.
+        basis: by which forms are told; None: models are judged as they are, and stay so.
+        rivals: other models, judged.
+    """
+    if basis is None or not models:
+        return list(models)
+    best = max(model.level for model in (*models, *rivals))
+    ordered = sorted(models, key=by_evidence)
+    most = _MOST_SINGLES if len(ordered[0].added) == 1 else _MOST_PAIRS
+    asked = [model for model in best_of_each(ordered) if _may_win(model, best)][:most]
+    better: dict[int, Hypothesis] = {}
+    for model in asked:
+        # Where the one before it left noise, another one seldom may.
+        found = pool.refit_all([_request(model)]) if _may_win(model, best) else []
+        before, *fitted = judged([model, *found], basis, is_brief=True)
+        for new in fitted:
+            if new.level > before.level:
+                better[id(model)], best = new, max(best, new.level)
+    return sorted((better.get(id(model), model) for model in models), key=by_evidence)
+
+
+def _request(model: Hypothesis) -> RefitRequest:
+    """Return the refit of a model whose effects are free where they want to be."""
+    return RefitRequest(
+        model.added,
+        model.fit.values_by_name(),
+        _MOST_EVALUATIONS,
+        freed=(*model.freed, *_freed(model)),
+    )
+
+
+def _may_win(model: Hypothesis, best: float) -> bool:
+    """Tell whether a model's effects want to be free, and would win if that left noise.
+
+    Args:
+        model: judged.
+        best: level of the best of all.
+    """
+    judged = model.judged
+    if judged is None or model.leaning < LEAST_LEANING or not _freed(model):
+        return False
+    # What forms explain to first order is in the log evidence. A fit may leave noise alone.
+    left = max(judged.chi_square - judged.freedom, 0.0)
+    return model.log_evidence + 0.5 * left >= best
+
+
+def _freed(model: Hypothesis) -> list[Parameter]:
+    """Return what a model's effects may be besides in each posture, and in other forms."""
+    judged, found = model.judged, list[Parameter]()
+    if judged is None:
+        return found
+    known = model.fit.parameters
+    for added in model.added:
+        effect, size = added.effect, _size(model, added)
+        if effect.most_by_pose >= 1.0 and judged.by_pose >= _LEAST_SHARE:
+            found += [
+                posture_parameter(
+                    known.parameters[known.names.index(name)], posture, judged.by_pose * size
+                )
+                for name in added.names
+                for posture in sorted(model.evaluator.model.bodies)
+            ]
+        if judged.fraction >= _LEAST_SHARE:
+            found += form_parameters(effect, judged.fraction * size)
+    return [parameter for parameter in found if parameter.name not in known.names]
+
+
+def _size(model: Hypothesis, added: Candidate) -> float:
+    """Return how large the amplitudes of a fitted effect are, in usual sizes; 1 of a place."""
+    if not added.effect.has_tangent:
+        return 1.0
+    scales = np.array([added.effect.component(name).scale for name in added.components])
+    places = [model.fit.parameters.names.index(name) for name in added.names]
+    return float(np.linalg.norm(model.fit.coordinates[places] / scales))
