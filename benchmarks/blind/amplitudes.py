@@ -257,6 +257,8 @@ OUTSIDE_CLASS = {
     'trimmed': 'shape',
     'fabric': 'material',
     'wobble': 'sensor',
+    'screen': 'load',
+    'coarse': 'sensor',
 }
 
 

@@ -21,6 +21,8 @@ from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.seventh_forms import SEVENTH_PAIRS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
+from benchmarks.blind.tenth_forms import TENTH_PAIRS
+from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 
 SETS = ('development', 'sealed')
 FORM_SETS = tuple(FORMS)
@@ -100,6 +102,7 @@ LAWS_SETS = {
     'seventh': Contents(SEVENTH_PAIRS, tuple(SEVENTH_OUTSIDE), 60),
     'eighth': Contents(EIGHTH_PAIRS, tuple(EIGHTH_OUTSIDE), 60),
     'ninth': Contents(NINTH_PAIRS, tuple(NINTH_OUTSIDE), 60),
+    'tenth': Contents(TENTH_PAIRS, tuple(TENTH_OUTSIDE), 24),
 }
 
 

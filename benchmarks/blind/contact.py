@@ -16,6 +16,7 @@ _MAT = 0.003  # Thickness of a mat [m].
 _PRESSED = 0.9  # Share of that up to which a mat is followed; then it is as stiff as there.
 FRICTION = 0.5  # Force across over the one that presses.
 _STICKING = 1e-4  # Over which friction sets in [m].
+_STEP_FROM = 0.45  # Share of the free length at which a block with a step begins.
 _ROLL_STIFFNESS = 3.0e8  # Of a roll of foam [Pa/m^2]: by some millimetres.
 BAR = 0.010  # Radius of a bar [m].
 _ROLL = 0.018  # Of a roll of foam [m].
@@ -48,10 +49,10 @@ def contact_laws(
         return (_foam(normal, height, _FOAM_STIFFNESS * areas),)
     if faults.contact_form == 'mat':
         return (_mat(normal, height, _MAT_STIFFNESS * areas),)
-    outer = np.outer(normal, normal)
+    outer, heights = np.outer(normal, normal), height - lowered(shares, faults)
 
     def penalty(positions: FloatArray) -> Potential:
-        depth = np.maximum(height - positions @ normal, 0.0)
+        depth = np.maximum(heights - positions @ normal, 0.0)
         push = stiffness * depth
         return Potential(
             energy=0.5 * float((push * depth).sum()),
@@ -71,6 +72,19 @@ def half_space(observation: Observation, faults: Faults) -> tuple[FloatArray, fl
     world_normal = np.array(faults.contact_normal)
     normal = matrix[:3, :3].T @ world_normal
     return normal, faults.contact_height - float(world_normal @ matrix[:3, 3])
+
+
+def lowered(shares: FloatArray, faults: Faults) -> FloatArray:
+    """Return by how much lower what is below nodes lies than its height [m], shape (N,).
+
+    Args:
+        shares: of the free length at which nodes lie, shape (N,).
+        faults: say what is below; infinite where that is nothing.
+    """
+    if faults.contact_form != 'step':
+        return np.zeros(len(shares))
+    down = 1e-3 * faults.contact_step * (shares > faults.contact_share)
+    return np.where(shares > _STEP_FROM, down, np.inf)
 
 
 def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:

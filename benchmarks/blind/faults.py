@@ -39,8 +39,9 @@ class Faults:
             length, `late` at seven tenths, with the `square` of the place, of a `spot`
             from two to four tenths against all else, by `three pours`: a step of three fifths
             of it at a quarter, and of the rest at three fifths, of all else against a `sleeve`
-            around the inner two fifths, or `decaying`: of all that is far out against the clamp's
-            end, from where it falls by the exponential of the place.
+            around the inner two fifths, `decaying`: of all that is far out against the clamp's
+            end, from where it falls by the exponential of the place, or of what lies below a
+            `lamp`, above `contrast_at`, against all that is far from it.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four) or `veronda_westmann`.
@@ -59,38 +60,44 @@ class Faults:
             -0.4; `about a corner` of the held section, three times as much about its y as
             about its z; `one-sided`, as far as the moment has the signs of `clamp_way`; or a
             `lined` jaw, whose foam yields at each place by the pressure there, and more at the
-            mouth: in all as much as is given, where the body is rigid; or on a `flexure`, which
-            shifts and turns it by force and moment as the end of a leaf spring.
+            mouth: in all as much as is given, where the body is rigid; on a `flexure`, which
+            shifts and turns it by force and moment as the end of a leaf spring; or with a `play`
+            through which it turns at first as is given, and then no more.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
             place along the body as well, `outer_push` on the outer two fifths alone,
             `middle_push` six times as much on the middle third alone; a tilt `changing` by
-            30 % of its mean from pose to pose; or a `thread` that draws one place with the force
-            of all the body's mass.
+            30 % of its mean from pose to pose; a `thread` that draws one place with the force
+            of all the body's mass; or a `turntable`, which draws every part away from its axis
+            in proportion to the distance, and where the camera looks as is given.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
             (the plane of bending turns by 150 degrees along the body), or the `set` of a body
             that hung for long (by the square of the distance to the tip, twice as much at the
-            clamp: its tip moves as far as an arc's), or a `kink`: ten times as much in a tenth
-            of the free length alone, around `curvature_at`.
+            clamp: its tip moves as far as an arc's), a `kink`: ten times as much in a tenth
+            of the free length alone, around `curvature_at`, or that of a mould on two
+            `trestles`, which sagged by its weight between and beyond them (the tip moves as far
+            as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
             `shelf` that ends before the inner half, an `edge`: a round bar, `friction`, which
             holds the body back where it comes to the plane, a plane on the `rig`, which goes
             with it: normal and height are in the object's frame, or a `mat` of foam on it, which
-            yields to the pressure the less the thinner it is pressed, or a `roll` of foam along
-            the world's z.
+            yields to the pressure the less the thinner it is pressed, a `roll` of foam along
+            the world's z, or a block with a `step`, which begins below the outer half and is
+            lower beyond `contact_share`.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
             three tenths from pose to pose, by `temperature`: it rises and falls over the poses,
             while that of `depth_scale` grows from nothing; by `incidence`: over the cosine of
             the angle between ray and surface, up to three times; `near field`: it falls by
-            the exponential of the depth; or `walk`: by the logarithm of the light that returns,
-            which falls with the square of the depth and that angle's cosine.
+            the exponential of the depth; `walk`: by the logarithm of the light that returns,
+            which falls with the square of the depth and that angle's cosine; or `upper rows`: it
+            falls by the exponential of the row, from the image's upper edge on.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -110,7 +117,7 @@ class Faults:
         creep_share: g of a Prony pair: all stresses relax to 1 - g of what they were [-].
         creep_time: tau of that pair [s].
         creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
-        contact_share: share of the free length that lies over a bar.
+        contact_share: share of the free length that lies over a bar, or over the edge of a step.
         contact_at: where the bar's axis is along the world's x [m].
         camera_drifts: whether the camera's error grows from pose to pose.
         clamp_scatter: further shift [mm] and turn [deg] of the clamp in each pose.
@@ -180,6 +187,18 @@ class Faults:
         wobble: amplitude by which columns swing over the rows of the image [px].
         wobble_period: of rows [px].
         wobble_phase: [rad].
+        focus_shares: how much of `focal_scale` and `center_shift` is there in each pose; empty:
+            all of it.
+        clamp_drag: shear of the held section: by how much its parts are shifted along the
+            object's x, over their y and z from its middle [-].
+        clamp_play: turn at which a clamp with play gives way no more [deg].
+        contrast_at: share of the free length above which a lamp stands.
+        contact_step: by how much a block is lower beyond its step [mm].
+        tilt_radius: distance of a turntable's axis from where the camera looks [m].
+        screen: force of a charged screen on the whole free body against the world's z, where the
+            camera looks [N].
+        screen_reach: way along z over which that falls to a third [m].
+        coarse: step between the depths that a sensor tells [mm].
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -284,6 +303,15 @@ class Faults:
     wobble: float = 0.0
     wobble_period: float = 1.0
     wobble_phase: float = 0.0
+    focus_shares: tuple[float, ...] = ()
+    clamp_drag: tuple[float, float] = (0.0, 0.0)
+    clamp_play: float = 0.0
+    contrast_at: float = 0.0
+    contact_step: float = 0.0
+    tilt_radius: float = 0.0
+    screen: float = 0.0
+    screen_reach: float = 0.0
+    coarse: float = 0.0
 
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,

@@ -33,6 +33,7 @@ from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.tenth_forms import TENTH_FORMS
 
 _POSITION_ERROR, _ROTATION_ERROR = 0.0003, 0.2  # One standard deviation [m], [deg].
 _MISSTATED = (0.5, 1.0, 2.0)
@@ -179,6 +180,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'seventh': SEVENTH_FORMS,
     'eighth': EIGHTH_FORMS,
     'ninth': NINTH_FORMS,
+    'tenth': TENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -51,6 +51,7 @@ from benchmarks.blind.sensor import smooth_field
 from benchmarks.blind.setups import draw_setup, Setup
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
+from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 
@@ -97,7 +98,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
         setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
-    drawers = {**LIBRARY, **MOTION, **earlier, **NINTH_OUTSIDE, **forms}
+    drawers = {**LIBRARY, **MOTION, **earlier, **NINTH_OUTSIDE, **TENTH_OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

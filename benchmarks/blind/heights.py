@@ -35,6 +35,10 @@ def by_height(
         faults: say what there is.
     """
     found = []
+    if faults.screen:
+        free = masses * (shares > 0.0)
+        charges = faults.screen * free / free.sum()
+        found.append(_law(_drawn(faults.screen_reach, charges), observation, 2))
     if faults.mass_form == 'trailing' and faults.added_mass:
         line = 1e-3 * faults.added_mass / faults.mass_drop
         at_side = masses * (lattice[:, 1] > 0.0)
@@ -79,9 +83,24 @@ def _borne(level: float, borne: FloatArray) -> _Rule:
     return rule
 
 
-def _law(rule: _Rule, observation: Observation) -> PotentialLaw:
-    """Return a rule by heights in the world as a law of nodes in the object frame."""
-    up, high = observation.world_from_object[1, :3], observation.world_from_object[1, 3]
+def _drawn(reach: float, charges: FloatArray) -> _Rule:
+    """Return a charged screen far below that draws by the exponential of the height.
+
+    Args:
+        reach: over which the force falls to a third [m].
+        charges: force on each node at height 0 [N], shape (N,).
+    """
+
+    def rule(heights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        force = charges * np.exp(-heights / reach)
+        return -reach * force, force, -force / reach
+
+    return rule
+
+
+def _law(rule: _Rule, observation: Observation, axis: int = 1) -> PotentialLaw:
+    """Return a rule by places along an axis of the world as a law in the object frame."""
+    up, high = observation.world_from_object[axis, :3], observation.world_from_object[axis, 3]
     outer = np.outer(up, up)
 
     def law(positions: FloatArray) -> Potential:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.blind.contact import highest_tops, ROUND
+from benchmarks.blind.contact import highest_tops, lowered, ROUND
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Observation, Setup
@@ -75,15 +75,16 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
     lows, shares = [], []
     for observation in setup.observations:
         rest = settle(specimen, setup, observation, free)
-        heights = highest_tops(applied(observation.world_from_object, rest), faults)
+        world = applied(observation.world_from_object, rest)
+        heights = highest_tops(world, faults) + lowered(specimen.shares, faults)
         lows.append(float(heights.min()))
         shares.append(specimen.shares[heights.argmin()])
     # With room for the lift: what is at the root must stay above the plane.
     root = applied(setup.observations[0].world_from_object, specimen.mesh.nodes) @ normal
     lift = 1e-3 * (faults.contact_height or 0.0)
     is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
-    # A bar lies under a part of the body that is not at the root.
-    clear = is_clear or faults.contact_form in ROUND
+    # A bar, or a block, lies under a part of the body that is not at the root.
+    clear = is_clear or faults.contact_form in (*ROUND, 'step')
     return lows, bool(shares[0] > 0.5) and clear
 
 

@@ -11,6 +11,7 @@ from benchmarks.blind.shapes import FloatArray
 _JAW = 0.15  # Share of the free length over which a soft root gives way.
 _TORN = 0.05  # Half the share of the free length of a torn piece.
 DECAY = 0.2  # Share of the free length over which what comes from the clamp falls to a third.
+_LAMP = 0.15  # Share of the free length over which a lamp's light falls to a half.
 _CAVITY = 5.0  # By which log E falls where there is no matter.
 
 
@@ -29,6 +30,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'spot': (np.abs(share - 0.3) < 0.1).astype(float),
         'three pours': np.where(share > 0.6, 0.5, np.where(share > 0.25, 0.1, -0.5)),
         'decaying': -np.exp(-share / DECAY),
+        'lamp': lamp_light(share, faults.contrast_at),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode
@@ -42,6 +44,16 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
     if faults.hollow:
         change = change - _CAVITY * cavity(setup, faults, share, points)
     return change
+
+
+def lamp_light(share: FloatArray, at: float) -> FloatArray:
+    """Return a lamp's light by the square of the distance, 1 below it.
+
+    Args:
+        share: of the free length, any shape.
+        at: share above which it stands, as high as `_LAMP`.
+    """
+    return np.asarray(1.0 / (1.0 + ((share - at) / _LAMP) ** 2))
 
 
 def cavity(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

@@ -26,6 +26,7 @@ from benchmarks.blind.surface import (
 
 FRAMES = 8
 _SAGS = 0.8  # What a mount has yet to sag falls by so much of its logarithm from pose to pose.
+_UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
 _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
 
 
@@ -55,7 +56,7 @@ def true_rendering(
     world_from_object = observation.world_from_object
     moved_by = _camera_share(setup, observation, faults)
     camera_from_world = true_camera(specimen, setup, faults, moved_by)
-    camera = _true_intrinsics(setup.camera, faults)
+    camera = _true_intrinsics(setup.camera, faults, _focused(setup, observation, faults))
     rendering = render(moved(surface, camera_from_world @ world_from_object), camera)
     bias = 1e-3 * faults.depth_bias * _bias_share(rendering, setup, observation, faults)
     scale = faults.depth_scale
@@ -63,7 +64,8 @@ def true_rendering(
         scale *= setup.pose_number(observation) / max(len(setup.observations) - 1, 1)
     depth = rendering.depth * (1.0 + 0.01 * scale) + bias + _wiggle(rendering, faults)
     depth = depth + _stripes(rendering, faults) + _tiles(rendering, setup.camera, faults)
-    return replace(rendering, depth=depth + 1e-3 * faults.region_bias * tip_part(rendering.labels))
+    depth = depth + 1e-3 * faults.region_bias * tip_part(rendering.labels)
+    return replace(rendering, depth=_in_steps(depth, faults))
 
 
 def _wiggle(rendering: Rendering, faults: Faults) -> FloatArray | float:
@@ -96,6 +98,14 @@ def _tiles(rendering: Rendering, camera: Camera, faults: Faults) -> FloatArray |
     return np.asarray(1e-3 * faults.tiles * errors[rows[:, None], columns[None]])[..., None]
 
 
+def _in_steps(depth: FloatArray, faults: Faults) -> FloatArray:
+    """Return the nearest of the depths that a sensor tells [m]."""
+    if not faults.coarse:
+        return depth
+    step = 1e-3 * faults.coarse
+    return np.asarray(step * np.round(depth / step))
+
+
 def _camera_share(setup: Setup, observation: Observation, faults: Faults) -> float:
     """Return how much of the camera's error is there in a pose."""
     if faults.camera_from:
@@ -107,14 +117,19 @@ def _camera_share(setup: Setup, observation: Observation, faults: Faults) -> flo
     return setup.reached(observation) if faults.camera_drifts else 1.0
 
 
-def _true_intrinsics(camera: Camera, faults: Faults) -> Camera:
-    scale = 1.0 + faults.focal_scale
+def _focused(setup: Setup, observation: Observation, faults: Faults) -> float:
+    """Return how much of the error of scale and middle is there in a pose."""
+    return faults.focus_shares[setup.pose_number(observation)] if faults.focus_shares else 1.0
+
+
+def _true_intrinsics(camera: Camera, faults: Faults, focused: float) -> Camera:
+    scale = 1.0 + focused * faults.focal_scale
     return replace(
         camera,
         fx=camera.fx * (scale + faults.aspect),
         fy=camera.fy * (scale - faults.aspect),
-        cx=camera.cx + faults.center_shift[0],
-        cy=camera.cy + faults.center_shift[1],
+        cx=camera.cx + focused * faults.center_shift[0],
+        cy=camera.cy + focused * faults.center_shift[1],
         radial=faults.radial_distortion,
         tangential=faults.tangential,
         wobble=(faults.wobble, faults.wobble_period, faults.wobble_phase),
@@ -149,6 +164,11 @@ def _bias_share(
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
         light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
         return np.asarray(1.0 - np.log(light))
+    if faults.depth_form == 'upper rows':
+        # In the image's middle it is all there.
+        rows = rendering.row + np.arange(height) - setup.camera.cy
+        by_row = np.exp(-rows / (_UPPER * setup.camera.height))
+        return np.broadcast_to(by_row[:, None], (height, width))[..., None]
     if faults.depth_form == 'ramp':
         columns = rendering.column + np.arange(width) - setup.camera.cx
         return np.broadcast_to(0.7 + columns / setup.camera.width, (height, width))[..., None]

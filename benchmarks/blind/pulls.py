@@ -40,6 +40,37 @@ def pulls(
     return tuple(found)
 
 
+def turntable(
+    masses: FloatArray, observation: Observation, side: FloatArray, radius: float
+) -> PotentialLaw:
+    """Return what draws parts away from the upright axis of a table that turns steadily.
+
+    Args:
+        masses: of nodes [kg], shape (N,).
+        observation: the pose.
+        side: pull where the camera looks, level, world [m/s^2], shape (3,).
+        radius: distance of the axis from there [m].
+    """
+    strength = float(np.linalg.norm(side))
+    square = strength / radius  # Of the table's speed [1/s^2].
+    matrix = observation.world_from_object
+    level = np.diag([1.0, 0.0, 1.0]) @ matrix[:3, :3]
+    axis = -radius * side / max(strength, 1e-30)
+    foot = np.diag([1.0, 0.0, 1.0]) @ (matrix[:3, 3] - axis)
+    pull = square * masses
+    diagonal = -pull[:, None, None] * (level.T @ level)
+
+    def energy(positions: FloatArray) -> Potential:
+        away = positions @ level.T + foot
+        return Potential(
+            energy=-0.5 * float((pull[:, None] * away**2).sum()),
+            gradient=-pull[:, None] * (away @ level),
+            diagonal=diagonal,
+        )
+
+    return energy
+
+
 def magnet(point: FloatArray, strength: FloatArray) -> PotentialLaw:
     """Return a pull towards a point that falls with the square of the distance.
 

@@ -13,6 +13,7 @@ from benchmarks.blind.shapes import bend, FloatArray, Shape
 _PARTS = 12  # Arcs that a helix is made of, and what hung for long.
 _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
 _HELIX_MORE = 1.3  # Curvature over that of an arc.
+_TRESTLE = 0.15  # Share of a mould's length at which a trestle stands, at either end.
 _KINK = 0.1  # Share of the free length of a kink.
 
 
@@ -48,7 +49,7 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'kink':
         begin, end = faults.curvature_at - 0.5 * _KINK, faults.curvature_at + 0.5 * _KINK
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
-    if faults.curvature_form in ('S', 'middle', 'helix', 'set'):
+    if faults.curvature_form in ('S', 'middle', 'helix', 'set', 'trestles'):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
         rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
@@ -73,9 +74,19 @@ def _parts(curvature: FloatArray, form: str) -> list[tuple[float, float, FloatAr
             # As the moment of an even load: the tip moves as far as that of an arc.
             found.append((begin, end, 2.0 * (1.0 - middle) ** 2 * curvature))
             continue
+        if form == 'trestles':
+            found.append((begin, end, _sagged(middle) * curvature))
+            continue
         turn = rotation(np.array([_HELIX_TURN * (middle - 0.5), 0.0, 0.0]))
         found.append((begin, end, _HELIX_MORE * turn @ curvature))
     return found
+
+
+def _sagged(share: float) -> float:
+    """Return the moment of a mould's weight on two trestles at a place, over its mean."""
+    one, other = max(share - _TRESTLE, 0.0), max(share - 1.0 + _TRESTLE, 0.0)
+    mean = 0.25 * ((1.0 - _TRESTLE) ** 2 + _TRESTLE**2) - 1.0 / 6.0
+    return 0.5 * (one + other - share**2) / mean
 
 
 def _bent_in_parts(

@@ -19,7 +19,7 @@ from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahed
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened, stiffened
 from benchmarks.blind.moduli import cavity, log_modulus
-from benchmarks.blind.pulls import pulls
+from benchmarks.blind.pulls import pulls, turntable
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
@@ -114,6 +114,18 @@ def _softened(specimen: Specimen, factor: float) -> Specimen:
     return replace(specimen, body=replace(specimen.body, numbers=numbers))
 
 
+def _dragged(specimen: Specimen, faults: Faults) -> Specimen:
+    """Shear the held section along x; all else starts from where that turns it."""
+    mesh, (by_y, by_z) = specimen.mesh, faults.clamp_drag
+    if not (by_y or by_z):
+        return specimen
+    mouth = 2.0 * specimen.center
+    nodes = applied(about(rotation(np.array([0.0, by_z, -by_y])), mouth, np.zeros(3)), mesh.nodes)
+    nodes[mesh.held] = mesh.nodes[mesh.held]
+    nodes[mesh.held, 0] += mesh.nodes[mesh.held, 1:] @ np.array([by_y, by_z])
+    return replace(specimen, mesh=replace(mesh, nodes=nodes))
+
+
 def _swollen(quadrature: Quadrature, where: FloatArray, swelling: float) -> Quadrature:
     """Grow the shape without stress by a percentage, times a share at each Gauss point."""
     growth = 1.0 + 0.01 * swelling * where
@@ -147,6 +159,7 @@ def settle(
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
     load = _load(specimen, setup, observation, faults)
+    specimen = _dragged(specimen, faults)
     nominal = _clamp(specimen, setup, observation, faults)
     give = faults.clamp_compliance
     if faults.contact_height is not None and faults.contact_form == 'friction':
@@ -176,6 +189,9 @@ def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArra
     if faults.clamp_form == 'one-sided':
         way = np.array([0.0, *faults.clamp_way])
         return lambda moment: np.where(way * moment > 0.0, 1.0, np.inf)
+    if faults.clamp_form == 'play':
+        easy = faults.clamp_compliance / float(np.deg2rad(faults.clamp_play))
+        return lambda moment: float(np.hypot(1.0, easy * np.linalg.norm(moment)))
     power = {'hardening': 0.5, 'softening': -0.4}.get(faults.clamp_form)
     if power is None:
         return lambda moment: 1.0
@@ -196,6 +212,8 @@ def _load(specimen: Specimen, setup: Setup, observation: Observation, faults: Fa
         *pulls(masses, shares, observation, faults),
         *by_height(specimen.mesh.lattice, masses, shares, observation, faults),
     ]
+    if faults.tilt_form == 'turntable':
+        laws.append(turntable(masses, observation, _side(faults), faults.tilt_radius))
     if faults.hose:
         places = specimen.mesh.nodes + 1e-3 * np.array(faults.hose_offset)
         stiffness = around(faults.hose, faults.hose_at, specimen.body.masses, shares)
@@ -259,7 +277,7 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)
-    if faults.tilt_form in ('growing', 'outer_push', 'middle_push', 'thread'):
+    if faults.tilt_form in ('growing', 'outer_push', 'middle_push', 'thread', 'turntable'):
         return np.asarray(object_from_world @ down)
     if faults.tilt_form == 'side_force':
         return np.asarray(object_from_world @ (down + side))
