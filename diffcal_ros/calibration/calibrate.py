@@ -10,7 +10,8 @@ from diffcal_ros.calibration.fit_method import FitEnd, FitMethod
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.shared_bodies import SharedBodies, StandIn
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
-from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.fit_objective import FitObjective
 from diffcal_ros.calibration.residuals.gap import Gap, measure_gap
 from diffcal_ros.calibration.residuals.objective import RobustObjective

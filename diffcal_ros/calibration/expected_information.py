@@ -17,11 +17,8 @@ from dataclasses import dataclass, replace
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.parameters.parameters import (
-    camera_pose_parameters,
-    Kind,
-    ParameterSet,
-)
+from diffcal_ros.calibration.parameters.parameter_layout import camera_pose_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.uncertainty.uncertainty import covariance_of

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.expected_information import Candidate, Known
-from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.residuals.residual_scales import Scale, Scales
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import NotSimulatedError, SceneError

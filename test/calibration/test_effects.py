@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.effects.registry import EFFECTS

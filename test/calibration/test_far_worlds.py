@@ -7,7 +7,7 @@ from functools import cache
 
 from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.calibration.tracking.tracker import Tracker
 from diffcal_ros.camera import PinholeCamera

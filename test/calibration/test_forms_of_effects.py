@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters
-from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.fem.elements.element import Element

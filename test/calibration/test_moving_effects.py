@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.fit_names import fit_problems
 import numpy as np

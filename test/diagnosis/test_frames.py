@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Points and axes of a verdict are those that the model uses."""
 
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.verdict.verdict_figures import frame_of
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np

@@ -3,7 +3,7 @@
 """Anisotropy in scene files: a direction with signs, its default, and what is refused."""
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.load import load_scene
 import numpy as np

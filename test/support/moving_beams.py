@@ -8,7 +8,7 @@ from typing import Any
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Instant, Observation
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.scene.model import HeldPart, MotionSetup, Quantity, Scene
 import numpy as np
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import fuse_frames, Observation
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.robust_residual import make_comparers
 from diffcal_ros.depth_frame import DepthFrame
 import numpy as np

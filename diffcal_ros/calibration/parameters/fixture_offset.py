@@ -4,11 +4,8 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.parameters import (
-    Kind,
-    Parameter,
-    rigid_motion_parameters,
-)
+from diffcal_ros.calibration.parameters.parameter_layout import rigid_motion_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind, Parameter
 
 # A body sits in its clamp to a millimetre in all of where drawings have both [m, rad].
 _FIXTURE_STDS = (0.0006, 0.0006, 0.0006, 0.005, 0.005, 0.005)

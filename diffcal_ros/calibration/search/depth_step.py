@@ -12,7 +12,8 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.contest import Contest
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.seen_fit import SeenFit
 from diffcal_ros.effects.registry import seen_boundary

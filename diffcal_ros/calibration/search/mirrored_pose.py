@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.search.global_search import can_search, GlobalSearch
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import NotSimulatedError

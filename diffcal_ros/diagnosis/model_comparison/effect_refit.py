@@ -5,11 +5,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.parameters import (
-    make_parameters,
-    Parameter,
-    ParameterSet,
-)
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit

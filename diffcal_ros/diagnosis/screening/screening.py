@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import columns_of, PatchGroup, Rows, with_columns
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior

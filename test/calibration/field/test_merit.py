@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.field.merit import measure_merit
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.robust_loss import robust_cost
 from diffcal_ros.calibration.residuals.robust_residual import ResidualKind, Residuals

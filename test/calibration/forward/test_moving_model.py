@@ -5,7 +5,7 @@
 from diffcal_ros.calibration.forward import moving_posture
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import pose_covariances, pose_owners
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.time_correlation import part_means, repeated_frames
 from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.fem.motion.moving_body import INTEGRATOR_NAMES

@@ -5,7 +5,8 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.model import Quantity

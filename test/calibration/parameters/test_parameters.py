@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.fit_names import allowed_fit_names
 import numpy as np

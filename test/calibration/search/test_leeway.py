@@ -5,7 +5,8 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.parameters.parameters import make_parameters, PLACING
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import PLACING
 from diffcal_ros.calibration.residuals.objective import RobustObjective
 from diffcal_ros.calibration.residuals.residual_scales import Scales
 from diffcal_ros.calibration.search.global_search import GlobalSearch

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors on problems whose answer is known."""
 
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.uncertainty.uncertainty import estimate_uncertainty, MESH_SHIFT_FACTOR
 from diffcal_ros.least_squares.normal_equations import Linearisation
 import numpy as np

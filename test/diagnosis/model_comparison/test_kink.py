@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisTrace
 from diffcal_ros.diagnosis.model_comparison import freed_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis

@@ -5,7 +5,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit
 from diffcal_ros.diagnosis.patches.discretisation_error import DiscretisationError
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel

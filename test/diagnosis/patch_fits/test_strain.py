@@ -5,7 +5,8 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup

@@ -6,7 +6,8 @@ from dataclasses import replace
 import re
 
 from diffcal_ros.calibration.parameters.fixture_offset import fixture_offset_parameters
-from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal

@@ -27,7 +27,8 @@ def test_a_score_is_the_fall_of_chi_square_with_one_more_effect(screened):
     """Solve nuisances and tilt together, priors included, and compare with the score's gain."""
     evaluator, fit, result = screened
     score = next(s for s in result.scores if s.candidate.identifier == 'gravity_tilt')
-    from diffcal_ros.calibration.parameters.parameters import make_parameters, ParameterSet
+    from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+    from diffcal_ros.calibration.parameters.parameters import ParameterSet
 
     scene, nominal = evaluator.model.scene, evaluator.model.parameters
     more = make_parameters(scene, ('gravity_tilt',), with_edge_bias=False)

@@ -4,7 +4,7 @@
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.errors import SceneError
 from diffcal_ros.fem.terms.cable_route import route_through, RouteError

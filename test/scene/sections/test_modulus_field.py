@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.body_inputs import BodyInputs
 from diffcal_ros.calibration.forward.effect_model import EffectModel
-from diffcal_ros.calibration.parameters.parameters import make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.errors import SceneError
 from diffcal_ros.report.tables.scene_table import scene_rows
 from diffcal_ros.scene.load import load_scene

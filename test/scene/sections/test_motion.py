@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The motion of a scene file: what a sound one becomes, and what is said about each mistake."""
 
-from diffcal_ros.calibration.parameters.parameters import Kind, make_parameters
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.errors import SceneError
 from diffcal_ros.report.tables.scene_table import format_rows, scene_rows
 from diffcal_ros.scene.load import load_scene
