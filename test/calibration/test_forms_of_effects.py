@@ -95,14 +95,13 @@ def test_depth_follows_an_error_that_differs_along_and_across():
     comparison, view = objective.comparisons(here)[0], model.views(here)[0]
     _, jacobian = objective.with_jacobians(0, comparison, view, tangent, here)[0]
     places = comparison.depth.indices
-    for place, parameter in enumerate(model.parameters):
-        if parameter.name.startswith('depth_bias'):
-            moved = here.copy()
-            moved[place] += 1e-4
-            change = objective.comparisons(moved)[0].difference - comparison.difference
-            np.testing.assert_allclose(
-                -change.ravel()[places], 1e-4 * jacobian[:, place], atol=1e-12
-            )
+    own = [p for p, one in enumerate(model.parameters) if one.effect == 'depth_bias_by_region']
+    assert len(own) == 1 + len(EFFECTS['depth_bias_by_region'].forms)
+    for place in own:
+        moved = here.copy()
+        moved[place] += 1e-4
+        change = objective.comparisons(moved)[0].difference - comparison.difference
+        np.testing.assert_allclose(-change.ravel()[places], 1e-4 * jacobian[:, place], atol=1e-12)
 
 
 def test_errors_of_all_places_are_an_error_of_all_and_none_of_a_fixture(random):
