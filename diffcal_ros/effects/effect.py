@@ -142,9 +142,14 @@ class Effect:
         """Amplitudes that are tried together."""
         return (tuple(part.name for part in self.components),)
 
+    @property
+    def parts(self) -> tuple[Component, ...]:
+        """Its amplitudes, and those of its other forms."""
+        return (*self.components, *self.forms)
+
     def component(self, name: str) -> Component:
-        """Return a component by name."""
-        return next(part for part in (*self.components, *self.forms) if part.name == name)
+        """Return one of its parts by name."""
+        return next(part for part in self.parts if part.name == name)
 
     def amplitude_name(self, component: str) -> str:
         """Return the name of an amplitude among the parameters of a fit."""
@@ -157,8 +162,7 @@ class Effect:
 
     def is_there(self, own: Numbers) -> bool:
         """Tell whether it does anything."""
-        parts = (*self.components, *self.forms)
-        return not self.has_tangent or any(own.get(part.name, 0.0) for part in parts)
+        return not self.has_tangent or any(own.get(part.name, 0.0) for part in self.parts)
 
     # What it does to the body, where it is there.
 
@@ -183,7 +187,7 @@ class Effect:
 
         By default the conditions of one unit, as they are linear in most amplitudes.
         """
-        others = dict.fromkeys((part.name for part in (*self.components, *self.forms)), 0.0)
+        others = dict.fromkeys((part.name for part in self.parts), 0.0)
         added = self.conditions({**own, **others, component: 1.0}, site)
         return None if added is NO_CONDITIONS else Change(conditions=added)
 

@@ -36,19 +36,24 @@ class BodyAxes:
         """Return how far along the free part points are, 0 at the clamp, 1 at the tip."""
         return np.clip((points - self.root) @ self.axes[0] / self.length, 0.0, 1.0)
 
-    def places(self, points: FloatArray, extent: FloatArray) -> FloatArray:
-        """Return where on the body points at rest are, shape (n, 3).
+    def across(self, points: FloatArray, extent: FloatArray) -> FloatArray:
+        """Return how far across the section points are, in units of half widths, shape (n, 2).
 
         Args:
             points: at rest [m], shape (n, 3).
-            extent: points of the whole body [m], shape (N, 3).
-
-        Returns:
-            How far along the free part, and how far across it in units of its half widths.
+            extent: points that are as wide as the body [m], shape (N, 3).
         """
         across, whole = ((own - self.root) @ self.axes[1:].T for own in (points, extent))
-        half = np.maximum(np.abs(whole).max(axis=0), 1e-9)
-        return np.column_stack([self.fraction(points), across / half])
+        return np.asarray(across / np.abs(whole).max(axis=0))
+
+    def places(self, points: FloatArray, extent: FloatArray) -> FloatArray:
+        """Return where on the body points are: how far along its free part, and across, (n, 3).
+
+        Args:
+            points: see `across`.
+            extent: see `across`.
+        """
+        return np.column_stack([self.fraction(points), self.across(points, extent)])
 
     def moved(self, shift: FloatArray) -> 'BodyAxes':
         """Return the axes of a body that is shifted [m], shape (3,)."""

@@ -45,7 +45,7 @@ class SensorModel:
         read = seen.depth
         for identifier, own in self.errors:
             effect = EFFECTS[identifier]
-            for part in (*effect.components, *effect.forms):
+            for part in effect.parts:
                 amplitude = own.get(part.name, 0.0)
                 mode = effect.depth_error_mode(part.name, seen) if amplitude else None
                 if mode is not None:

@@ -40,6 +40,11 @@ class CameraOffsets:
         self._parameters = parameters
         self._pivots = pivots
         self._owners = pose_owners(observations)
+        self._stated_lens, modes = stated_lens(scene.effects), list(LENS_MODES)
+        self._lens_modes = {
+            index: modes.index(parameters.parameters[index].amplitude)
+            for index in parameters.find(Kind.LENS)
+        }
         # One camera that is elsewhere is elsewhere in every view: its offset has one pivot [m].
         poses = sorted(set(self._owners))
         self.offset_pivot: FloatArray = np.mean([pivots[owner] for owner in poses], axis=0)
@@ -64,10 +69,9 @@ class CameraOffsets:
 
     def lens(self, coordinates: FloatArray) -> FloatArray:
         """Return by how much the picture is another one, of each of `LENS_MODES`, shape (m,)."""
-        amounts = stated_lens(self._scene.effects)
-        for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
-            if parameter.kind is Kind.LENS:
-                amounts[list(LENS_MODES).index(parameter.amplitude)] = coordinate
+        amounts = self._stated_lens.copy()
+        for index, mode in self._lens_modes.items():
+            amounts[mode] = coordinates[index]
         return amounts
 
     def _placed(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
@@ -96,9 +100,8 @@ class CameraOffsets:
         self, number: int, world: FloatArray, by_points: FloatArray, coordinates: FloatArray
     ) -> FloatArray:
         """Pull a derivative by the points of `points` back to the world [1/m], shape (N, 3)."""
-        lens = self.lens(coordinates)
-        if lens.any():
-            slopes = lens_slopes(self._placed(number, world, coordinates), lens)
+        slopes = self._lens_slopes(number, world, coordinates)
+        if slopes is not None:
             by_points = np.einsum('nij,ni->nj', slopes, by_points)
         return by_points @ self.rotation(number, coordinates)
 
@@ -106,11 +109,17 @@ class CameraOffsets:
         self, number: int, world: FloatArray, moves: FloatArray, coordinates: FloatArray
     ) -> FloatArray:
         """Return what the lens makes of moves of points [m], shape (..., N, 3)."""
+        slopes = self._lens_slopes(number, world, coordinates)
+        return moves if slopes is None else np.einsum('nij,...nj->...ni', slopes, moves)
+
+    def _lens_slopes(
+        self, number: int, world: FloatArray, coordinates: FloatArray
+    ) -> FloatArray | None:
+        """Return how points follow what the lens is shown, shape (N, 3, 3); None: it is exact."""
         lens = self.lens(coordinates)
         if not lens.any():
-            return moves
-        slopes = lens_slopes(self._placed(number, world, coordinates), lens)
-        return np.einsum('nij,...nj->...ni', slopes, moves)
+            return None
+        return lens_slopes(self._placed(number, world, coordinates), lens)
 
     def rotation(self, number: int, coordinates: FloatArray) -> FloatArray:
         """Return the rotation from the world to the camera, offsets included, shape (3, 3)."""
@@ -139,9 +148,9 @@ class CameraOffsets:
         is_pose = parameter.kind is Kind.CAMERA_POSE and parameter.target == self._owners[number]
         seen = self._observations[number].setup_index
         is_offset = parameter.kind is Kind.RIGID_OFFSET and parameter.posture in (None, seen)
-        if parameter.kind is Kind.LENS:
-            moves = lens_moves(self._placed(number, world, coordinates))
-            return moves[list(LENS_MODES).index(parameter.amplitude)]
+        if index in self._lens_modes:
+            unit = np.eye(len(LENS_MODES))[self._lens_modes[index]]
+            return lens_moves(self._placed(number, world, coordinates), unit)
         if not (is_pose or is_offset):
             return None
         (pose, point), (offset, pivot) = self._both(number, coordinates)

@@ -49,20 +49,18 @@ def through_lens(points: FloatArray, amounts: FloatArray) -> FloatArray:
         points: camera frame [m], shape (N, 3).
         amounts: of each mode, shape (m,).
     """
-    return points + np.einsum('m,mni->ni', amounts, lens_moves(points))
+    return points + lens_moves(points, amounts)
 
 
-def lens_moves(points: FloatArray) -> FloatArray:
-    """Return how a unit of each mode moves points [m], shape (m, N, 3)."""
-    moves = np.einsum('mdp,np->mnd', _COEFFICIENTS, _monomials(points, _POWERS))
-    found = np.zeros((len(moves), *points.shape))
-    found[..., :2] = points[:, 2:] * moves
-    return found
+def lens_moves(points: FloatArray, amounts: FloatArray) -> FloatArray:
+    """Return how far a lens moves points [m], shape (N, 3); it is linear in the amounts, (m,)."""
+    moves = _monomials(points, _POWERS) @ _polynomials(amounts).T
+    return np.column_stack([points[:, 2:] * moves, np.zeros(len(points))])
 
 
 def lens_slopes(points: FloatArray, amounts: FloatArray) -> FloatArray:
     """Return the derivative of `through_lens` by the points, shape (N, 3, 3)."""
-    polynomials = np.einsum('m,mdp->dp', amounts, _COEFFICIENTS)
+    polynomials = _polynomials(amounts)
     place = points[:, :2] / points[:, 2:]
     lower = [_POWERS - np.eye(2, dtype=int)[axis] for axis in range(2)]
     slopes = np.stack(
@@ -78,6 +76,11 @@ def lens_slopes(points: FloatArray, amounts: FloatArray) -> FloatArray:
     # What is moved in the picture moves a point by its depth times that.
     found[:, :2, 2] += moved - np.einsum('nij,nj->ni', slopes, place)
     return found
+
+
+def _polynomials(amounts: FloatArray) -> FloatArray:
+    """Return by which powers the picture moves in both directions, shape (2, p)."""
+    return np.asarray(np.einsum('m,mdp->dp', amounts, _COEFFICIENTS))
 
 
 def _monomials(points: FloatArray, powers: NDArray[np.int64]) -> FloatArray:

@@ -188,8 +188,7 @@ def _gain_of_body(
     names, wide = library_groups(evaluator, fit.coordinates, listed)
     tangents = _columns(wide, len(names))
     ways = [
-        tangents[:, [names.index(name) for name in one.names]]
-        * [one.effect.component(component).scale for component in one.components]
+        tangents[:, [names.index(name) for name in one.names]] * one.scales
         for one in listed
         if set(one.names) <= set(names)
     ]

@@ -38,7 +38,7 @@ def with_effects(
         nominal: evaluates the patches of the nominal model.
         base: its fit.
         added: effects to add.
-        freed: what their amplitudes may be more in single postures, see `freed_effects`.
+        freed: what they may be besides in single postures and other forms, see `freed_effects`.
     """
     scene = _with_settings(nominal.model.scene, added)
     parameters = _with_amplitudes(scene, base.parameters, added)

@@ -194,7 +194,7 @@ class _Done:
             return cls(
                 candidate, moved, [own[:, None] for own in moved], 0.0, None, besides, nothing
             )
-        scales = np.array([effect.component(name).scale for name in candidate.components])
+        scales = candidate.scales
         sizes = scales * float(np.linalg.norm(values / scales))
         slopes = [group.patches.jacobian[:, indices] for group in fit.groups]
         brought = parameters_of(fit.parameters, [candidate])

@@ -110,6 +110,5 @@ def _size(model: Hypothesis, added: Candidate) -> float:
     """Return how large the amplitudes of a fitted effect are, in usual sizes; 1 of a place."""
     if not added.effect.has_tangent:
         return 1.0
-    scales = np.array([added.effect.component(name).scale for name in added.components])
     places = [model.fit.parameters.names.index(name) for name in added.names]
-    return float(np.linalg.norm(model.fit.coordinates[places] / scales))
+    return float(np.linalg.norm(model.fit.coordinates[places] / added.scales))

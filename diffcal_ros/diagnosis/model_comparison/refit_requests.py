@@ -44,7 +44,7 @@ class RefitRequest:
         starts: where amplitudes start, SI units by name; others at zero.
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
-        freed: what amplitudes may be more in single postures.
+        freed: what effects may be besides in single postures and other forms.
     """
 
     added: tuple[Candidate, ...]
@@ -81,7 +81,7 @@ class Continuation:
         coordinates: where it stands, shape (k,).
         groups: all patches there.
         least_log_evidence: log evidence below which the model is of no use.
-        freed: what amplitudes are more in single postures.
+        freed: what effects are besides in single postures and other forms.
         max_iterations: evaluations of the model at most.
     """
 

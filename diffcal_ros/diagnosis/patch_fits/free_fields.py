@@ -11,7 +11,6 @@ from collections.abc import Callable
 from itertools import product
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.fem.terms.conditions import Conditions
@@ -89,7 +88,7 @@ def _moduli(
 
     def changes(index: int, body: StaticBody) -> list[Change]:
         axes = model.effects.object_axes(index)
-        across = _across(axes, middles)
+        across = axes.across(middles, middles).T
         modes = [np.ones(len(middles)), across[0], across[1], *(across**2)]
         return [
             Change(youngs_modulus=modulus * hat * mode)
@@ -124,7 +123,7 @@ def _shape_fields(model: ForwardModel, number: int, points: FloatArray) -> Float
     axes = model.effects.axes(observation.setup_index)
     fraction = axes.fraction(rest)
     bends = [fraction[:, None] ** degree * axis for degree in (1, 2, 3) for axis in axes.axes]
-    across = _across(axes, rest)
+    across = axes.across(rest, rest).T
     sections = [
         (hat * index)[:, None] * axis
         for hat in _hats(fraction)
@@ -165,12 +164,6 @@ def _going_along(
     """Turn fields on the body at rest as the body has turned, shape (k, N, 3)."""
     turned = _local_rotations(rest, points, fraction)
     return np.einsum('nij,knj->kni', turned, fields)
-
-
-def _across(axes: BodyAxes, points: FloatArray) -> FloatArray:
-    """Return the places across the section, in units of its half widths, shape (2, N)."""
-    across = (points - axes.root) @ axes.axes[1:].T
-    return np.asarray((across / np.abs(across).max(axis=0)).T)
 
 
 def _local_rotations(rest: FloatArray, points: FloatArray, fraction: FloatArray) -> FloatArray:

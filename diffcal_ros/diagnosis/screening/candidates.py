@@ -10,6 +10,10 @@ from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,11 @@ class Candidate:
     def names(self) -> tuple[str, ...]:
         """Names of its amplitudes among the parameters of a fit."""
         return tuple(map(self.effect.amplitude_name, self.components))
+
+    @property
+    def scales(self) -> FloatArray:
+        """Usual sizes of its amplitudes, SI units, shape (a,)."""
+        return np.array([self.effect.component(name).scale for name in self.components])
 
     @property
     def screened(self) -> dict[str, float]:

@@ -255,7 +255,7 @@ def _score(candidate: Candidate, sight: _Sight) -> Score:
     if not candidate.effect.has_tangent:
         return _one_sided_score(candidate, sight)
     own = sight.of(candidate)
-    scales = np.array([candidate.effect.component(name).scale for name in candidate.components])
+    scales = candidate.scales
     information = own.T @ own + np.diag(1.0 / scales**2)
     amplitudes = expected_amplitudes(candidate, own, sight.residual)
     gain = float(gains(candidate, own, sight.residual))
@@ -284,7 +284,7 @@ def _gain_by_pose(candidate: Candidate, own: FloatArray, sight: _Sight) -> float
     views = np.unique(sight.views)
     if candidate.effect.most_by_pose < 1.0 or len(views) < 2:
         return float(gains(candidate, own, sight.residual))
-    scales = np.array([candidate.effect.component(name).scale for name in candidate.components])
+    scales = candidate.scales
     scaled = own * scales
     apart = np.hstack([scaled, *(scaled * (sight.views == view)[:, None] for view in views)])
     information = apart.T @ apart + np.eye(apart.shape[1])
