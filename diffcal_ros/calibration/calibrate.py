@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time
 
-from diffcal_ros.calibration.fit_method import FitEnd, FitMethod
+from diffcal_ros.calibration.fit_method import FitEnd, FitMethod, OnIteration
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.shared_bodies import SharedBodies, StandIn
 from diffcal_ros.calibration.observations.observation import Observation, pose_covariances
@@ -200,14 +200,22 @@ class Calibration:
             history.append(record)
             return on_iteration is None or on_iteration(record)
 
+        end = self._fit(record_step)
+        return self._result(end, self._completed(history), time.perf_counter() - begun)
+
+    def go_to_best(self) -> None:
+        """Fit as `run` does; where that ends is all that is asked, not how well it is known."""
+        self._fit(lambda _: True)
+
+    def _fit(self, on_iteration: OnIteration) -> FitEnd:
         try:
             taut = taut_start(self.model, self.parameters, self.coordinates)
             self.coordinates, self._notes = taut
-            end = self._method.run(self.coordinates, record_step)
+            end = self._method.run(self.coordinates, on_iteration)
         except NotSimulatedError as error:
             raise InputError(f'the start values cannot be simulated: {error}') from error
         self.coordinates = end.minimum.coordinates
-        return self._result(end, self._completed(history), time.perf_counter() - begun)
+        return end
 
     def _completed(self, history: Sequence[IterationRecord]) -> list[IterationRecord]:
         """Return the steps, with the starts of what the fit has added to its model."""

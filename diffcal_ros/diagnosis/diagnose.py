@@ -183,7 +183,7 @@ def fit_nominal(
         fit=names, with_mesh_error=False, looks_farther=False, patience=_PATIENCE
     )
     calibration = Calibration(scene, observations, settings)
-    calibration.run()
+    calibration.go_to_best()
     model, robust = with_fixture_offset(calibration.model_of_all(), calibration.coordinates)
     evaluator = make_patch_evaluator(model, robust)
     known = with_material_boundary(model.scene, evaluator, (robust, model.parameters.start()))

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.calibrate import calibrate
+from diffcal_ros.calibration.calibrate import calibrate, Calibration
 from diffcal_ros.calibration.results.outcome import Outcome
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.errors import InputError, SceneError
@@ -41,6 +41,15 @@ def test_modulus_is_found_within_its_error(start, random) -> None:
     assert result.gap_end.median < 0.3e-3
     assert result.gap_end.coverage > 0.97
     assert result.gap_end.median < result.gap_start.median
+
+
+def test_where_a_fit_ends_can_be_asked_for_alone(random) -> None:
+    scene, seen = beam_scene(modulus=80e3), [observation(noisy(true_depth(), random))]
+    whole, brief = (Calibration(scene, seen, CalibrationSettings(**_NO_MESH)) for _ in range(2))
+    result = whole.run()
+    brief.go_to_best()
+    assert len(result.history) > 2
+    np.testing.assert_allclose(brief.coordinates, whole.coordinates, rtol=1e-6)
 
 
 def test_rigid_offset_is_found_beside_the_modulus(random) -> None:

@@ -172,10 +172,9 @@ class ForwardModel:
         for number, (observation, state) in enumerate(self._numbered()):
             own = solution.tangents[observation.setup_index][:, state]
             tangents = self.cameras.carried(number, worlds[number], own, coordinates)
-            for index in range(len(self.parameters)):
-                motion = self.cameras.motion(number, index, worlds[number], coordinates)
-                if motion is not None:
-                    tangents[index] = motion
+            motions = self.cameras.motions(number, worlds[number], coordinates)
+            for index, motion in motions.items():
+                tangents[index] = motion
             found.append(tangents)
         return found
 
@@ -211,10 +210,8 @@ class ForwardModel:
         """
         gradient = np.zeros(len(coordinates))
         for number, world in enumerate(self._shown(self.at(coordinates).states)):
-            for parameter_index in range(len(coordinates)):
-                motion = self.cameras.motion(number, parameter_index, world, coordinates)
-                if motion is not None:
-                    gradient[parameter_index] += float((motion * by_points[number]).sum())
+            for index, motion in self.cameras.motions(number, world, coordinates).items():
+                gradient[index] += float((motion * by_points[number]).sum())
         for index, pulled in self._pulled(by_points, coordinates).items():
             rest = self.bodies[index].body.discretisation.rest_nodes
             for parameter_index in range(len(coordinates)):

@@ -85,5 +85,7 @@ def _polynomials(amounts: FloatArray) -> FloatArray:
 
 def _monomials(points: FloatArray, powers: NDArray[np.int64]) -> FloatArray:
     """Return products of powers of the place in the picture, shape (N, p)."""
-    place = points[:, :2] / points[:, 2:]
-    return np.asarray((place[:, None] ** powers).prod(axis=-1))
+    x, y = (points[:, :2] / points[:, 2:]).T
+    # Raising to powers that are not known beforehand takes thirty times as long.
+    of_x, of_y = (np.stack([np.ones_like(one), one, one**2, one**3]) for one in (x, y))
+    return np.asarray((of_x[powers[:, 0]] * of_y[powers[:, 1]]).T)

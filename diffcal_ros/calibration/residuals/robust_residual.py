@@ -167,14 +167,27 @@ class ViewComparer:
         self._tracer = tracer
         self._masks = masks
         self._image = ObservedImage(observation.depth, mask.image, device)
+        self._last: tuple[View, Reach, Comparison] | None = None
 
     def show(self, depth: NDArray[np.float32]) -> None:
         """Compare with another image of the same camera from now on [m], shape (H, W)."""
         self._observation = replace(self._observation, depth=depth)
         self._image.replace(depth)
+        self._last = None
 
     def compare(self, view: View, reach: Reach, sensor: SensorModel = EXACT_SENSOR) -> Comparison:
-        """Compare one view, as the sensor would read it."""
+        """Compare one view, as the sensor would read it.
+
+        A step of a fit asks for a view's cost, its scale and its slope: the last comparison with
+        an exact sensor is kept.
+        """
+        if not sensor.is_exact:
+            return self._compare(view, reach, sensor)
+        if self._last is None or self._last[0] is not view or self._last[1] != reach:
+            self._last = view, reach, self._compare(view, reach, sensor)
+        return self._last[2]
+
+    def _compare(self, view: View, reach: Reach, sensor: SensorModel) -> Comparison:
         trace = view.trace
         difference = self.observed(trace) - self.read(trace, sensor)
         counted, comparable = self.pixels(view)

@@ -55,10 +55,8 @@ class PosedShapes(ForwardModel):
         found = []
         for number, world in enumerate(self._shape):
             tangents = np.zeros((len(self.parameters), *world.shape))
-            for index in range(len(self.parameters)):
-                motion = self.cameras.motion(number, index, world, coordinates)
-                if motion is not None:
-                    tangents[index] = motion
+            for index, motion in self.cameras.motions(number, world, coordinates).items():
+                tangents[index] = motion
             found.append(tangents)
         return found
 

@@ -149,7 +149,8 @@ class RefitPool:
         found: list[Refit | None] = []
         while len(found) < len(tasks):
             left = tasks[len(found) :]
-            if self._processes is not None:
+            # A single one takes less time here, on all cores and from where bodies are.
+            if self._processes is not None and len(tasks) > 1:
                 found.extend(self._fits_in_processes(self._processes, left))
                 continue
             begun = time.perf_counter()

@@ -243,10 +243,10 @@ def averaged_by_cell(
         return nothing, empty, np.zeros((0, 2)), np.zeros(0, dtype=np.int64), nothing
     cells, indices = np.unique(numbers, return_inverse=True)
     columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian])
-    totals = np.zeros(len(cells))
-    np.add.at(totals, indices, weights)
-    sums = np.zeros((len(cells), columns.shape[1]))
-    np.add.at(sums, indices, weights[:, None] * columns)
+    totals: FloatArray = np.bincount(indices, weights).astype(np.float64)
+    order = np.argsort(indices, kind='stable')
+    starts = np.searchsorted(indices[order], np.arange(len(cells)))
+    sums = np.add.reduceat((weights[:, None] * columns)[order], starts, axis=0)
     enough = totals >= least
     means = sums[enough] / totals[enough, None]
     return means[:, 0], means[:, 3:], means[:, 1:3], cells[enough], totals[enough]

@@ -93,10 +93,9 @@ class RigidReference:
         offset = fixture_offset(model.parameters, coordinates)
         world = self._world(offset)
         tangents = np.zeros((count, *world.shape))
+        for index, motion in model.cameras.motions(number, world, coordinates).items():
+            tangents[index] = motion
         for index, parameter in enumerate(model.parameters):
-            motion = model.cameras.motion(number, index, world, coordinates)
-            if motion is not None:
-                tangents[index] = motion
             if parameter.kind is Kind.FIXTURE_OFFSET:
                 own = moved_by(self._positions, offset, self._middle, parameter.axis)
                 own = own @ self._placed[:3, :3].T
@@ -132,8 +131,8 @@ class RigidReference:
         """
         compared = self.comparer.compare(view, reach, sensor)
         before = _in_front(body, view.trace)
-        inside = _off(compared.depth, binary_dilation(before, iterations=_BESIDE))
-        outline = _off(compared.edge, binary_dilation(before, iterations=_BESIDE_EDGE))
+        inside = _off(compared.depth, _widened(before, _BESIDE))
+        outline = _off(compared.edge, _widened(before, _BESIDE_EDGE))
         return replace(
             compared,
             depth=_chosen(compared.depth, inside),
@@ -190,6 +189,17 @@ def _in_front(body: Trace, fixture: Trace) -> BoolArray:
     far = np.nan_to_num(fixture.full_depth(), nan=np.inf)
     near: BoolArray = body.full_depth() < far
     return near
+
+
+def _widened(marks: BoolArray, reach: int) -> BoolArray:
+    """Mark what is within so many steps between neighbours of a marked pixel, shape (H, W)."""
+    found = np.zeros_like(marks)
+    rows, columns = (np.flatnonzero(marks.any(axis=axis)) for axis in (1, 0))
+    if len(rows):
+        # The rest of the image is most of it.
+        near = tuple(slice(max(s[0] - reach, 0), s[-1] + reach + 1) for s in (rows, columns))
+        found[near] = binary_dilation(marks[near], iterations=reach)
+    return found
 
 
 def _off(residuals: Residuals, marks: BoolArray) -> BoolArray:

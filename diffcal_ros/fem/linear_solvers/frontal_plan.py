@@ -43,10 +43,13 @@ class FrontalPlan:
 
     Attributes:
         fronts: children before parents.
-        table: of each front its parent, n, m, where its places begin in `into`, and `update`,
-            `pivots` and `panel`, see `Front`; shape (fronts, 7).
+        table: of each front its parent, n, m, where its places begin in `into`, `update`,
+            `pivots`, `panel` and `stack`, see `Front`, how many of its border are its parent's
+            own, and where it begins in `children` and in `unknowns`; one row more, which ends
+            these; shape (fronts + 1, 11).
         into: places of each front's border among its parent's `own` and `border`.
-        own_columns: how many of each front's border are its parent's own.
+        children: of each front, those of all one after the other.
+        unknowns: of each front its own, then its border, those of all one after the other.
         store_size: numbers of all factors.
         stack_sizes: numbers that wait at most on each stack.
         indices: of the pattern's entries in the store, shape (nnz,).
@@ -55,7 +58,8 @@ class FrontalPlan:
     fronts: tuple[Front, ...]
     table: IntArray
     into: IntArray
-    own_columns: tuple[int, ...]
+    children: IntArray
+    unknowns: IntArray
     store_size: int
     stack_sizes: tuple[int, int]
     indices: IntArray
@@ -80,25 +84,39 @@ def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
         _indices_in_parent(borders, ends, child, parent, per_node)
         for child, parent in enumerate(dissection.parents)
     ]
-    starts = np.concatenate([[0], np.cumsum([len(one) for one in into])])
-    table = [
-        (parent, len(f.own), len(f.border), start, f.update, f.pivots, f.panel)
-        for f, parent, start in zip(fronts, dissection.parents, starts[:-1], strict=True)
-    ]
+    unknowns = [np.concatenate([front.own, front.border]) for front in fronts]
     last = fronts[-1]
     return FrontalPlan(
         fronts=fronts,
-        table=np.array(table, dtype=np.int32),
+        table=_table(fronts, dissection.parents, into),
         into=np.concatenate(into).astype(np.int32),
-        own_columns=tuple(
-            0 if parent < 0 else int(np.searchsorted(places, len(fronts[parent].own)))
-            for places, parent in zip(into, dissection.parents, strict=True)
-        ),
+        children=np.array([c for front in fronts for c in front.children], dtype=np.int32),
+        unknowns=np.concatenate(unknowns).astype(np.int32),
         store_size=last.panel + len(last.own) * len(last.border),
         stack_sizes=stack_sizes,
         # Numbers past 32 bits would not fit into `table` either.
         indices=_entry_indices(pattern, rank, ends, borders, fronts, per_node).astype(np.int32),
     )
+
+
+def _table(fronts: tuple[Front, ...], parents: list[int], into: list[LongArray]) -> IntArray:
+    """Return the table of a plan."""
+    own_columns = [
+        0 if parent < 0 else int(np.searchsorted(places, len(fronts[parent].own)))
+        for places, parent in zip(into, parents, strict=True)
+    ]
+    table = np.zeros((len(fronts) + 1, 11), dtype=np.int32)
+    table[:-1, 0], table[:-1, 8] = parents, own_columns
+    for column, sizes in {
+        3: [len(places) for places in into],
+        9: [len(front.children) for front in fronts],
+        10: [len(front.own) + len(front.border) for front in fronts],
+    }.items():
+        table[1:, column] = np.cumsum(sizes)
+    for row, f in zip(table, fronts, strict=False):
+        row[[1, 2]] = len(f.own), len(f.border)
+        row[[4, 5, 6, 7]] = f.update, f.pivots, f.panel, f.stack
+    return table
 
 
 def _borders(graph: csr_matrix, ends: LongArray, parents: list[int]) -> list[LongArray]:

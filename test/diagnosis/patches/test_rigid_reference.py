@@ -11,11 +11,13 @@ from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.patches.rigid_reference import _widened
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.rigid_transform import apply, transform
 from diffcal_ros.scene.sections.fixture import box_fixture
 import numpy as np
 import pytest
+from scipy.ndimage import binary_dilation
 from support.scenes import (
     beam_scene,
     CAMERA,
@@ -74,6 +76,17 @@ def test_body_and_block_agree_where_nothing_is_off(agreed):
     # A tenth of a pixel at the outline, a tenth of the depth's step within.
     assert np.sqrt(np.mean(values**2)) < 1e-4
     assert agreed.diagnosis.verdict is Verdict.AGREE
+
+
+@pytest.mark.parametrize('reach', [1, 4, 10])
+@pytest.mark.parametrize('corner', [(0, 0), (200, 260), (470, 630)])
+def test_what_is_near_the_body_is_found_wherever_it_is(corner, reach, random):
+    marks = np.zeros((480, 640), dtype=bool)
+    row, column = corner
+    part = marks[row : row + 40, column : column + 60]
+    part[:] = random.random(part.shape) < 0.05
+    np.testing.assert_array_equal(_widened(marks, reach), binary_dilation(marks, iterations=reach))
+    assert not _widened(np.zeros_like(marks), reach).any()
 
 
 def test_the_gap_that_is_told_is_the_bodys(agreed):

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The multifrontal solver against dense and other direct solutions, in both precisions."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 from diffcal_ros.fem.elements.element import discretise, Element
 from diffcal_ros.fem.elements.sparse_pattern import make_pattern, SparsePattern
 from diffcal_ros.fem.laws import find_law, law_names
@@ -64,6 +66,7 @@ def test_any_matrix_of_the_pattern_is_solved(is_exact, bound, random) -> None:
     largest = np.abs(expected).max()
     np.testing.assert_allclose(solver.solve(sides), expected, atol=bound * largest)
     np.testing.assert_allclose(solver.solve(sides[:, 1]), expected[:, 1], atol=bound * largest)
+    assert solver.solve(sides[:, :0]).shape == (pattern.size, 0)
 
 
 def test_a_matrix_with_one_unknown_a_node_is_solved(random) -> None:
@@ -76,6 +79,41 @@ def test_a_matrix_with_one_unknown_a_node_is_solved(random) -> None:
     solver.finish()
     sides = random.normal(size=(len(pattern.free_nodes), 3))
     np.testing.assert_allclose(solver.solve(sides), np.linalg.solve(dense, sides), atol=1e-12)
+
+
+def test_a_large_matrix_is_factored_a_few_fronts_at_a_time(monkeypatch, random) -> None:
+    pattern = _pattern(_bent_mesh())
+    values, sides = _random_values(pattern, random), random.normal(size=(pattern.size, 2))
+    whole = MultifrontalSolver(pattern)
+    whole.factor(values)
+    monkeypatch.setattr(multifrontal, '_AT_A_TIME', 1e5)
+    parted = MultifrontalSolver(pattern)
+    parted.factor(values)
+    assert len(whole._spans) == 1
+    assert len(parted._spans) > 5
+    np.testing.assert_array_equal(parted.solve(sides), whole.solve(sides))
+
+
+def test_two_bodies_are_factored_at_once_on_two_threads(random) -> None:
+    pattern = _pattern(_bent_mesh())
+    values = [_random_values(pattern, random) for _ in range(2)]
+    sides = random.normal(size=(pattern.size, 4))
+    solvers = [MultifrontalSolver(pattern) for _ in values]
+
+    def work(number: int) -> list[np.ndarray]:
+        found = []
+        for _ in range(20):
+            solvers[number].factor(values[number])
+            found += [solvers[number].solve(sides), solvers[number].solve(sides[:, 0])]
+        return found
+
+    with ThreadPoolExecutor(2) as pool:
+        for number, found in enumerate(pool.map(work, range(2))):
+            dense = _dense(values[number], pattern.row_indices, pattern.column_starts)
+            expected = np.linalg.solve(dense, sides)
+            for both, one in zip(found[::2], found[1::2], strict=True):
+                np.testing.assert_allclose(both, expected, atol=1e-12)
+                np.testing.assert_allclose(one, expected[:, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize('is_exact', [True, False])
