@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two models compared patch by patch."""
 
-from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.patches.noise_model import CommonError, kernel
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.patches.whitened import excess_over, Part
+from diffcal_ros.diagnosis.patches.whitened import excess_over, Part, whiten
 import numpy as np
 import pytest
 
@@ -45,3 +47,45 @@ def test_only_patches_that_both_see_are_compared():
     best, rival = [group([0.001, 0.002])], [group([0.009, 0.0025], cells=[7, 1])]
     assert excess_over(rival, best, Part.REPORT) == pytest.approx(0.0005)
     assert np.isnan(excess_over([group([0.001], cells=[7])], best, Part.REPORT))
+
+
+@pytest.mark.parametrize('is_apart', [True, False])
+@pytest.mark.parametrize('standing', [0.0, 0.4])
+def test_uneven_patches_cost_what_their_variance_adds_to_the_log_determinant(standing, is_apart):
+    random = np.random.default_rng(6)
+    groups, covariances, evens = [], [], []
+    for view in range(2):
+        own = group(random.normal(size=7))
+        centers = random.uniform(0.0, 200.0, (7, 2))
+        uneven = random.uniform(0.0, 3.0, 7)
+        even = np.diag(random.uniform(0.5, 2.0, 7)) + 0.5 * kernel(centers, 80.0)
+        error = CommonError(np.full(7, standing), 80.0)
+        patches = replace(
+            own.patches,
+            covariance=even + np.diag(uneven),
+            centers=centers,
+            standing=error if standing else None,
+            uneven=uneven,
+        )
+        groups.append(replace(own, view=view, recording=view, patches=patches))
+        shared = error.covariance(centers)
+        covariances.append(even + np.diag(uneven) + shared)
+        evens.append(even + shared)
+    seen = whiten(groups, Part.ALL, is_apart=is_apart)
+    logs = [
+        np.linalg.slogdet(one)[1] - np.linalg.slogdet(two)[1]
+        for one, two in zip(covariances, evens, strict=True)
+    ]
+    if is_apart or not standing:
+        assert [seen.volumes[seen.views == view].sum() for view in range(2)] == pytest.approx(logs)
+    else:
+        assert seen.volume != pytest.approx(sum(logs))
+        centers = np.concatenate([one.patches.centers for one in groups])
+        across = standing**2 * kernel(centers, 80.0)[:7, 7:]
+        whole, even = (
+            np.block([[two[0], across], [across.T, two[1]]]) for two in (covariances, evens)
+        )
+        expected = np.linalg.slogdet(whole)[1] - np.linalg.slogdet(even)[1]
+        assert seen.volume == pytest.approx(expected)
+    flat = [replace(one, patches=replace(one.patches, uneven=None)) for one in groups]
+    assert whiten(flat, Part.ALL).volume == 0.0
