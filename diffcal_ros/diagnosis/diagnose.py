@@ -205,15 +205,13 @@ def with_smooth_error(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchE
     """Return evaluator and fit with the smooth error that the sensor shows beside every effect.
 
     Effects that the library is denied, or that a fit has, are none less likely to be there. Beside
-    a gap that is far above the floors it is not seen: of a large effect tangents leave more. What
-    is to be expected of a sensor is taken there.
+    a gap that is far above the floors it is not seen: of a large effect tangents leave more.
     """
     if evaluator.stays_robust or not evaluator.tells_smooth_error:
         return evaluator, nominal
-    groups = None
-    if residual_size(nominal.groups, Part.FIT) == 0.0:
-        listed = candidates(evaluator.model.scene)
-        _, groups = library_groups(evaluator, nominal.coordinates, listed)
+    if residual_size(nominal.groups, Part.FIT) > 0.0:
+        return evaluator, nominal
+    _, groups = library_groups(evaluator, nominal.coordinates, candidates(evaluator.model.scene))
     found = evaluator.with_smooth_error(groups)
     return found, nominal if found is evaluator else _fit_patches(found, nominal.coordinates)
 

@@ -23,9 +23,8 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import best_of_each, by
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 import numpy as np
 
-# Of what an effect does: what data say that differs by less is as well judged as fitted. A tenth
-# is one of the shares that are tried, and their mean may be a little less.
-_LEAST_SHARE = 0.09
+# Of what an effect does: what data say that differs by less is as well judged as fitted.
+_LEAST_SHARE = 0.1
 # Models that are fitted so at most, with one effect and with two, and evaluations of each.
 _MOST_SINGLES, _MOST_PAIRS, _MOST_EVALUATIONS = 2, 1, 6
 
@@ -53,36 +52,12 @@ def with_those_freed(
     better: dict[int, Hypothesis] = {}
     for model in asked:
         # Where the one before it left noise, another one seldom may.
-        better[id(model)] = freed = _freed_as_it_wants(pool, model, basis, best)
-        best = max(best, freed.level)
-    first, *others = sorted((better.get(id(m), m) for m in models), key=by_evidence)
-    return sorted([_to_the_end(pool, first, basis), *others], key=by_evidence)
-
-
-def _to_the_end(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothesis:
-    """Return the best model fitted on, where its effects are free and evaluations ran out.
-
-    How much it closes is told where it stands, however near one more step leads.
-    """
-    if not model.freed or model.fit.is_converged or model.leaning < LEAST_LEANING:
-        return model
-    ended = judged(pool.finish([model], [-np.inf]), basis, is_brief=True)[0]
-    return ended if ended.fit.chi_square < model.fit.chi_square else model
-
-
-def _freed_as_it_wants(
-    pool: RefitPool, model: Hypothesis, basis: FormBasis, best: float
-) -> Hypothesis:
-    """Return a model fitted with effects that are free to be others, as long as it is better so.
-
-    What is another one in each pose may show only once its form is free, and the other way round.
-    """
-    while _may_win(model, best):
-        before, *found = judged([model, *pool.refit_all([_request(model)])], basis, is_brief=True)
-        if not found or found[0].level <= before.level:
-            break
-        model = found[0]
-    return model
+        found = pool.refit_all([_request(model)]) if _may_win(model, best) else []
+        before, *fitted = judged([model, *found], basis, is_brief=True)
+        for new in fitted:
+            if new.level > before.level:
+                better[id(model)], best = new, max(best, new.level)
+    return sorted((better.get(id(model), model) for model in models), key=by_evidence)
 
 
 def _request(model: Hypothesis) -> RefitRequest:

@@ -139,12 +139,6 @@ def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
 
 
 def kernel(centers: FloatArray, length: float) -> FloatArray:
-    """Return the correlation of smooth errors at image points [px], shape (n, n).
-
-    Over what they change is not known but by its order: a rational quadratic, the mixture of
-    Gaussian kernels of all lengths about this one (Rasmussen and Williams, Gaussian Processes for
-    Machine Learning, 2006, eq. 4.19, alpha 1). What a whole picture has in common is likely, then,
-    as it hardly is by one length; no patches beside so many tangents could show it.
-    """
+    """Return the correlation of smooth errors at image points [px], shape (n, n)."""
     apart = centers[:, None] - centers[None]
-    return np.asarray(1.0 / (1.0 + np.sum(apart**2, axis=-1) / length**2))
+    return np.exp(-np.sum(apart**2, axis=-1) / length**2)

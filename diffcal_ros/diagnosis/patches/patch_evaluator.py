@@ -156,13 +156,13 @@ class PatchEvaluator:
         groups = self.groups(coordinates)
         return self._changed(noises=measured_noises(self._noises, groups, still))
 
-    def with_smooth_error(self, groups: Sequence[PatchGroup] | None) -> 'PatchEvaluator':
+    def with_smooth_error(self, groups: Sequence[PatchGroup]) -> 'PatchEvaluator':
         """Return the same evaluator with the smooth error that several poses at rest show.
 
         In one pose it is not told from what the model lacks.
 
         Args:
-            groups: of the nominal fit, with tangents of all effects; None: they show another.
+            groups: of the nominal fit, with tangents of all effects.
         """
         if not self.tells_smooth_error:
             return self

@@ -39,8 +39,6 @@ class Patches:
         weights: pixels, or length of outline, shape (n,).
         common: error that other frames of the recording have too; not in `covariance`.
         standing: error that all recordings have; in neither of them. None: there is none.
-        uneven: what of the variance of each value its patch is uneven by [m^2], shape (n,); None:
-            patches are even.
     """
 
     values: FloatArray
@@ -51,7 +49,6 @@ class Patches:
     weights: FloatArray
     common: CommonError
     standing: CommonError | None = None
-    uneven: FloatArray | None = None
 
     @property
     def variances(self) -> FloatArray:
@@ -80,7 +77,6 @@ class Patches:
             standing=None
             if self.standing is None
             else CommonError(self.standing.spread[own], self.standing.length),
-            uneven=None if self.uneven is None else self.uneven[own],
         )
 
 
@@ -113,7 +109,7 @@ def depth_patches(
     covariance = noise.depth_covariance(centers, totals) + np.diag(further)
     common = noise.depth_common(len(values))
     standing = noise.depth_standing(len(values)) if noise.standing else None
-    return Patches(values, slopes, covariance, centers, cells, totals, common, standing, further)
+    return Patches(values, slopes, covariance, centers, cells, totals, common, standing)
 
 
 def edge_patches(
@@ -146,10 +142,10 @@ def edge_patches(
     sizes, doubts = slopes[:, -2], slopes[:, -1]
     known = noise.edge_pixels * sizes
     further = _unevenness(residuals.values, weights, numbers, cells, known)
-    own = (doubts * sizes) ** 2 + further
-    covariance = noise.edge_covariance(centers, totals, sizes) + np.diag(own)
+    own = np.diag((doubts * sizes) ** 2 + further)
+    covariance = noise.edge_covariance(centers, totals, sizes) + own
     common = noise.edge_common(sizes)
-    return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common, uneven=own)
+    return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common)
 
 
 def cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:

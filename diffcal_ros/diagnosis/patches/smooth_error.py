@@ -49,7 +49,7 @@ class SmoothError:
 
 
 def with_smooth_error(
-    noises: Sequence[NoiseModel], groups: Sequence[PatchGroup] | None, still: Collection[int]
+    noises: Sequence[NoiseModel], groups: Sequence[PatchGroup], still: Collection[int]
 ) -> tuple[NoiseModel, ...]:
     """Return the noise of every view with the smooth error that its patches show.
 
@@ -57,35 +57,20 @@ def with_smooth_error(
 
     Args:
         noises: of every view, as assumed.
-        groups: of the nominal fit with that noise, with tangents of all effects; None: a large
-            effect hides what they would show, and it is as likely as beforehand.
+        groups: of the nominal fit with that noise, with tangents of all effects.
         still: views of bodies at rest.
     """
     quiet = {view for view in still if noises[view].is_measured}
     if not quiet:
         return tuple(noises)
-    assumed = noises[min(quiet)]
-    if groups is None:
-        found = expected_smooth_error(assumed)
-    else:
-        found = measured_smooth_error([own for own in groups if own.view in quiet], assumed)
+    own = [group for group in groups if group.view in quiet]
+    found = measured_smooth_error(own, noises[min(quiet)])
     return tuple(
         replace(noise, smooth=found.size, smooth_length=found.length, standing=found.standing)
         if view in quiet
         else noise
         for view, noise in enumerate(noises)
     )
-
-
-def expected_smooth_error(assumed: NoiseModel) -> SmoothError:
-    """Return what is to be expected of a sensor before its patches are looked at.
-
-    Args:
-        assumed: noise with the median of the prior of its size.
-    """
-    # The root of the mean square of what is log-normal.
-    size = assumed.smooth * float(np.exp(_SPREAD**2))
-    return SmoothError(size, assumed.smooth_length, float(np.mean(_STANDING)))
 
 
 def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> SmoothError:
@@ -115,15 +100,12 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
     table -= 0.5 * (np.log(_SIZES) / _SPREAD) ** 2
     chances = np.exp(table - table.max())
     chances /= chances.sum()
-    # The covariance to be expected: in the mean, squares are of this size and so much is shared.
-    squares = chances @ _SIZES**2
-    size = assumed.smooth * float(np.sqrt(squares.sum()))
+    size = assumed.smooth * float(np.sqrt(chances.sum(axis=0) @ _SIZES**2))
     best = int(chances.sum(axis=1).argmax())
-    shared = squares @ np.array([standing for _, standing in kinds]) / squares.sum()
     return SmoothError(
         size=float(np.clip(size, _LEAST * assumed.smooth, _MOST * assumed.smooth)),
         length=kinds[best][0] * assumed.smooth_length,
-        standing=float(shared),
+        standing=kinds[best][1],
     )
 
 

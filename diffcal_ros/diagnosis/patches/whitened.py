@@ -44,23 +44,11 @@ class Whitened:
         values: shape (n,).
         jacobian: shape (n, k).
         views: number of the view of each, shape (n,).
-        volumes: by how much the log determinant of their covariance exceeds that of even patches,
-            shape (n,); what views have in common is in the last of them.
     """
 
     values: FloatArray
     jacobian: FloatArray
     views: NDArray[np.int64]
-    volumes: FloatArray
-
-    @property
-    def volume(self) -> float:
-        """What being uneven costs: twice the log of how much less likely it makes the data.
-
-        A patch over which residuals run has a larger variance, which the model is the cause of.
-        Without this the model that is farther off would be held to less.
-        """
-        return float(self.volumes.sum())
 
     @property
     def chi_square(self) -> float:
@@ -105,7 +93,6 @@ def whiten(
         np.concatenate([part.values for part in parts]),
         np.concatenate([part.jacobian for part in parts]),
         np.concatenate([part.views for part in parts]),
-        np.concatenate([part.volumes for part in parts]),
     )
 
 
@@ -146,7 +133,6 @@ class _Recording:
         standing: standard deviation of that [m], shape (n,).
         centers: in the image [px], shape (n, 2).
         length: over which it changes [px].
-        uneven: what of the variances patches are uneven by [m^2], shape (n,).
     """
 
     values: FloatArray
@@ -156,7 +142,6 @@ class _Recording:
     standing: FloatArray
     centers: FloatArray
     length: float
-    uneven: FloatArray
 
 
 def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recording:
@@ -180,9 +165,6 @@ def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recor
         standing=np.concatenate(standing),
         centers=np.concatenate([p.centers for p in patches]),
         length=lengths[0] if lengths else 1.0,
-        uneven=np.concatenate(
-            [np.zeros(len(p.values)) if p.uneven is None else p.uneven for p in patches]
-        ),
     )
 
 
@@ -207,21 +189,15 @@ def _all_together(recordings: Sequence[_Recording]) -> _Recording:
         standing=np.concatenate([recording.standing for recording in recordings]),
         centers=np.concatenate([recording.centers for recording in recordings]),
         length=length,
-        uneven=np.concatenate([recording.uneven for recording in recordings]),
     )
     return _with_own(whole)
 
 
 def _whitened(recording: _Recording) -> Whitened:
-    covariance = _tolerant(recording.covariance, recording.values)
-    factor = cholesky(covariance, lower=True)
-    even = factor
-    if recording.uneven.any():
-        even = cholesky(covariance - np.diag(recording.uneven), lower=True)
-    volumes = 2.0 * np.log(np.diag(factor) / np.diag(even))
+    factor = cholesky(_tolerant(recording.covariance, recording.values), lower=True)
     wide = np.hstack([recording.values[:, None], recording.jacobian])
     both = solve_triangular(factor, wide, lower=True)
-    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes)
+    return Whitened(both[:, 0], both[:, 1:], recording.views)
 
 
 def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatArray:

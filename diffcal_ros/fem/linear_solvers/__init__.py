@@ -19,7 +19,7 @@ __all__ = [
 ]
 
 # Below this many unknowns a simplicial factorisation is as fast, and needs less to be set up.
-_QDLDL_LIMIT = 700
+_QDLDL_LIMIT = 2000
 # From so many unknowns on a GPU factors in less time than the processor beside it.
 _GPU_LEAST = 10_000
 
