@@ -241,11 +241,11 @@ def averaged_by_cell(
         nothing = np.zeros(0)
         empty = np.zeros((0, jacobian.shape[1]))
         return nothing, empty, np.zeros((0, 2)), np.zeros(0, dtype=np.int64), nothing
-    cells, indices = np.unique(numbers, return_inverse=True)
+    cells, indices, counts = np.unique(numbers, return_inverse=True, return_counts=True)
     columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian])
     totals: FloatArray = np.bincount(indices, weights).astype(np.float64)
     order = np.argsort(indices, kind='stable')
-    starts = np.searchsorted(indices[order], np.arange(len(cells)))
+    starts = np.cumsum(counts) - counts
     sums = np.add.reduceat((weights[:, None] * columns)[order], starts, axis=0)
     enough = totals >= least
     means = sums[enough] / totals[enough, None]
