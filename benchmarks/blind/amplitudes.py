@@ -259,6 +259,8 @@ OUTSIDE_CLASS = {
     'wobble': 'sensor',
     'screen': 'load',
     'coarse': 'sensor',
+    'racked': 'shape',
+    'jump': 'sensor',
 }
 
 

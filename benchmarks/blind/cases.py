@@ -11,6 +11,8 @@ import numpy as np
 from benchmarks.blind.amplitudes import LIBRARY, MOTION, OUTSIDE, SIZES
 from benchmarks.blind.eighth_forms import EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
+from benchmarks.blind.eleventh_forms import ELEVENTH_PAIRS
+from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.forms import FORMS, PAIRS
 from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.ninth_forms import NINTH_PAIRS
@@ -103,6 +105,7 @@ LAWS_SETS = {
     'eighth': Contents(EIGHTH_PAIRS, tuple(EIGHTH_OUTSIDE), 60),
     'ninth': Contents(NINTH_PAIRS, tuple(NINTH_OUTSIDE), 60),
     'tenth': Contents(TENTH_PAIRS, tuple(TENTH_OUTSIDE), 24),
+    'eleventh': Contents(ELEVENTH_PAIRS, tuple(ELEVENTH_OUTSIDE), 60),
 }
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.groove import groove, groove_tops
 from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
 
@@ -42,6 +43,8 @@ def contact_laws(
         return (_bar(observation, faults, stiffness, 1),)
     if faults.contact_form == 'roll':
         return (_bar(observation, faults, _ROLL_STIFFNESS * areas, 2),)
+    if faults.contact_form == 'vee':
+        return (groove(observation, faults.contact_height, faults.contact_at, stiffness),)
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
@@ -94,6 +97,8 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
         points: in the world [m], shape (N, 3).
         faults: say what is below; their height does not matter.
     """
+    if faults.contact_form == 'vee':
+        return groove_tops(points, faults.contact_at)
     if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))
     radius = ROUND[faults.contact_form]

@@ -40,20 +40,23 @@ class Faults:
             from two to four tenths against all else, by `three pours`: a step of three fifths
             of it at a quarter, and of the rest at three fifths, of all else against a `sleeve`
             around the inner two fifths, `decaying`: of all that is far out against the clamp's
-            end, from where it falls by the exponential of the place, or of what lies below a
-            `lamp`, above `contrast_at`, against all that is far from it.
+            end, from where it falls by the exponential of the place, of what lies below a
+            `lamp`, above `contrast_at`, against all that is far from it, or of two pours whose
+            border at `contrast_at` is `slanted`: farther out on the upper side.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
-            `mooney_rivlin`, `ogden` (of power four) or `veronda_westmann`.
+            `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, or `recruited`: of fibres
+            that lie in waves until they are drawn straight.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's or of Veronda's and Westmann's,
-            C3 / C1, or the share of the shear modulus at rest that the form has [-].
+            C3 / C1, the share of the shear modulus at rest that the form has, or the modulus of
+            all fibres, were they straight and not slack, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
             one half as far out, at the end of a rigid `arm`, or a sensor with its `cable`: half
             of it there, half evenly from the clamp to there, both on the upper side; or what
             hangs of a `trailing` cable between the side of positive y and a table: more where
-            that place is higher.
+            that place is higher; or a `loose` ring, which slides as far as `mass_stops`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -69,17 +72,19 @@ class Faults:
             place along the body as well, `outer_push` on the outer two fifths alone,
             `middle_push` six times as much on the middle third alone; a tilt `changing` by
             30 % of its mean from pose to pose; a `thread` that draws one place with the force
-            of all the body's mass; or a `turntable`, which draws every part away from its axis
-            in proportion to the distance, and where the camera looks as is given.
+            of all the body's mass; a `turntable`, which draws every part away from its axis
+            in proportion to the distance, and where the camera looks as is given; or a tilt on
+            `castors`, whose way turns about the world's y by `tilt_turn` from pose to pose.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
             (the plane of bending turns by 150 degrees along the body), or the `set` of a body
             that hung for long (by the square of the distance to the tip, twice as much at the
             clamp: its tip moves as far as an arc's), a `kink`: ten times as much in a tenth
-            of the free length alone, around `curvature_at`, or that of a mould on two
+            of the free length alone, around `curvature_at`, that of a mould on two
             `trestles`, which sagged by its weight between and beyond them (the tip moves as far
-            as an arc's).
+            as an arc's), or `coiled`: a spiral, whose radius falls evenly to three tenths at the
+            tip (which moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -87,8 +92,8 @@ class Faults:
             holds the body back where it comes to the plane, a plane on the `rig`, which goes
             with it: normal and height are in the object's frame, or a `mat` of foam on it, which
             yields to the pressure the less the thinner it is pressed, a `roll` of foam along
-            the world's z, or a block with a `step`, which begins below the outer half and is
-            lower beyond `contact_share`.
+            the world's z, a block with a `step`, which begins below the outer half and is
+            lower beyond `contact_share`, or a `vee`: a groove along the world's x.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -118,7 +123,8 @@ class Faults:
         creep_time: tau of that pair [s].
         creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
         contact_share: share of the free length that lies over a bar, or over the edge of a step.
-        contact_at: where the bar's axis is along the world's x [m].
+        contact_at: where the bar's axis is along the world's x, or the groove's bottom along z
+            [m].
         camera_drifts: whether the camera's error grows from pose to pose.
         clamp_scatter: further shift [mm] and turn [deg] of the clamp in each pose.
         region_ramp: share of the free length over which `region_bias` comes up.
@@ -199,6 +205,17 @@ class Faults:
             camera looks [N].
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
+        stiffening_from: growth of a fibre's square by which it comes straight [-].
+        mass_stops: shares of the free length of an inner and an outer stop of a loose ring.
+        camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.
+        region_gloss: power of the cosine of the angle between ray and surface by which
+            `region_bias` grows, to all of it where a surface is met squarely.
+        contrast_slant: by which share of the free length a border between pours is farther out
+            at the upper side than in the middle.
+        tilt_turn: by how much a tilt turns from pose to pose [deg].
+        racked: shift of the true body along y over its z [-].
+        jump: what is added to z beyond `jump_from` [mm].
+        jump_from: depth [m].
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -312,6 +329,15 @@ class Faults:
     screen: float = 0.0
     screen_reach: float = 0.0
     coarse: float = 0.0
+    stiffening_from: float = 0.0
+    mass_stops: tuple[float, float] = (0.0, 0.0)
+    camera_scatter: tuple[tuple[float, ...], ...] = ()
+    region_gloss: float = 0.0
+    contrast_slant: float = 0.0
+    tilt_turn: float = 0.0
+    racked: float = 0.0
+    jump: float = 0.0
+    jump_from: float = 0.0
 
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,

@@ -7,6 +7,9 @@
 The standard reinforcing model (Qiu and Pence 1997, J. Elasticity 49). Nothing is stressed at rest,
 and a small pull along `a` meets E + 8 K in place of E, whatever Poisson's ratio: with
 A = a a a a in addition to the stiffness, a . S a of the compliance goes from 1/E to 1/(E + 8 K).
+
+Fibres in waves have g^3 / (g + w) in place of the square of g = a . C a - 1: next to nothing
+before they are drawn straight, and the square far beyond w.
 """
 
 from dataclasses import dataclass
@@ -24,21 +27,23 @@ class Fibres:
         stiffness: K [Pa], shape of the Gauss points.
         direction: a, in the frame of the body without stress, shape (3,).
         slack: whether they resist a pull alone, as a fabric does.
+        waves: w [-]; 0 of fibres that are straight at rest.
     """
 
     stiffness: FloatArray
     direction: FloatArray
     slack: bool = False
+    waves: float = 0.0
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
         _, growth = self._drawn(F)
-        return np.asarray(self.stiffness * growth**2)
+        return np.asarray(self.stiffness * self._resisted(growth)[0])
 
     def stress(self, F: FloatArray) -> FloatArray:
         """Return its derivative by F [Pa], shape (..., 3, 3)."""
         drawn, growth = self._drawn(F)
-        pull = 4.0 * self.stiffness * growth
+        pull = 2.0 * self.stiffness * self._resisted(growth)[1]
         return np.asarray(pull[..., None, None] * drawn[..., :, None] * self.direction)
 
     def blocks(self, F: FloatArray, gradients: FloatArray, volumes: FloatArray) -> FloatArray:
@@ -56,15 +61,26 @@ class Fibres:
         drawn, growth = self._drawn(F)
         along = gradients @ self.direction
         weights = self.stiffness * volumes
-        steep = weights * (growth > 0.0) if self.slack else weights
-        outer = along[..., None] * drawn[:, :, None] * np.sqrt(8.0 * steep)[..., None, None]
+        _, slope, curve = self._resisted(growth)
+        steep = np.sqrt(4.0 * weights * curve)
+        outer = along[..., None] * drawn[:, :, None] * steep[..., None, None]
         outer = outer.reshape(count, points, 3 * nodes)
         whole = (np.swapaxes(outer, 1, 2) @ outer).reshape(count, nodes, 3, nodes, 3)
-        scaled = along * (4.0 * weights * growth)[..., None]
+        scaled = along * (2.0 * weights * slope)[..., None]
         alike = np.swapaxes(scaled, 1, 2) @ along
         for axis in range(3):
             whole[:, :, axis, :, axis] += alike
         return whole
+
+    def _resisted(self, growth: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return energy over K, and its two derivatives by how much a fibre's square grew."""
+        g, w = growth, self.waves
+        if not w:
+            steep = 2.0 * (g > 0.0) if self.slack else np.full(g.shape, 2.0)
+            return g**2, 2.0 * g, steep
+        longer = g + w
+        slope = g**2 * (2.0 * g + 3.0 * w) / longer**2
+        return g**3 / longer, slope, 2.0 * g * (g**2 + 3.0 * g * w + 3.0 * w**2) / longer**3
 
     def _drawn(self, F: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return where a fibre goes, and by how much its square grew where that is resisted."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from benchmarks.blind.amplitudes import direction, number, signed
 from benchmarks.blind.eighth_forms import EIGHTH_FORMS
+from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS
 from benchmarks.blind.form import (
     border_form,
     camera_form,
@@ -181,6 +182,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'eighth': EIGHTH_FORMS,
     'ninth': NINTH_FORMS,
     'tenth': TENTH_FORMS,
+    'eleventh': ELEVENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -36,6 +36,7 @@ from benchmarks.blind.cases import (
     SETS,
 )
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
+from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
@@ -98,7 +99,8 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
         setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
-    drawers = {**LIBRARY, **MOTION, **earlier, **NINTH_OUTSIDE, **TENTH_OUTSIDE, **forms}
+    later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE}
+    drawers = {**LIBRARY, **MOTION, **earlier, **later, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

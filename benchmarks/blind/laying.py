@@ -34,6 +34,8 @@ def lay_on_plane(
         return _stopped_by_rig(setup, faults)
     lift = 1e-3 * faults.contact_height
     normal = np.array(faults.contact_normal)
+    if faults.contact_form == 'vee':
+        faults = replace(faults, contact_at=_below_tip(setup, faults))
     if faults.contact_form in ROUND:
         faults = replace(faults, contact_at=_over_bar(setup, faults))
     lows, is_at_tip = _lowest_points(setup, faults, normal)
@@ -80,12 +82,22 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
         lows.append(float(heights.min()))
         shares.append(specimen.shares[heights.argmin()])
     # With room for the lift: what is at the root must stay above the plane.
-    root = applied(setup.observations[0].world_from_object, specimen.mesh.nodes) @ normal
+    placed = applied(setup.observations[0].world_from_object, specimen.mesh.nodes)
+    root = highest_tops(placed, faults)
     lift = 1e-3 * (faults.contact_height or 0.0)
     is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
     # A bar, or a block, lies under a part of the body that is not at the root.
     clear = is_clear or faults.contact_form in (*ROUND, 'step')
     return lows, bool(shares[0] > 0.5) and clear
+
+
+def _below_tip(setup: Setup, faults: Faults) -> float:
+    """Return where along the world's z the tip hangs below which a groove is to lie [m]."""
+    free = replace(faults, contact_height=None)
+    specimen, observation = make_specimen(setup, free), setup.observations[0]
+    rest = settle(specimen, setup, observation, free)
+    places = applied(observation.world_from_object, rest)[:, 2]
+    return float(places[specimen.shares > 0.95].mean())
 
 
 def _over_bar(setup: Setup, faults: Faults) -> float:

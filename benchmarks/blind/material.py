@@ -23,7 +23,7 @@ The plain neo-Hookean law has, in place of the terms with a and b,
 
     mu/2 (I - 3) - mu log J + lambda/2 (log J)^2
 
-(Bonet and Wood 2008, eq. 6.27). Fibres may come on top (`fibres`).
+(Bonet and Wood 2008, eq. 6.27). Fibres may come on top (`fibres`, `network`).
 """
 
 from dataclasses import dataclass, replace
@@ -53,6 +53,7 @@ class Constants:
         is_plain: the law with logarithms of the same mu and lambda as a and b stand for.
         fibres: that stiffen it along one direction; None: it is the same in all.
         fabric: further ones, in a part of the body; None: there is none.
+        network: those of a network, alike in all directions.
     """
 
     shear: FloatArray
@@ -67,11 +68,13 @@ class Constants:
     is_plain: bool = False
     fibres: Fibres | None = None
     fabric: Fibres | None = None
+    network: tuple[Fibres, ...] = ()
 
     @property
     def families(self) -> tuple[Fibres, ...]:
         """All fibres that there are."""
-        return tuple(each for each in (self.fibres, self.fabric) if each is not None)
+        single = (each for each in (self.fibres, self.fabric) if each is not None)
+        return (*single, *self.network)
 
 
 def constants(
@@ -132,8 +135,10 @@ def softened(numbers: Constants, factor: float) -> Constants:
         None if each is None else replace(each, stiffness=factor * each.stiffness)
         for each in (numbers.fibres, numbers.fabric)
     )
+    network = (replace(each, stiffness=factor * each.stiffness) for each in numbers.network)
     return replace(
         numbers,
+        network=tuple(network),
         shear=factor * numbers.shear,
         bulk=factor * numbers.bulk,
         yeoh=factor * numbers.yeoh,

@@ -31,6 +31,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'three pours': np.where(share > 0.6, 0.5, np.where(share > 0.25, 0.1, -0.5)),
         'decaying': -np.exp(-share / DECAY),
         'lamp': lamp_light(share, faults.contrast_at),
+        'slanted': np.where(share > _border(setup, faults, points), 0.5, -0.5),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode
@@ -54,6 +55,12 @@ def lamp_light(share: FloatArray, at: float) -> FloatArray:
         at: share above which it stands, as high as `_LAMP`.
     """
     return np.asarray(1.0 / (1.0 + ((share - at) / _LAMP) ** 2))
+
+
+def _border(setup: Setup, faults: Faults, points: FloatArray) -> FloatArray:
+    """Return at which share of the free length a mould that stood aslant was filled up."""
+    height = points[:, 2] / (0.5 * setup.shape.section[1])
+    return np.asarray(faults.contrast_at + faults.contrast_slant * height)
 
 
 def cavity(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

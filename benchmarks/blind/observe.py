@@ -55,7 +55,7 @@ def true_rendering(
     )
     world_from_object = observation.world_from_object
     moved_by = _camera_share(setup, observation, faults)
-    camera_from_world = true_camera(specimen, setup, faults, moved_by)
+    camera_from_world = true_camera(specimen, setup, jostled(setup, observation, faults), moved_by)
     camera = _true_intrinsics(setup.camera, faults, _focused(setup, observation, faults))
     rendering = render(moved(surface, camera_from_world @ world_from_object), camera)
     bias = 1e-3 * faults.depth_bias * _bias_share(rendering, setup, observation, faults)
@@ -64,7 +64,9 @@ def true_rendering(
         scale *= setup.pose_number(observation) / max(len(setup.observations) - 1, 1)
     depth = rendering.depth * (1.0 + 0.01 * scale) + bias + _wiggle(rendering, faults)
     depth = depth + _stripes(rendering, faults) + _tiles(rendering, setup.camera, faults)
-    depth = depth + 1e-3 * faults.region_bias * tip_part(rendering.labels)
+    depth = depth + _jump(rendering, faults)
+    tip = tip_part(rendering.labels) * rendering.facing**faults.region_gloss
+    depth = depth + 1e-3 * faults.region_bias * tip
     return replace(rendering, depth=_in_steps(depth, faults))
 
 
@@ -98,6 +100,13 @@ def _tiles(rendering: Rendering, camera: Camera, faults: Faults) -> FloatArray |
     return np.asarray(1e-3 * faults.tiles * errors[rows[:, None], columns[None]])[..., None]
 
 
+def _jump(rendering: Rendering, faults: Faults) -> FloatArray | float:
+    """Return an error that is there beyond a depth alone [m]."""
+    if not faults.jump:
+        return 0.0
+    return np.asarray(1e-3 * faults.jump * (rendering.depth > faults.jump_from))
+
+
 def _in_steps(depth: FloatArray, faults: Faults) -> FloatArray:
     """Return the nearest of the depths that a sensor tells [m]."""
     if not faults.coarse:
@@ -115,6 +124,15 @@ def _camera_share(setup: Setup, observation: Observation, faults: Faults) -> flo
         number = setup.pose_number(observation)
         return float(np.expm1(-_SAGS * number) / np.expm1(-_SAGS * last))
     return setup.reached(observation) if faults.camera_drifts else 1.0
+
+
+def jostled(setup: Setup, observation: Observation, faults: Faults) -> Faults:
+    """Return faults whose camera is off as it is in one pose."""
+    if not faults.camera_scatter:
+        return faults
+    more = np.array(faults.camera_scatter[setup.pose_number(observation)])
+    shift, turn = faults.camera_shift + more[:3], faults.camera_turn + more[3:]
+    return replace(faults, camera_shift=tuple(shift), camera_turn=tuple(turn))
 
 
 def _focused(setup: Setup, observation: Observation, faults: Faults) -> float:

@@ -14,6 +14,7 @@ _PARTS = 12  # Arcs that a helix is made of, and what hung for long.
 _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
 _HELIX_MORE = 1.3  # Curvature over that of an arc.
 _TRESTLE = 0.15  # Share of a mould's length at which a trestle stands, at either end.
+_UNCOILED = 0.7  # Share by which a spiral's radius is smaller at the tip.
 _KINK = 0.1  # Share of the free length of a kink.
 
 
@@ -29,6 +30,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         waist=shape.waist - faults.bulge,
         taper=(one + faults.cone, other + faults.cone),
         trimmed=1e-3 * faults.trimmed,
+        rack=faults.racked,
     )
 
 
@@ -49,7 +51,7 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'kink':
         begin, end = faults.curvature_at - 0.5 * _KINK, faults.curvature_at + 0.5 * _KINK
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
-    if faults.curvature_form in ('S', 'middle', 'helix', 'set', 'trestles'):
+    if faults.curvature_form in ('S', 'middle', 'helix', 'set', 'trestles', 'coiled'):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
         rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
@@ -66,20 +68,28 @@ def _parts(curvature: FloatArray, form: str) -> list[tuple[float, float, FloatAr
         return [(0.5, 1.0, -2.0 * curvature), (0.0, 0.5, 2.0 * curvature)]
     if form == 'middle':
         return [(1 / 3, 2 / 3, 3.0 * curvature)]
+    rates = {'set': _hung, 'trestles': _sagged, 'coiled': _coiled}
     found = []
     for number in reversed(range(_PARTS)):
         begin, end = number / _PARTS, (number + 1) / _PARTS
         middle = 0.5 * (begin + end)
-        if form == 'set':
-            # As the moment of an even load: the tip moves as far as that of an arc.
-            found.append((begin, end, 2.0 * (1.0 - middle) ** 2 * curvature))
-            continue
-        if form == 'trestles':
-            found.append((begin, end, _sagged(middle) * curvature))
+        if form in rates:
+            found.append((begin, end, rates[form](middle) * curvature))
             continue
         turn = rotation(np.array([_HELIX_TURN * (middle - 0.5), 0.0, 0.0]))
         found.append((begin, end, _HELIX_MORE * turn @ curvature))
     return found
+
+
+def _hung(share: float) -> float:
+    """Return the moment of an even load: the tip moves as far as that of an arc."""
+    return 2.0 * (1.0 - share) ** 2
+
+
+def _coiled(share: float) -> float:
+    """Return the curvature of a spiral, whose tip moves as far as that of an arc."""
+    lever = (1.0 + (1.0 - 1.0 / _UNCOILED) * -np.log1p(-_UNCOILED)) / _UNCOILED
+    return float(0.5 / lever / (1.0 - _UNCOILED * share))
 
 
 def _sagged(share: float) -> float:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+_RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
+
 
 @dataclass(frozen=True)
 class Shape:
@@ -28,6 +30,7 @@ class Shape:
         waist: share by which the section is narrower in the middle.
         arch: curvature of the centre line about z [1/m].
         trimmed: length that is cut off at the tip: what is left keeps its shape [m].
+        rack: shift along y over z, which comes up over the first part of the free length.
     """
 
     family: str
@@ -38,6 +41,7 @@ class Shape:
     waist: float = 0.0
     arch: float = 0.0
     trimmed: float = 0.0
+    rack: float = 0.0
 
     @property
     def length(self) -> float:
@@ -62,6 +66,7 @@ class Shape:
         points = lattice.copy()
         points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
         points[..., 2] *= (1.0 - self.taper[1] * share) * narrow
+        points[..., 1] += self.rack * np.minimum(share / _RACKED, 1.0) * points[..., 2]
         return bend(points, self.clamp, np.array([0.0, 0.0, self.arch]))
 
 

@@ -16,9 +16,11 @@ from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.flexure import flexure_compliance
 from benchmarks.blind.heights import by_height
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
+from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
-from benchmarks.blind.material import softened, stiffened
+from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus
+from benchmarks.blind.network import reinforced
 from benchmarks.blind.pulls import pulls, turntable
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rotations import about, applied, rotation
@@ -67,11 +69,8 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     at_points = mesh.lattice[mesh.cells].swapaxes(1, 2) @ quadrature.values.T
     share = shares[mesh.cells] @ quadrature.values.T
     modulus = setup.youngs_modulus * np.exp(log_modulus(setup, faults, share, at_points))
-    numbers = stiffened(
-        setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio),
-        faults.stiffening_form,
-        faults.stiffening,
-    )
+    plain = setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio)
+    numbers = reinforced(plain, modulus, faults)
     heights = at_points[:, 2] / (0.5 * setup.shape.section[1])
     if faults.fabric:
         stiffness = faults.fabric * modulus / 8.0 * (heights > 0.5)
@@ -158,6 +157,10 @@ def settle(
         specimen = _heated(specimen, share * faults.heat)
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
+    if faults.mass_form == 'loose' and faults.added_mass:
+        masses, shares = specimen.body.masses, specimen.shares
+        added = ring_masses(masses, shares, setup, observation, faults)
+        specimen = replace(specimen, added=added)
     load = _load(specimen, setup, observation, faults)
     specimen = _dragged(specimen, faults)
     nominal = _clamp(specimen, setup, observation, faults)
@@ -274,6 +277,10 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
         middle = 0.5 * (len(setup.observations) - 1)
         share = 1.0 + 0.3 * (setup.pose_number(observation) - middle)
         return np.asarray(object_from_world @ _tilt(faults, share) @ down)
+    if faults.tilt_form == 'castors':
+        turned = np.deg2rad(faults.tilt_turn) * setup.pose_number(observation)
+        room = rotation(np.array([0.0, turned, 0.0]))
+        return np.asarray(object_from_world @ room @ _tilt(faults) @ down)
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)

@@ -13,6 +13,8 @@ from benchmarks.blind.amplitudes import Drawer, LIBRARY, OUTSIDE, OUTSIDE_CLASS
 from benchmarks.blind.cases import Case, LAWS_SETS, list_form_cases
 from benchmarks.blind.eighth_forms import EIGHTH_FORMS, EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
+from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS, ELEVENTH_PAIRS
+from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.form import Form
 from benchmarks.blind.forms import BY_KEY, FORMS
 from benchmarks.blind.ninth_forms import NINTH_FORMS, NINTH_PAIRS
@@ -30,6 +32,7 @@ COUNTS = {
     'eighth': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
     'ninth': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
     'tenth': {'clean': 24, 'form': 16, 'pair': 4, 'outside': 4},
+    'eleventh': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
 }
 
 
@@ -49,6 +52,9 @@ OWN = {
     'eighth': Own(EIGHTH_FORMS, EIGHTH_PAIRS, EIGHTH_OUTSIDE),
     'ninth': Own(NINTH_FORMS, NINTH_PAIRS, NINTH_OUTSIDE),
     'tenth': Own(TENTH_FORMS, TENTH_PAIRS, TENTH_OUTSIDE, frozenset({'load', 'sensor'}), 2),
+    'eleventh': Own(
+        ELEVENTH_FORMS, ELEVENTH_PAIRS, ELEVENTH_OUTSIDE, frozenset({'shape', 'sensor'}), 3
+    ),
 }
 
 

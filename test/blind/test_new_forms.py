@@ -13,6 +13,8 @@ from support.blind_rests import rest_of
 from benchmarks.blind.amplitudes import LIBRARY
 from benchmarks.blind.eighth_forms import EIGHTH_FORMS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
+from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS
+from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.ninth_forms import NINTH_FORMS
@@ -46,6 +48,10 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'rest_curvature/trestles': {'curvature_form': 'arc'},
     'stiffness_contrast/lamp': {'contrast_mode': 'split'},
     'gravity_tilt/turntable': {'tilt_form': 'tilt'},
+    'rest_curvature/coiled': {'curvature_form': 'arc'},
+    'stiffness_contrast/slanted': {'contrast_mode': 'split'},
+    'added_mass/loose': {'mass_form': 'hat'},
+    'gravity_tilt/castors': {'tilt_form': 'tilt'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -63,6 +69,8 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_bias_by_region/sprayed': {'region_above': False},
     'camera_offset/refocused': {'focus_shares': ()},
     'depth_affine/upper rows': {'depth_form': 'affine'},
+    'camera_offset/jostled': {'camera_scatter': ()},
+    'depth_bias_by_region/glossy': {'region_gloss': 0.0},
 }
 OTHERS = {
     'clamp_offset/dragged',
@@ -71,9 +79,17 @@ OTHERS = {
     'contact_plane/mat',
     'contact_plane/roll',
     'contact_plane/step',
+    'contact_plane/vee',
+    'strain_stiffening/recruited',
     'strain_stiffening/veronda_westmann',
 }
-CAUSES = {**SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE, **NINTH_OUTSIDE, **TENTH_OUTSIDE}
+CAUSES = {
+    **SEVENTH_OUTSIDE,
+    **EIGHTH_OUTSIDE,
+    **NINTH_OUTSIDE,
+    **TENTH_OUTSIDE,
+    **ELEVENTH_OUTSIDE,
+}
 
 
 def _drawn(key: str, setup: Setup) -> Faults:
@@ -81,14 +97,15 @@ def _drawn(key: str, setup: Setup) -> Faults:
 
 
 def test_every_form_is_checked_here() -> None:
-    each = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
-    keys = {form.key for form in each}
+    earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
+    keys = {form.key for form in (*earlier, *ELEVENTH_FORMS)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
         (EIGHTH_FORMS, {'gravity_tilt'}),
         (NINTH_FORMS, {'strain_stiffening'}),
         (TENTH_FORMS, {'strain_stiffening', 'added_mass', 'depth_bias_by_region'}),
+        (ELEVENTH_FORMS, {'clamp_offset', 'compliant_clamp', 'depth_affine'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

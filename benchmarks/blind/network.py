@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Rubber with short fibres in all directions, which lie in waves until they are drawn straight."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.fibres import Fibres
+from benchmarks.blind.material import Constants, stiffened
+from benchmarks.blind.shapes import FloatArray
+
+_GOLDEN = 0.5 * (1.0 + np.sqrt(5.0))
+# Through the corners of an icosahedron: alike in all directions, to the fourth power.
+_AXES = np.array(
+    [[0.0, 1.0, way * _GOLDEN] for way in (1.0, -1.0)]
+    + [[1.0, way * _GOLDEN, 0.0] for way in (1.0, -1.0)]
+    + [[way * _GOLDEN, 0.0, 1.0] for way in (1.0, -1.0)]
+)
+AXES = _AXES / np.linalg.norm(_AXES[0])
+
+
+def reinforced(numbers: Constants, modulus: FloatArray, faults: Faults) -> Constants:
+    """Return the numbers of a law with what stiffens it in other forms than the library's.
+
+    Args:
+        numbers: of the law without.
+        modulus: E at the Gauss points [Pa].
+        faults: say in which form, and how much.
+    """
+    if faults.stiffening_form != 'recruited' or not faults.stiffening:
+        return stiffened(numbers, faults.stiffening_form, faults.stiffening)
+    # A pull along x meets 8 K times the sum of the fourth powers of all axes' x: a fifth each.
+    stiffness = faults.stiffening * modulus / (8.0 * 0.2 * len(AXES))
+    waves = faults.stiffening_from
+    fibres = (Fibres(stiffness, axis, slack=True, waves=waves) for axis in AXES)
+    return replace(numbers, network=tuple(fibres))
