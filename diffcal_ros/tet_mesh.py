@@ -31,10 +31,25 @@ class TetMesh:
     Attributes:
         rest_positions: [m], shape (V, 3), in the object's own frame.
         tets: vertex indices, shape (T, 4), positive volume.
+        as_given: positions before the body was placed [m], shape (V, 3); None: it was not.
     """
 
     rest_positions: FloatArray
     tets: IntArray
+    as_given: FloatArray | None = None
+
+    def placed(self, rest_positions: FloatArray) -> 'TetMesh':
+        """Return the same body elsewhere, which knows that it is the same.
+
+        Args:
+            rest_positions: [m], shape (V, 3).
+        """
+        return TetMesh(rest_positions, self.tets, self.layout)
+
+    @property
+    def layout(self) -> FloatArray:
+        """Positions that are the same wherever the body is placed [m], shape (V, 3)."""
+        return self.rest_positions if self.as_given is None else self.as_given
 
     @property
     def vertex_count(self) -> int:

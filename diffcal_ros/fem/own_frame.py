@@ -32,4 +32,4 @@ def own_origin(mesh: TetMesh) -> FloatArray:
 
 def moved_mesh(mesh: TetMesh, shift: FloatArray) -> TetMesh:
     """Return a mesh that is shifted [m], shape (3,); itself where the shift is zero."""
-    return TetMesh(mesh.rest_positions + shift, mesh.tets) if shift.any() else mesh
+    return mesh.placed(mesh.rest_positions + shift) if shift.any() else mesh

@@ -68,7 +68,7 @@ def plan_body(scene: Scene, setup: ObservationSetup) -> BodyPlan:
     """Put together what a scene says of the body of one of its observations."""
     rest = world_positions(scene.mesh, setup)
     return BodyPlan(
-        mesh=TetMesh(rest, scene.mesh.tets),
+        mesh=scene.mesh.placed(rest),
         element=scene.element,
         law=find_law(scene.law),
         cables=tuple(cable_routes(scene)),

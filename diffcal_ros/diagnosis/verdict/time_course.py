@@ -9,7 +9,6 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import PART_NAMES, part_numbers
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lombscargle
 
 FloatArray = NDArray[np.float64]
 
@@ -108,6 +107,9 @@ def _words(times: FloatArray, index: int) -> str:
 
 def _frequency(times: FloatArray, curve: FloatArray) -> float | None:
     """Return the frequency [Hz] at which a curve that may have holes swings most."""
+    # Few commands see a motion, and all would wait 0.6 s for it, with SciPy's statistics.
+    from scipy.signal import lombscargle
+
     seen = np.isfinite(curve)
     times, curve = times[seen], curve[seen]
     if len(times) < _FEWEST or not curve.std() > 0.0:

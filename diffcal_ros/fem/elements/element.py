@@ -38,6 +38,7 @@ class Discretisation:
     Attributes:
         element: which element.
         rest_nodes: node positions at rest [m], shape (N, 3); mesh vertices come first.
+        layout: the same wherever the body is placed [m], shape (N, 3); see `TetMesh`.
         nodes: node indices of each tetrahedron, shape (T, n), n = 4 or 10.
         gradients: shape gradients at rest [1/m], shape (T, q, n, 3).
         weights: volume of each quadrature point [m^3], shape (T, q).
@@ -48,6 +49,7 @@ class Discretisation:
 
     element: Element
     rest_nodes: FloatArray
+    layout: FloatArray
     nodes: IntArray
     gradients: FloatArray
     weights: FloatArray
@@ -97,6 +99,7 @@ def _linear(mesh: TetMesh) -> Discretisation:
     return Discretisation(
         element=Element.LINEAR,
         rest_nodes=mesh.rest_positions,
+        layout=mesh.layout,
         nodes=mesh.tets,
         gradients=gradients,
         weights=weights,
@@ -119,6 +122,7 @@ def _quadratic(mesh: TetMesh) -> Discretisation:
     return Discretisation(
         element=Element.QUADRATIC,
         rest_nodes=np.vstack([mesh.rest_positions, mesh.rest_positions[edges].mean(axis=1)]),
+        layout=np.vstack([mesh.layout, mesh.layout[edges].mean(axis=1)]),
         nodes=np.hstack([mesh.tets, sides + mesh.vertex_count]).astype(np.int32),
         gradients=gradients,
         weights=weights,

@@ -5,6 +5,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+import hashlib
+from typing import Any
+from weakref import WeakValueDictionary
 
 from diffcal_ros.fem.elements.element import Discretisation
 from diffcal_ros.fem.elements.nested_dissection import dissect, Dissection
@@ -16,7 +19,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SparsePattern:
     """Lower triangle by columns (equally: upper triangle by rows) of a symmetric matrix.
 
@@ -28,7 +31,7 @@ class SparsePattern:
         row_indices: ascending within a column, diagonal first, shape (nnz,).
         slots: place of each entry of each element block, -1 where it is held or belongs to the
             other triangle, shape (T, pairs, 9). Pairs run over nodes a <= b of a tetrahedron.
-        positions: of the free nodes at rest [m], shape (M, 3).
+        layout: of the free nodes, see `Discretisation` [m], shape (M, 3).
         block_starts: first of each free node's blocks in `neighbours`, shape (M + 1,).
         neighbours: number of the free node that each block joins it to: itself first, then
             ascending, higher ones only.
@@ -38,7 +41,7 @@ class SparsePattern:
     column_starts: IntArray
     row_indices: IntArray
     slots: IntArray
-    positions: FloatArray
+    layout: FloatArray
     block_starts: IntArray
     neighbours: IntArray
 
@@ -74,12 +77,17 @@ class SparsePattern:
     @cached_property
     def dissection(self) -> Dissection:
         """An order in which to eliminate the free nodes."""
-        return dissect(self.graph, self.positions)
+        return dissect(self.graph, self.layout)
 
     @cached_property
     def diagonal_slots(self) -> IntArray:
         """Places of the diagonal, shape (3 M,)."""
         return self.column_starts[:-1]
+
+
+# Patterns that bodies have at present: those of one mesh that is held alike, wherever it stands,
+# share one, and what is found for it.
+_known: 'WeakValueDictionary[bytes, SparsePattern]' = WeakValueDictionary()
 
 
 def make_pattern(
@@ -95,6 +103,32 @@ def make_pattern(
         held_nodes: that are no unknowns, shape (h,).
         coupled_nodes: groups of nodes that something else couples, each with each.
     """
+    key = _digest(discretisation, held_nodes, coupled_nodes)
+    found = _known.get(key)
+    if found is None:
+        found = _known[key] = _new_pattern(discretisation, held_nodes, coupled_nodes)
+    return found
+
+
+def _digest(
+    discretisation: Discretisation,
+    held_nodes: IntArray,
+    coupled_nodes: Sequence[NDArray[np.integer]],
+) -> bytes:
+    """Return what tells a pattern from others: all that it is made of."""
+    made = hashlib.blake2b()
+    parts: list[NDArray[Any]] = [discretisation.nodes, discretisation.layout, held_nodes]
+    for part in (*parts, *coupled_nodes):
+        made.update(f'{part.dtype}{part.shape}'.encode())
+        made.update(np.ascontiguousarray(part).tobytes())
+    return made.digest()
+
+
+def _new_pattern(
+    discretisation: Discretisation,
+    held_nodes: IntArray,
+    coupled_nodes: Sequence[NDArray[np.integer]],
+) -> SparsePattern:
     nodes = discretisation.nodes
     is_free = np.ones(discretisation.node_count, dtype=bool)
     is_free[held_nodes] = False
@@ -127,7 +161,7 @@ def make_pattern(
         column_starts=column_starts.astype(np.int32),
         row_indices=_row_indices(pair_slots, neighbour, int(column_starts[-1])),
         slots=slots.reshape(*low.shape, 9),
-        positions=discretisation.rest_nodes[free_nodes],
+        layout=discretisation.layout[free_nodes],
         block_starts=block_starts.astype(np.int32),
         neighbours=neighbour.astype(np.int32),
     )

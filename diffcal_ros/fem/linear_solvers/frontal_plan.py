@@ -3,6 +3,7 @@
 """Where every number goes in a multifrontal factorisation, found once for a pattern."""
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 from diffcal_ros.fem.elements.nested_dissection import Dissection
 from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
@@ -65,14 +66,25 @@ class FrontalPlan:
     indices: IntArray
 
 
+# Plans of patterns that bodies have at present, by unknowns of each node.
+_known: 'WeakKeyDictionary[SparsePattern, dict[int, FrontalPlan]]' = WeakKeyDictionary()
+
+
 def make_plan(pattern: SparsePattern, per_node: int = 3) -> FrontalPlan:
-    """Lay out the fronts of a pattern's dissection.
+    """Lay out the fronts of a pattern's dissection, or find them as they were laid out.
 
     Args:
         pattern: of the matrix.
         per_node: unknowns of each node, ordered as in the pattern; with one, the matrix has one
             entry for each of the pattern's blocks.
     """
+    plans = _known.setdefault(pattern, {})
+    if per_node not in plans:
+        plans[per_node] = _new_plan(pattern, per_node)
+    return plans[per_node]
+
+
+def _new_plan(pattern: SparsePattern, per_node: int) -> FrontalPlan:
     dissection = pattern.dissection
     order = np.concatenate(dissection.groups)
     rank = np.empty_like(order)

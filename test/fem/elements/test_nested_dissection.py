@@ -24,7 +24,7 @@ def _pattern() -> SparsePattern:
 @pytest.mark.parametrize('leaf_size', [1, 7, 40, 10_000])
 def test_only_a_group_and_those_it_leads_to_touch(leaf_size) -> None:
     pattern = _pattern()
-    found = dissect(pattern.graph, pattern.positions, leaf_size)
+    found = dissect(pattern.graph, pattern.layout, leaf_size)
     nodes = np.concatenate(found.groups)
     np.testing.assert_array_equal(np.sort(nodes), np.arange(len(pattern.free_nodes)))
     group_of = np.empty(len(nodes), dtype=int)
@@ -53,5 +53,5 @@ def test_a_cover_touches_every_edge_and_is_as_small_as_a_matching(density, rando
 def test_a_long_body_is_cut_across() -> None:
     mesh = beam_mesh((24, 3, 3), (0.24, 0.03, 0.03))
     pattern = make_pattern(discretise(mesh, Element.LINEAR), held_end(mesh))
-    last = dissect(pattern.graph, pattern.positions, 40).groups[-1]
+    last = dissect(pattern.graph, pattern.layout, 40).groups[-1]
     assert len(last) == 16  # One cross-section of 4 x 4 nodes.
