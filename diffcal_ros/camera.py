@@ -93,6 +93,12 @@ class PinholeCamera:
             axis=-1,
         )
 
+    def directions(self, rows: slice, columns: slice) -> FloatArray:
+        """Return x / z and y / z of the pixels of a window, shape (h, w, 2)."""
+        x = (np.arange(columns.start, columns.stop) - self.cx) / self.fx
+        y = (np.arange(rows.start, rows.stop) - self.cy) / self.fy
+        return np.stack(np.meshgrid(x, y), axis=-1)
+
     def back_project(self, depth: FloatArray) -> FloatArray:
         """Lift a depth image to points in the camera frame.
 

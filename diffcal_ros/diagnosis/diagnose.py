@@ -11,7 +11,11 @@ from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.depth_discontinuity import find_depth_discontinuity
-from diffcal_ros.diagnosis.detection.disagreement import Disagreement, measure_disagreement
+from diffcal_ros.diagnosis.detection.disagreement import (
+    beside_a_model,
+    Disagreement,
+    measure_disagreement,
+)
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
 from diffcal_ros.diagnosis.detection.material_boundary import with_material_boundary, with_setting
 from diffcal_ros.diagnosis.model_comparison.choice import choose
@@ -19,6 +23,7 @@ from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
+from diffcal_ros.diagnosis.patches.noise_model import noise_of
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import with_fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
@@ -35,8 +40,14 @@ Progress = Callable[[str], None]
 
 # Steps of a motion's robust fit that lead nowhere before patches are fitted on from there.
 _PATIENCE = 3
+# Of a body at rest whose patches are fitted on from there: a load that is missing, and many that
+# have let go, may lead a robust fit round in circles.
+_MOST_ROBUST = 12
 # Places that are left out at most.
 _MOST_OUTLIERS = 2
+# Evaluations of a fit of patches that another one follows: what parameters have yet to do is told
+# by their tangents.
+_BRIEF = 4
 
 
 @dataclass(frozen=True)
@@ -124,6 +135,8 @@ def diagnose(
                 selection = select(pool, judged.scores, with_pairs=is_named)
             choice = choose(selection, evaluator, nominal)
     scores, disagreement = judged.scores, judged.disagreement
+    if choice is not None:
+        disagreement = beside_a_model(disagreement, choice.hypothesis.fit, settings.margin)
     # A load that is held is as good as at rest.
     if choice is not None and not all(evaluator.discretisation_error.is_slow):
         report('finding what mesh and time step cost there')
@@ -180,7 +193,11 @@ def fit_nominal(
     names = None if fit is None else tuple(fit)
     # What is missing from the model is for the diagnosis to say.
     settings = CalibrationSettings(
-        fit=names, with_mesh_error=False, looks_farther=False, patience=_PATIENCE
+        fit=names,
+        with_mesh_error=False,
+        looks_farther=False,
+        patience=_PATIENCE,
+        max_iterations=_MOST_ROBUST if _are_watched(scene, observations) else None,
     )
     calibration = Calibration(scene, observations, settings)
     calibration.go_to_best()
@@ -190,7 +207,9 @@ def fit_nominal(
     if known is not model.scene:
         model = model.with_parameters(known, model.parameters)
         evaluator = make_patch_evaluator(model, robust)
-    nominal = _fit_patches(evaluator, robust)
+    # Of several poses patches are fitted anew once it is known what to fit them by.
+    is_brief = evaluator.tells_smooth_error
+    nominal = _fit_patches(evaluator, robust, _BRIEF if is_brief else MAX_ITERATIONS)
     at = find_depth_discontinuity(evaluator, nominal)
     if at is not None:
         # The model stays what it is, and so does its fit: no effect is in it yet.
@@ -201,23 +220,38 @@ def fit_nominal(
     return evaluator, nominal
 
 
+def _are_watched(scene: Scene, observations: Sequence[Observation]) -> bool:
+    """Tell whether all that is seen is at rest, in repeated frames: patches are fitted on."""
+    return all(
+        seen.instant is None and noise_of(seen, seen.sensor or scene.sensor).is_measured
+        for seen in observations
+    )
+
+
 def with_smooth_error(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchEvaluator, Refit]:
     """Return evaluator and fit with the smooth error that the sensor shows beside every effect.
 
     Effects that the library is denied, or that a fit has, are none less likely to be there. Beside
-    a gap that is far above the floors it is not seen: of a large effect tangents leave more.
+    a gap that is far above the floors it is hidden: of a large effect tangents leave more.
     """
     if evaluator.stays_robust or not evaluator.tells_smooth_error:
         return evaluator, nominal
-    if residual_size(nominal.groups, Part.FIT) > 0.0:
-        return evaluator, nominal
     _, groups = library_groups(evaluator, nominal.coordinates, candidates(evaluator.model.scene))
-    found = evaluator.with_smooth_error(groups)
+    is_hidden = residual_size(nominal.groups, Part.FIT) > 0.0
+    found = evaluator.with_smooth_error(groups, is_hidden=is_hidden)
     return found, nominal if found is evaluator else _fit_patches(found, nominal.coordinates)
 
 
-def _fit_patches(evaluator: PatchEvaluator, robust: FloatArray) -> Refit:
-    """Fit patches from where a robust fit of pixels ended."""
+def _fit_patches(
+    evaluator: PatchEvaluator, robust: FloatArray, most: int = MAX_ITERATIONS
+) -> Refit:
+    """Fit patches from where a robust fit of pixels ended.
+
+    Args:
+        evaluator: of the nominal model.
+        robust: coordinates, shape (k,).
+        most: evaluations of the model at most.
+    """
     # What noise to fit them by is a guess where it was not measured: the robust fit stands.
-    most = 1 if evaluator.stays_robust else MAX_ITERATIONS
+    most = 1 if evaluator.stays_robust else most
     return refit(evaluator, robust, max_iterations=most)

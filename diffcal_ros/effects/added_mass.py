@@ -10,6 +10,8 @@ from diffcal_ros.fem.terms.conditions import Conditions
 # A mass is spread over this share of the body's length; more in the screening, where one of
 # several places must stand for what is between them.
 _WIDTH, _SCREENED_WIDTH = 0.03, 0.05
+# Places where there may be more of it or less, and over what share of the length each is spread.
+_PLACES, _SPREAD = 8, 0.1
 
 
 class AddedMass(Effect):
@@ -24,10 +26,20 @@ class AddedMass(Effect):
     settings = {'at': 1.0}  # noqa: RUF012  Share of the free length.
     # One between two places still looks like one of them, and less like a contrast of stiffness.
     screened_at = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
+    forms = tuple(
+        Component(f'mass_{place + 1}', 'kg', -0.5, 0.5, 0.010, 'g', 1e3)
+        for place in range(_PLACES)
+    )
+    form = 'it is spread over the body, or hangs at several places'
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
-        """Return the mass at the nodes around its place."""
-        return Conditions(added_masses=own['mass'] * site.weights_at(own['at'], _WIDTH))
+        """Return the mass at the nodes around its place, and what more there is elsewhere."""
+        masses = own['mass'] * site.weights_at(own['at'], _WIDTH)
+        for place, part in enumerate(self.forms):
+            more = own.get(part.name, 0.0)
+            if more:
+                masses = masses + more * site.weights_at((place + 1) / _PLACES, _SPREAD)
+        return Conditions(added_masses=masses)
 
     def stand_ins(self, site: Site) -> tuple[Change, ...]:
         """Return a mass at each place that is screened."""

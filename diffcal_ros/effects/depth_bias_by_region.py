@@ -10,7 +10,7 @@ import numpy as np
 
 # Places along the body between which the error may be another one, and how it may be another one
 # across the body there: all of it, evenly from side to side, or on one side.
-_ALONG = np.linspace(0.0, 1.0, 7)
+_ALONG = np.linspace(0.0, 1.0, 13)
 _WAYS = ('all', 'a', 'b', 'side_a', 'side_b')
 # So steep is the border of a side, in units of the half width.
 _STEEP = 3.0

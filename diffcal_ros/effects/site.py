@@ -89,11 +89,13 @@ class SeenPixels(NamedTuple):
         is_second: which show another material than the first, as `depth`.
         places: where on the body at rest they are, see `BodyAxes.places`, shape (..., 3); None:
             they show something else, or nobody asks.
+        directions: in which they are seen, x / z and y / z, shape (..., 2); None: nobody asks.
     """
 
     depth: FloatArray
     is_second: BoolArray
     places: FloatArray | None = None
+    directions: FloatArray | None = None
 
 
 class FitsSeen(Protocol):

@@ -6,6 +6,9 @@ from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Tets
 import numpy as np
 
+# Places along the body between which the modulus may be another one.
+_ALONG = np.linspace(0.0, 1.0, 9)
+
 
 class StiffnessContrast(Effect):
     """What is added to the logarithm of Young's modulus, from one end to the other."""
@@ -21,9 +24,17 @@ class StiffnessContrast(Effect):
     settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
     has_boundary = True
     variants = (('split',), ('along',))
+    forms = tuple(
+        Component(f'part_{place + 1}', '1', -4.0, 4.0, 1.0, 'log E', 1.0)
+        for place in range(len(_ALONG))
+    )
+    form = 'the modulus is another one along the body'
 
     def log_modulus_mode(self, component: str, own: Numbers, tets: Tets) -> FloatArray:
-        """Return a step at the boundary, or a gradient, shape (T,)."""
+        """Return a step at the boundary, a gradient, or more of it at one place, shape (T,)."""
         if component == 'along':
             return tets.fraction - 0.5
+        head, _, place = component.partition('_')
+        if head == 'part':
+            return np.interp(tets.fraction, _ALONG, np.eye(len(_ALONG))[int(place) - 1])
         return np.where(tets.second(own['at']), 0.5, -0.5)

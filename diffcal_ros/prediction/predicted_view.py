@@ -64,7 +64,8 @@ class PredictedView:
         for time, positions in zip(self.body.times.tolist(), self.body.positions, strict=True):
             trace = self._trace(tracer, positions, time)
             image = np.full((camera.height, camera.width), np.nan, dtype=np.float32)
-            seen = surface.seen(trace.depth, trace.faces)
+            directions = camera.directions(trace.rows, trace.columns)
+            seen = surface.seen(trace.depth, trace.faces, directions)
             image[trace.rows, trace.columns] = sensor.reading(seen)
             yield image
 

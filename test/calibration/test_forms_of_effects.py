@@ -9,20 +9,25 @@ from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.calibration.residuals.robust_residual import make_comparers
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels
 from diffcal_ros.scene.model import Scene
 import numpy as np
 import pytest
-from support.scenes import beam_scene, observation, true_depth
+from support.scenes import beam_scene, CAMERA, observation, true_depth
 
 _WITH_FORMS = [name for name, effect in EFFECTS.items() if effect.forms]
-_MOVING = [name for name in _WITH_FORMS if name != 'depth_bias_by_region']
+_READING = ['depth_affine', 'depth_bias_by_region']
+_MOVING = [name for name in _WITH_FORMS if name not in _READING]
 # Where fits of the effect may be, of sizes that matter: SI units.
 _HERE = {
     'camera_offset': {'rigid_offset.x': 0.004, 'rigid_offset.ry': 0.05},
     'contact_plane': {'contact_plane.height': -0.056},
     'rest_curvature': {'rest_curvature.a': 0.8, 'rest_curvature.b': -0.6},
+    'added_mass': {'added_mass.mass': 0.012},
+    'stiffness_contrast': {'stiffness_contrast.along': 0.3},
+    'depth_affine': {'depth_affine.scale': 0.02, 'depth_affine.bias': -0.003},
     'depth_bias_by_region': {'depth_bias_by_region.bias': 0.004},
 }
 
@@ -88,20 +93,44 @@ def test_a_form_that_a_scene_states_is_the_fitted_one(effect):
     assert other.sensor(there, 0) == fitted.sensor(here, 0)
 
 
-def test_depth_follows_an_error_that_differs_along_and_across():
-    model, here = _model(beam_scene((6, 2, 2)), 'depth_bias_by_region')
+@pytest.mark.parametrize('effect', _READING)
+def test_depth_follows_an_error_that_differs_from_place_to_place(effect):
+    model, here = _model(beam_scene((6, 2, 2)), effect)
     objective = RobustObjective(model)
     tangent = model.tangents(here)[0]
     comparison, view = objective.comparisons(here)[0], model.views(here)[0]
     _, jacobian = objective.with_jacobians(0, comparison, view, tangent, here)[0]
     places = comparison.depth.indices
-    own = [p for p, one in enumerate(model.parameters) if one.effect == 'depth_bias_by_region']
-    assert len(own) == 1 + len(EFFECTS['depth_bias_by_region'].forms)
+    own = [p for p, one in enumerate(model.parameters) if one.effect == effect]
+    assert len(own) == len(EFFECTS[effect].parts)
     for place in own:
         moved = here.copy()
         moved[place] += 1e-4
         change = objective.comparisons(moved)[0].difference - comparison.difference
         np.testing.assert_allclose(-change.ravel()[places], 1e-4 * jacobian[:, place], atol=1e-12)
+
+
+def test_an_error_over_the_picture_is_a_polynomial_of_the_direction_it_is_seen_in():
+    scene, effect = beam_scene((6, 2, 2)), EFFECTS['depth_affine']
+    amounts = {'bias': 0.002, 'x': -0.015, 'y': 0.01, 'xy': 0.04, 'yy': -0.03, 'xxy': 0.2}
+    model = ForwardModel(
+        replace(scene, effects={'depth_affine': amounts}),
+        [observation(true_depth())],
+        make_parameters(scene, ('youngs_modulus',), with_edge_bias=False),
+    )
+    here = model.parameters.start()
+    trace, sensor = model.views(here)[0].trace, model.sensor(here, 0)
+    read = make_comparers(model)[0].read(trace, sensor)
+    rays = CAMERA.rays()[trace.rows, trace.columns]
+    x, y = rays[..., 0], rays[..., 1]
+    expected = 0.002 - 0.015 * x + 0.01 * y + 0.04 * x * y - 0.03 * y**2 + 0.2 * x**2 * y
+    np.testing.assert_allclose(read - trace.depth, np.where(trace.faces < 0, np.nan, expected))
+    assert len(effect.forms) == 9
+    # At the edge of a usual picture each usual amount is a usual bias.
+    edge = SeenPixels(np.ones(1), np.zeros(1, dtype=bool), directions=np.full((1, 2), 0.3))
+    for part in effect.forms:
+        usual = part.scale * effect.depth_error_mode(part.name, edge)
+        np.testing.assert_allclose(usual, 0.005, rtol=1e-12)
 
 
 def test_errors_of_all_places_are_an_error_of_all_and_none_of_a_fixture(random):

@@ -69,11 +69,19 @@ class SurfacePlaces:
     is_second: NDArray[np.bool_]
     places: FloatArray | None = None
 
-    def seen(self, depth: FloatArray, faces: NDArray[np.int32]) -> SeenPixels:
-        """Return pixels by their depth [m] and the triangles that they show; -1: any."""
+    def seen(
+        self, depth: FloatArray, faces: NDArray[np.int32], directions: FloatArray
+    ) -> SeenPixels:
+        """Return pixels as errors of a sensor see them.
+
+        Args:
+            depth: of each [m].
+            faces: triangle that each shows; -1: any.
+            directions: in which each is seen, see `SeenPixels`.
+        """
         shown = np.maximum(faces, 0)
         places = None if self.places is None else self.places[shown]
-        return SeenPixels(depth, self.is_second[shown], places)
+        return SeenPixels(depth, self.is_second[shown], places, directions)
 
 
 class EffectModel:
@@ -154,8 +162,8 @@ class EffectModel:
         modes = [
             (own[part.name], effect.log_modulus_mode(part.name, own, self._tets))
             for effect, own in _there(amplitudes)
-            for part in effect.components
-            if part.name in own
+            for part in effect.parts
+            if own.get(part.name)
         ]
         added = [amplitude * mode for amplitude, mode in modes if mode is not None]
         return np.sum(added, axis=0) if added else None

@@ -41,9 +41,10 @@ class CameraOffsets:
         self._pivots = pivots
         self._owners = pose_owners(observations)
         self._stated_lens, modes = stated_lens(scene.effects), list(LENS_MODES)
+        lenses = {index: parameters.parameters[index] for index in parameters.find(Kind.LENS)}
+        # By their places, and the only posture where each counts: on top of what it is in all.
         self._lens_modes = {
-            index: modes.index(parameters.parameters[index].amplitude)
-            for index in parameters.find(Kind.LENS)
+            index: (modes.index(own.amplitude), own.posture) for index, own in lenses.items()
         }
         # One camera that is elsewhere is elsewhere in every view: its offset has one pivot [m].
         poses = sorted(set(self._owners))
@@ -64,15 +65,27 @@ class CameraOffsets:
     def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
         """Return world positions in the frame of one observation's camera [m], shape (N, 3)."""
         points = self._placed(number, world, coordinates)
-        lens = self.lens(coordinates)
+        lens = self.lens(number, coordinates)
         return through_lens(points, lens) if lens.any() else points
 
-    def lens(self, coordinates: FloatArray) -> FloatArray:
-        """Return by how much the picture is another one, of each of `LENS_MODES`, shape (m,)."""
+    def lens(self, number: int, coordinates: FloatArray) -> FloatArray:
+        """Return by how much a picture is another one, of each of `LENS_MODES`, shape (m,).
+
+        Args:
+            number: of the observation.
+            coordinates: shape (k,).
+        """
         amounts = self._stated_lens.copy()
-        for index, mode in self._lens_modes.items():
-            amounts[mode] = coordinates[index]
+        for index, (mode, posture) in self._lens_modes.items():
+            if posture is None:
+                amounts[mode] = coordinates[index]
+        for index, (mode, posture) in self._lens_modes.items():
+            if posture == self._posture(number):
+                amounts[mode] += coordinates[index]
         return amounts
+
+    def _posture(self, number: int) -> int:
+        return self._observations[number].setup_index
 
     def _placed(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
         """Return positions before what the lens does to them [m], shape (N, 3)."""
@@ -114,7 +127,7 @@ class CameraOffsets:
         self, number: int, world: FloatArray, coordinates: FloatArray
     ) -> FloatArray | None:
         """Return how points follow what the lens is shown, shape (N, 3, 3); None: it is exact."""
-        lens = self.lens(coordinates)
+        lens = self.lens(number, coordinates)
         if not lens.any():
             return None
         return lens_slopes(self._placed(number, world, coordinates), lens)
@@ -147,7 +160,7 @@ class CameraOffsets:
         (pose, point), (offset, pivot) = self._both(number, coordinates)
         start = apply(self._observations[number].depth_from_world, world)
         between, turned = moved(start, pose, point), rotation_matrix(offset[3:])
-        owner, seen = self._owners[number], self._observations[number].setup_index
+        owner, seen = self._owners[number], self._posture(number)
         found = {}
         for index, own in enumerate(self._parameters):
             if own.kind is Kind.CAMERA_POSE and own.target == owner:
@@ -155,12 +168,13 @@ class CameraOffsets:
             elif own.kind is Kind.RIGID_OFFSET and own.posture in (None, seen):
                 found[index] = moved_by(between, offset, pivot, own.axis)
         placed = moved(between, offset, pivot)
-        lens = self.lens(coordinates)
+        lens = self.lens(number, coordinates)
         if lens.any():
             slopes = lens_slopes(placed, lens)
             found = {i: np.einsum('nij,nj->ni', slopes, one) for i, one in found.items()}
-        for index, mode in self._lens_modes.items():
-            found[index] = lens_moves(placed, np.eye(len(LENS_MODES))[mode])
+        for index, (mode, posture) in self._lens_modes.items():
+            if posture in (None, seen):
+                found[index] = lens_moves(placed, np.eye(len(LENS_MODES))[mode])
         return found
 
     def _both(self, number: int, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
@@ -173,7 +187,7 @@ class CameraOffsets:
                 pivot if measured is None else measured,
             ),
             (
-                self.rigid_offset(coordinates, self._observations[number].setup_index),
+                self.rigid_offset(coordinates, self._posture(number)),
                 self.offset_pivot,
             ),
         ]

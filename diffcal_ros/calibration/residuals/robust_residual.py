@@ -208,7 +208,7 @@ class ViewComparer:
         """Return the rendered depth as the sensor would read it [m], NaN beside the body."""
         if sensor.is_exact:
             return trace.depth
-        return sensor.reading(self.surface.seen(trace.depth, trace.faces))
+        return sensor.reading(self.surface.seen(trace.depth, trace.faces, self._directions(trace)))
 
     def pixels(self, view: View) -> tuple[BoolArray, BoolArray]:
         """Tell which pixels of the window are unmasked body, and which of them are compared.
@@ -256,7 +256,12 @@ class ViewComparer:
     def seen(self, view: View, indices: IntArray) -> SeenPixels:
         """Return what errors of the sensor may know of some pixels of the window, (M,) each."""
         trace = view.trace
-        return self.surface.seen(trace.depth.ravel()[indices], trace.faces.ravel()[indices])
+        directions = self._directions(trace).reshape(-1, 2)[indices]
+        shown = trace.faces.ravel()[indices]
+        return self.surface.seen(trace.depth.ravel()[indices], shown, directions)
+
+    def _directions(self, trace: Trace) -> FloatArray:
+        return self._tracer.camera.directions(trace.rows, trace.columns)
 
     def _depths(
         self,

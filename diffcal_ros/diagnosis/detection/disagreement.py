@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Is there a disagreement, and does it matter?"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.null_distribution import chance_of_clean
@@ -72,3 +72,24 @@ def measure_disagreement(
     else:
         verdict = Verdict.DISAGREE if excess > margin else Verdict.BELOW_MARGIN
     return Disagreement(verdict, p_value, gap, excess)
+
+
+def beside_a_model(found: Disagreement, fit: Refit, margin: float) -> Disagreement:
+    """Return a disagreement as it is once a model is there that leaves less than the floors.
+
+    What a sensor's smooth error adds is believed beforehand, or was measured beside tangents that
+    do not follow what is missing to its border. Where a model leaves less, it was believed too
+    large: no more than that is the sensor's, and what the model takes away may matter.
+
+    Args:
+        found: with the floors that are believed.
+        fit: of the model.
+        margin: an excess that does not matter [m].
+    """
+    left = patch_gap(fit.groups, Part.ALL)
+    if found.verdict is not Verdict.BELOW_MARGIN or not left.rms < left.whole_floor:
+        return found
+    excess = float(np.sqrt(max(found.gap.rms**2 - left.rms**2, 0.0)))
+    if excess <= margin:
+        return found
+    return replace(found, verdict=Verdict.DISAGREE, excess=excess)

@@ -127,6 +127,7 @@ class Sight:
         by_pose: what the effects may do otherwise in each pose, shape (n, p).
         form: what they may do in other forms, shape (n, f).
         views: number of the view of each, shape (n,).
+        volumes: see `Whitened`, shape (n,).
     """
 
     values: FloatArray
@@ -135,6 +136,7 @@ class Sight:
     by_pose: FloatArray
     form: FloatArray
     views: NDArray[np.int64]
+    volumes: FloatArray
 
     @classmethod
     def of(cls, fit: Refit, seen: Whitened, pose_count: int, gone: Sequence[str] = ()) -> 'Sight':
@@ -164,6 +166,7 @@ class Sight:
             by_pose=ways[:, :pose_count],
             form=ways[:, pose_count:],
             views=seen.views,
+            volumes=seen.volumes,
         )
 
     def without(self, view: int) -> 'Sight':
@@ -176,6 +179,7 @@ class Sight:
             self.by_pose[others],
             self.form[others],
             self.views[others],
+            self.volumes[others],
         )
 
     def level(self) -> float:
@@ -206,7 +210,7 @@ class Sight:
         grown = 1.0 + squares * np.maximum(sizes, 0.0)
         distance = rest[-1, -1] - (squares * pulls / grown).sum(axis=1)
         volume = 2.0 * np.log(np.diag(factor)).sum() + np.log(grown).sum(axis=1)
-        return np.asarray(-0.5 * (distance + volume))
+        return np.asarray(-0.5 * (distance + volume + self.volumes.sum()))
 
     @cached_property
     def _products(self) -> FloatArray:

@@ -11,9 +11,10 @@ is fitted from there.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
-from diffcal_ros.calibration.parameters.parameters import Parameter
+from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
 from diffcal_ros.diagnosis.model_comparison.judged_models import judged
@@ -23,8 +24,9 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import best_of_each, by
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 import numpy as np
 
-# Of what an effect does: what data say that differs by less is as well judged as fitted.
-_LEAST_SHARE = 0.1
+# Of what an effect does: what data say that differs by less is as well judged as fitted. A tenth
+# is one of the shares that are tried, and their mean may be a little less.
+_LEAST_SHARE = 0.09
 # Models that are fitted so at most, with one effect and with two, and evaluations of each.
 _MOST_SINGLES, _MOST_PAIRS, _MOST_EVALUATIONS = 2, 1, 6
 
@@ -52,12 +54,36 @@ def with_those_freed(
     better: dict[int, Hypothesis] = {}
     for model in asked:
         # Where the one before it left noise, another one seldom may.
-        found = pool.refit_all([_request(model)]) if _may_win(model, best) else []
-        before, *fitted = judged([model, *found], basis, is_brief=True)
-        for new in fitted:
-            if new.level > before.level:
-                better[id(model)], best = new, max(best, new.level)
-    return sorted((better.get(id(model), model) for model in models), key=by_evidence)
+        better[id(model)] = freed = _freed_as_it_wants(pool, model, basis, best)
+        best = max(best, freed.level)
+    first, *others = sorted((better.get(id(m), m) for m in models), key=by_evidence)
+    return sorted([_to_the_end(pool, first, basis), *others], key=by_evidence)
+
+
+def _to_the_end(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothesis:
+    """Return the best model fitted on, where its effects are free and evaluations ran out.
+
+    How much it closes is told where it stands, however near one more step leads.
+    """
+    if not model.freed or model.fit.is_converged or model.leaning < LEAST_LEANING:
+        return model
+    ended = judged(pool.finish([model], [-np.inf]), basis, is_brief=True)[0]
+    return ended if ended.fit.chi_square < model.fit.chi_square else model
+
+
+def _freed_as_it_wants(
+    pool: RefitPool, model: Hypothesis, basis: FormBasis, best: float
+) -> Hypothesis:
+    """Return a model fitted with effects that are free to be others, as long as it is better so.
+
+    What is another one in each pose may show only once its form is free, and the other way round.
+    """
+    while _may_win(model, best):
+        before, *found = judged([model, *pool.refit_all([_request(model)])], basis, is_brief=True)
+        if not found or found[0].level <= before.level:
+            break
+        model = found[0]
+    return model
 
 
 def _request(model: Hypothesis) -> RefitRequest:
@@ -93,17 +119,29 @@ def _freed(model: Hypothesis) -> list[Parameter]:
     known = model.fit.parameters
     for added in model.added:
         effect, size = added.effect, _size(model, added)
-        if effect.most_by_pose >= 1.0 and judged.by_pose >= _LEAST_SHARE:
-            found += [
-                posture_parameter(
-                    known.parameters[known.names.index(name)], posture, judged.by_pose * size
-                )
-                for name in added.names
-                for posture in sorted(model.evaluator.model.bodies)
-            ]
+        in_each = partial(_in_each, model, known) if effect.most_by_pose >= 1.0 else None
+        if in_each is not None and judged.by_pose >= _LEAST_SHARE:
+            found += in_each(added.names, judged.by_pose * size)
         if judged.fraction >= _LEAST_SHARE:
-            found += form_parameters(effect, judged.fraction * size)
+            form = form_parameters(effect, judged.fraction * size)
+            names = [own.name for own in form]
+            if not set(names) <= set(known.names):
+                found += form
+            elif in_each is not None and len(model.evaluator.model.bodies) > 1:
+                # Its form is free, and still it is another one: in each pose, then.
+                found += in_each(names, judged.fraction * size)
     return [parameter for parameter in found if parameter.name not in known.names]
+
+
+def _in_each(
+    model: Hypothesis, known: ParameterSet, names: Sequence[str], size: float
+) -> list[Parameter]:
+    """Return what parameters of a model are more in each posture."""
+    return [
+        posture_parameter(known.parameters[known.names.index(name)], posture, size)
+        for name in names
+        for posture in sorted(model.evaluator.model.bodies)
+    ]
 
 
 def _size(model: Hypothesis, added: Candidate) -> float:

@@ -122,7 +122,11 @@ class Selection:
         in_form = one.judged is not None and one.judged.fraction <= FARTHEST_FORM
         if one.judged is not None and two.judged is not None and in_form:
             told = two.judged.log_prediction - one.judged.log_prediction
-            return told / self.noise_scale > _HELD_OUT_GAIN
+            # Cells between those that were fitted are told by these, whatever the model. Of
+            # several poses each is told by the others (`Explained`); cells need not be against it.
+            has_others = self.added is not None and np.isfinite(self.added.log_transfer)
+            least = -_HELD_OUT_GAIN if has_others else _HELD_OUT_GAIN
+            return told / self.noise_scale > least
         # A form so far from the library's goes between the patches that were fitted.
         fits = (one.fit, two.fit)
         likelihoods = [-0.5 * whiten(fit.groups, Part.REPORT).chi_square for fit in fits]
@@ -172,6 +176,7 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
     singles = with_those_freed(pool, singles, basis)
     others = [] if judge is None else others_in_any_form(pool, scores, singles, judge)
     if others:
+        others = with_those_freed(pool, judged(others, basis, is_brief=True), basis, singles)
         singles, basis = judged_singles(pool, [*singles, *others], basis)
     if pool.nominal.stays_robust:
         singles = sorted(ranked(singles), key=by_evidence)

@@ -56,7 +56,7 @@ class PatchFit:
         here: coordinates, shape (k,).
         groups: all patches there.
         seen: those that are fitted, whitened.
-        cost: half chi-square with that of the prior.
+        cost: half chi-square with that of the prior, and what being uneven costs.
         evaluations: of the model.
         rejections: steps on end that led nowhere.
         is_done: it came to rest, held to the full precision of the patches.
@@ -188,7 +188,7 @@ class PatchFit:
             self._idle += 1
 
     def _cost(self, seen: Whitened, coordinates: FloatArray) -> float:
-        return 0.5 * seen.chi_square + self._prior.cost(coordinates)
+        return 0.5 * (seen.chi_square + seen.volume) + self._prior.cost(coordinates)
 
     def _step(self, damping: float) -> tuple[FloatArray, float]:
         """Return the damped step among what no bound stops, and the gain that it promises."""

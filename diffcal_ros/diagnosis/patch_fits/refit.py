@@ -31,8 +31,8 @@ class Refit:
         coordinates: shape (k,).
         groups: all patches there.
         chi_square: of the part that was fitted, without priors.
-        log_evidence: of the model: half chi-square, priors and the volume of the posterior
-            against that of the prior, negative.
+        log_evidence: of the model: half chi-square, priors, what uneven patches cost and the
+            volume of the posterior against that of the prior, negative.
         covariance: of the coordinates, shape (k, k).
         shifts: from the coordinates to those of the body itself, see `DiscretisationError`,
             shape (k,).
@@ -152,7 +152,7 @@ def ended(
     parameters = evaluator.model.parameters
     prior = prior_of(evaluator)
     information = seen.jacobian.T @ seen.jacobian + prior.precision
-    cost = 0.5 * seen.chi_square + prior.cost(coordinates)
+    cost = 0.5 * (seen.chi_square + seen.volume) + prior.cost(coordinates)
     return Refit(
         parameters=parameters,
         coordinates=coordinates,

@@ -8,7 +8,7 @@ it stands in the image and does not move with the body: frames of one recording 
 and many frames tell no more about it than one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.observations.observation import MEASURED_FRAMES, Observation
 from diffcal_ros.scene.model import DepthSensor
@@ -46,6 +46,7 @@ class NoiseModel:
         is_measured: whether `pixel` comes from repeated frames.
         common: share of the variance of smooth errors that frames of a recording have in common.
         standing: share of that of depth which all recordings have in common, before that.
+        is_mixed: whether that of depth changes over lengths of all sizes about `smooth_length`.
     """
 
     pixel: float
@@ -59,6 +60,7 @@ class NoiseModel:
     is_measured: bool = False
     common: float = 0.0
     standing: float = 0.0
+    is_mixed: bool = False
 
     def depth_covariance(self, centers: FloatArray, counts: FloatArray) -> FloatArray:
         """Return the covariance of patches of depth [m^2], shape (n, n).
@@ -68,7 +70,7 @@ class NoiseModel:
             counts: pixels in each, shape (n,).
         """
         variance = (1.0 - self.common) * (1.0 - self.standing) * self.smooth**2
-        shared = variance * kernel(centers, self.smooth_length)
+        shared = variance * kernel(centers, self.smooth_length, is_mixed=self.is_mixed)
         return shared + np.diag(self.pixel**2 / counts + self.rough**2)
 
     def edge_covariance(
@@ -88,12 +90,12 @@ class NoiseModel:
     def depth_common(self, count: int) -> 'CommonError':
         """Return what so many patches of depth have in common with those of other frames."""
         spread = np.sqrt(self.common * (1.0 - self.standing)) * self.smooth
-        return CommonError(np.full(count, spread), self.smooth_length)
+        return CommonError(np.full(count, spread), self.smooth_length, self.is_mixed)
 
     def depth_standing(self, count: int) -> 'CommonError':
         """Return what so many patches of depth have in common with those of all recordings."""
         spread = np.sqrt(self.standing) * self.smooth
-        return CommonError(np.full(count, spread), self.smooth_length)
+        return CommonError(np.full(count, spread), self.smooth_length, self.is_mixed)
 
     def edge_common(self, pixel_sizes: FloatArray) -> 'CommonError':
         """Return what patches of outline have in common with those of other frames.
@@ -111,14 +113,21 @@ class CommonError:
     Attributes:
         spread: standard deviation at each patch [m], shape (n,).
         length: over which it changes [px].
+        is_mixed: whether it changes over lengths of all sizes about that.
     """
 
     spread: FloatArray
     length: float
+    is_mixed: bool = False
+
+    def of(self, spread: FloatArray) -> 'CommonError':
+        """Return the same error in other patches, shape (m,)."""
+        return replace(self, spread=spread)
 
     def covariance(self, centers: FloatArray) -> FloatArray:
         """Return the covariance of patches [m^2], shape (n, n), at image points (n, 2) [px]."""
-        return kernel(centers, self.length) * np.outer(self.spread, self.spread)
+        shared = kernel(centers, self.length, is_mixed=self.is_mixed)
+        return shared * np.outer(self.spread, self.spread)
 
 
 def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
@@ -134,11 +143,24 @@ def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
         pixel=float(np.hypot(pixel, rounding)),
         is_measured=bool(is_measured),
         common=_COMMON if is_moving else 0.0,
+        is_mixed=False,
         **unmeasured,
     )
 
 
-def kernel(centers: FloatArray, length: float) -> FloatArray:
-    """Return the correlation of smooth errors at image points [px], shape (n, n)."""
+def kernel(centers: FloatArray, length: float, *, is_mixed: bool = False) -> FloatArray:
+    """Return the correlation of smooth errors at image points [px], shape (n, n).
+
+    Over what they change is known by its order at best. Mixed, it is a rational quadratic:
+    Gaussian kernels of all lengths about this one (Rasmussen and Williams, Gaussian Processes for
+    Machine Learning, 2006, eq. 4.19, alpha 1). What a whole picture has in common is likely, then,
+    as it hardly is by one length; no patches beside so many tangents could show it.
+
+    Args:
+        centers: shape (n, 2).
+        length: over which they change [px].
+        is_mixed: whether over lengths of all sizes about that.
+    """
     apart = centers[:, None] - centers[None]
-    return np.exp(-np.sum(apart**2, axis=-1) / length**2)
+    squares = np.sum(apart**2, axis=-1) / length**2
+    return np.asarray(1.0 / (1.0 + squares) if is_mixed else np.exp(-squares))

@@ -156,18 +156,22 @@ class PatchEvaluator:
         groups = self.groups(coordinates)
         return self._changed(noises=measured_noises(self._noises, groups, still))
 
-    def with_smooth_error(self, groups: Sequence[PatchGroup]) -> 'PatchEvaluator':
+    def with_smooth_error(
+        self, groups: Sequence[PatchGroup], *, is_hidden: bool = False
+    ) -> 'PatchEvaluator':
         """Return the same evaluator with the smooth error that several poses at rest show.
 
         In one pose it is not told from what the model lacks.
 
         Args:
             groups: of the nominal fit, with tangents of all effects.
+            is_hidden: see `smooth_error.with_smooth_error`.
         """
         if not self.tells_smooth_error:
             return self
         still = [n for n, one in enumerate(self.model.observations) if one.instant is None]
-        return self._changed(noises=with_smooth_error(self._noises, groups, still))
+        noises = with_smooth_error(self._noises, groups, still, is_hidden=is_hidden)
+        return self._changed(noises=noises)
 
     @property
     def tells_smooth_error(self) -> bool:
@@ -230,13 +234,11 @@ class PatchEvaluator:
         compared, images = self.comparisons(coordinates), []
         for number, view in enumerate(self.model.views(coordinates)):
             image = view.trace.in_image(compared[number].difference)
-            reference = self._references[number]
-            fixture = (
-                None if reference is None else reference.view(number, self.model, coordinates)
-            )
-            if reference is not None and fixture is not None:
+            fixture = self._fixture(number, coordinates)
+            if fixture is not None:
+                reference, before = fixture
                 sensor = self.model.sensor(coordinates, number)
-                image = reference.lay_over(image, fixture, view.trace, sensor)
+                image = reference.lay_over(image, before, view.trace, sensor)
             images.append(image)
         return images
 
@@ -262,22 +264,33 @@ class PatchEvaluator:
         groups = []
         for number, view in enumerate(model.views(coordinates)):
             wide = np.concatenate([tangents[number], self.discretisation_error.columns(number)])
-            inside, outline = self._patches(
-                self._objective, number, compared[number], view, wide, coordinates
-            )
+            fixture, body = self._fixture(number, coordinates), compared[number]
+            if fixture is not None:
+                reference, before = fixture
+                body = reference.uncovered(body, before, view.trace)
+            inside, outline = self._patches(self._objective, number, body, view, wide, coordinates)
             groups.append(self._group(number, 'depth', self._kept(number, 'depth', inside)))
             groups.append(self._group(number, 'edge', self._kept(number, 'edge', outline)))
-            groups += self._rigid_groups(number, view, coordinates, len(wide))
+            if fixture is not None:
+                groups += self._rigid_groups(number, fixture, view, coordinates, len(wide))
         return groups
 
-    def _rigid_groups(
-        self, number: int, body: View, coordinates: FloatArray, count: int
-    ) -> list[PatchGroup]:
-        """Compare and average the fixture in a view, where it is seen."""
+    def _fixture(self, number: int, coordinates: FloatArray) -> tuple[RigidReference, View] | None:
+        """Return the fixture as it is seen in a view; None where it is not."""
         reference = self._references[number]
         view = None if reference is None else reference.view(number, self.model, coordinates)
-        if reference is None or view is None:
-            return []
+        return None if reference is None or view is None else (reference, view)
+
+    def _rigid_groups(
+        self,
+        number: int,
+        fixture: tuple[RigidReference, View],
+        body: View,
+        coordinates: FloatArray,
+        count: int,
+    ) -> list[PatchGroup]:
+        """Compare and average the fixture in a view, before which the body is."""
+        reference, view = fixture
         wide = reference.tangents(number, self.model, coordinates, count)
         sensor = self.model.sensor(coordinates, number)
         compared = reference.compare(view, body.trace, _FAR_REACH, sensor)

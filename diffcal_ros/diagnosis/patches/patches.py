@@ -39,6 +39,8 @@ class Patches:
         weights: pixels, or length of outline, shape (n,).
         common: error that other frames of the recording have too; not in `covariance`.
         standing: error that all recordings have; in neither of them. None: there is none.
+        uneven: what of the variance of each value its patch is uneven by [m^2], shape (n,); None:
+            patches are even.
     """
 
     values: FloatArray
@@ -49,6 +51,7 @@ class Patches:
     weights: FloatArray
     common: CommonError
     standing: CommonError | None = None
+    uneven: FloatArray | None = None
 
     @property
     def variances(self) -> FloatArray:
@@ -60,7 +63,7 @@ class Patches:
         """Return the patches with a further smooth error of this size [m], shape (n,)."""
         if not spread.any():
             return self
-        further = CommonError(spread, self.common.length).covariance(self.centers)
+        further = self.common.of(spread).covariance(self.centers)
         return replace(self, covariance=self.covariance + further)
 
     def chosen(self, indices: IntArray | NDArray[np.bool_]) -> 'Patches':
@@ -73,10 +76,11 @@ class Patches:
             centers=self.centers[own],
             cells=self.cells[own],
             weights=self.weights[own],
-            common=CommonError(self.common.spread[own], self.common.length),
+            common=self.common.of(self.common.spread[own]),
             standing=None
             if self.standing is None
-            else CommonError(self.standing.spread[own], self.standing.length),
+            else self.standing.of(self.standing.spread[own]),
+            uneven=None if self.uneven is None else self.uneven[own],
         )
 
 
@@ -109,7 +113,7 @@ def depth_patches(
     covariance = noise.depth_covariance(centers, totals) + np.diag(further)
     common = noise.depth_common(len(values))
     standing = noise.depth_standing(len(values)) if noise.standing else None
-    return Patches(values, slopes, covariance, centers, cells, totals, common, standing)
+    return Patches(values, slopes, covariance, centers, cells, totals, common, standing, further)
 
 
 def edge_patches(
@@ -142,10 +146,10 @@ def edge_patches(
     sizes, doubts = slopes[:, -2], slopes[:, -1]
     known = noise.edge_pixels * sizes
     further = _unevenness(residuals.values, weights, numbers, cells, known)
-    own = np.diag((doubts * sizes) ** 2 + further)
-    covariance = noise.edge_covariance(centers, totals, sizes) + own
+    own = (doubts * sizes) ** 2 + further
+    covariance = noise.edge_covariance(centers, totals, sizes) + np.diag(own)
     common = noise.edge_common(sizes)
-    return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common)
+    return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common, uneven=own)
 
 
 def cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:

@@ -37,6 +37,8 @@ FloatArray = NDArray[np.float64]
 
 # So near to the body a pixel may be the body's, and an edge is not found [px].
 _BESIDE, _BESIDE_EDGE = 4, 10
+# So near to where the fixture hides the body a pixel shows both [px].
+_COVERED = 1
 
 
 class RigidReference:
@@ -131,14 +133,22 @@ class RigidReference:
         """
         compared = self.comparer.compare(view, reach, sensor)
         before = _in_front(body, view.trace)
-        inside = _off(compared.depth, _widened(before, _BESIDE))
-        outline = _off(compared.edge, _widened(before, _BESIDE_EDGE))
-        return replace(
-            compared,
-            depth=_chosen(compared.depth, inside),
-            edge=_chosen(compared.edge, outline),
-            edge_scale=compared.edge_scale[outline],
-        )
+        return _beside(compared, _widened(before, _BESIDE), _widened(before, _BESIDE_EDGE))
+
+    def uncovered(self, compared: Comparison, view: View, body: Trace) -> Comparison:
+        """Return a comparison of the body without what the fixture hides of it.
+
+        A clamp that is a little wider than the body covers a strip of it: what is seen there is
+        the clamp, some tenths of a millimetre nearer, and which pixels these are changes step by
+        step as the body moves beneath it.
+
+        Args:
+            compared: the body with what was seen.
+            view: of the fixture.
+            body: traced in the same image.
+        """
+        hidden = np.isfinite(view.trace.full_depth()) & ~_in_front(body, view.trace)
+        return _beside(compared, _widened(hidden, _COVERED), _widened(hidden, _BESIDE))
 
 
 def with_fixture_offset(
@@ -208,6 +218,17 @@ def _off(residuals: Residuals, marks: BoolArray) -> BoolArray:
     height, width = marks.shape
     found: BoolArray = ~marks[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)]
     return found
+
+
+def _beside(compared: Comparison, inside: BoolArray, outline: BoolArray) -> Comparison:
+    """Leave out what lies on marked pixels of the image, inside and on the outline."""
+    depth, edge = _off(compared.depth, inside), _off(compared.edge, outline)
+    return replace(
+        compared,
+        depth=_chosen(compared.depth, depth),
+        edge=_chosen(compared.edge, edge),
+        edge_scale=compared.edge_scale[edge],
+    )
 
 
 def _chosen(residuals: Residuals, kept: BoolArray) -> Residuals:

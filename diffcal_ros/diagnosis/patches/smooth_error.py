@@ -49,7 +49,11 @@ class SmoothError:
 
 
 def with_smooth_error(
-    noises: Sequence[NoiseModel], groups: Sequence[PatchGroup], still: Collection[int]
+    noises: Sequence[NoiseModel],
+    groups: Sequence[PatchGroup],
+    still: Collection[int],
+    *,
+    is_hidden: bool = False,
 ) -> tuple[NoiseModel, ...]:
     """Return the noise of every view with the smooth error that its patches show.
 
@@ -59,18 +63,39 @@ def with_smooth_error(
         noises: of every view, as assumed.
         groups: of the nominal fit with that noise, with tangents of all effects.
         still: views of bodies at rest.
+        is_hidden: whether an effect is so large that tangents leave much of it: what they show is
+            then the most that the error may be, and no more is believed than beforehand.
     """
     quiet = {view for view in still if noises[view].is_measured}
     if not quiet:
         return tuple(noises)
-    own = [group for group in groups if group.view in quiet]
-    found = measured_smooth_error(own, noises[min(quiet)])
+    assumed = noises[min(quiet)]
+    found = measured_smooth_error([own for own in groups if own.view in quiet], assumed)
+    if is_hidden:
+        found = min(found, expected_smooth_error(assumed), key=lambda error: error.size)
     return tuple(
-        replace(noise, smooth=found.size, smooth_length=found.length, standing=found.standing)
+        replace(
+            noise,
+            smooth=found.size,
+            smooth_length=found.length,
+            standing=found.standing,
+            is_mixed=True,
+        )
         if view in quiet
         else noise
         for view, noise in enumerate(noises)
     )
+
+
+def expected_smooth_error(assumed: NoiseModel) -> SmoothError:
+    """Return what is to be expected of a sensor before its patches are looked at.
+
+    Args:
+        assumed: noise with the median of the prior of its size.
+    """
+    # The root of the mean square of what is log-normal.
+    size = assumed.smooth * float(np.exp(_SPREAD**2))
+    return SmoothError(size, assumed.smooth_length, float(np.mean(_STANDING)))
 
 
 def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> SmoothError:
@@ -100,12 +125,15 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
     table -= 0.5 * (np.log(_SIZES) / _SPREAD) ** 2
     chances = np.exp(table - table.max())
     chances /= chances.sum()
-    size = assumed.smooth * float(np.sqrt(chances.sum(axis=0) @ _SIZES**2))
+    # The covariance to be expected: in the mean, squares are of this size and so much is shared.
+    squares = chances @ _SIZES**2
+    size = assumed.smooth * float(np.sqrt(squares.sum()))
     best = int(chances.sum(axis=1).argmax())
+    shared = squares @ np.array([standing for _, standing in kinds]) / squares.sum()
     return SmoothError(
         size=float(np.clip(size, _LEAST * assumed.smooth, _MOST * assumed.smooth)),
         length=kinds[best][0] * assumed.smooth_length,
-        standing=kinds[best][1],
+        standing=float(shared),
     )
 
 
@@ -122,7 +150,8 @@ def _without_smooth(groups: Sequence[PatchGroup], assumed: NoiseModel) -> FloatA
     own = []
     for group in groups:
         patches = group.patches
-        smooth = assumed.smooth**2 * kernel(patches.centers, assumed.smooth_length)
+        shared = kernel(patches.centers, assumed.smooth_length, is_mixed=assumed.is_mixed)
+        smooth = assumed.smooth**2 * shared
         # What was taken off before rounding may leave a little less than nothing.
         rest = patches.covariance + patches.common.covariance(patches.centers) - smooth
         own.append(rest + np.diag(1e-6 * patches.variances))
@@ -133,7 +162,7 @@ def _kernel(groups: Sequence[PatchGroup], length: float, standing: float) -> Flo
     centers = np.concatenate([group.patches.centers for group in groups])
     views = np.concatenate([np.full(len(b.patches.values), b.view) for b in groups])
     fraction = np.where(views[:, None] == views, 1.0, standing)
-    return np.asarray(fraction * kernel(centers, length))
+    return np.asarray(fraction * kernel(centers, length, is_mixed=True))
 
 
 def _beside(groups: Sequence[PatchGroup]) -> FloatArray:

@@ -44,11 +44,23 @@ class Whitened:
         values: shape (n,).
         jacobian: shape (n, k).
         views: number of the view of each, shape (n,).
+        volumes: by how much the log determinant of their covariance exceeds that of even patches,
+            shape (n,); what views have in common is in the last of them.
     """
 
     values: FloatArray
     jacobian: FloatArray
     views: NDArray[np.int64]
+    volumes: FloatArray
+
+    @property
+    def volume(self) -> float:
+        """What being uneven costs: twice the log of how much less likely it makes the data.
+
+        A patch over which residuals run has a larger variance, which the model is the cause of.
+        Without this the model that is farther off would be held to less.
+        """
+        return float(self.volumes.sum())
 
     @property
     def chi_square(self) -> float:
@@ -83,7 +95,7 @@ def whiten(
     """
     recordings = [_recording(own, part, slack) for own in _recordings(groups)]
     recordings = [recording for recording in recordings if len(recording.values)]
-    if not any(recording.standing.any() for recording in recordings):
+    if not any(recording.standing.spread.any() for recording in recordings):
         parts = [_whitened(recording) for recording in recordings]
     elif is_apart:
         parts = [_whitened(_with_own(recording)) for recording in recordings]
@@ -93,6 +105,7 @@ def whiten(
         np.concatenate([part.values for part in parts]),
         np.concatenate([part.jacobian for part in parts]),
         np.concatenate([part.views for part in parts]),
+        np.concatenate([part.volumes for part in parts]),
     )
 
 
@@ -130,18 +143,18 @@ class _Recording:
         jacobian: shape (n, k).
         views: number of the view of each, shape (n,).
         covariance: without what stands [m^2], shape (n, n).
-        standing: standard deviation of that [m], shape (n,).
+        standing: what does.
         centers: in the image [px], shape (n, 2).
-        length: over which it changes [px].
+        uneven: what of the variances patches are uneven by [m^2], shape (n,).
     """
 
     values: FloatArray
     jacobian: FloatArray
     views: NDArray[np.int64]
     covariance: FloatArray
-    standing: FloatArray
+    standing: CommonError
     centers: FloatArray
-    length: float
+    uneven: FloatArray
 
 
 def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recording:
@@ -150,10 +163,6 @@ def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recor
     patches = [b.patches.chosen(w) for b, w in zip(groups, chosen, strict=True)]
     mesh = np.concatenate([b.mesh[w] for b, w in zip(groups, chosen, strict=True)])
     covariance = block_diag(*(p.covariance for p in patches)) + _common(groups, patches)
-    standing = [
-        np.zeros(len(p.values)) if p.standing is None else p.standing.spread for p in patches
-    ]
-    lengths = [p.standing.length for p in patches if p.standing is not None]
     return _Recording(
         values=np.concatenate([p.values for p in patches]),
         jacobian=np.concatenate([p.jacobian for p in patches]),
@@ -162,42 +171,49 @@ def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recor
         ),
         # The mesh's error is one number a recording: it moves depth and outline together.
         covariance=covariance + np.outer(mesh, mesh) + slack**2 * np.eye(len(mesh)),
-        standing=np.concatenate(standing),
+        standing=_standing(patches),
         centers=np.concatenate([p.centers for p in patches]),
-        length=lengths[0] if lengths else 1.0,
+        uneven=np.concatenate(
+            [np.zeros(len(p.values)) if p.uneven is None else p.uneven for p in patches]
+        ),
     )
 
 
 def _with_own(recording: _Recording) -> _Recording:
     """Return a group with what stands in all images as an error of its own."""
-    error = CommonError(recording.standing, recording.length)
+    standing = recording.standing
     return replace(
         recording,
-        covariance=recording.covariance + error.covariance(recording.centers),
-        standing=np.zeros_like(recording.standing),
+        covariance=recording.covariance + standing.covariance(recording.centers),
+        standing=standing.of(np.zeros_like(standing.spread)),
     )
 
 
 def _all_together(recordings: Sequence[_Recording]) -> _Recording:
     """Return all groups as one, with what stands in all of their images."""
-    length = max(recording.length for recording in recordings)
+    one = max((recording.standing for recording in recordings), key=lambda error: error.length)
     whole = _Recording(
         values=np.concatenate([recording.values for recording in recordings]),
         jacobian=np.concatenate([recording.jacobian for recording in recordings]),
         views=np.concatenate([recording.views for recording in recordings]),
         covariance=np.asarray(block_diag(*(recording.covariance for recording in recordings))),
-        standing=np.concatenate([recording.standing for recording in recordings]),
+        standing=one.of(np.concatenate([own.standing.spread for own in recordings])),
         centers=np.concatenate([recording.centers for recording in recordings]),
-        length=length,
+        uneven=np.concatenate([recording.uneven for recording in recordings]),
     )
     return _with_own(whole)
 
 
 def _whitened(recording: _Recording) -> Whitened:
-    factor = cholesky(_tolerant(recording.covariance, recording.values), lower=True)
+    covariance = _tolerant(recording.covariance, recording.values)
+    factor = cholesky(covariance, lower=True)
+    even = factor
+    if recording.uneven.any():
+        even = cholesky(covariance - np.diag(recording.uneven), lower=True)
+    volumes = 2.0 * np.log(np.diag(factor) / np.diag(even))
     wide = np.hstack([recording.values[:, None], recording.jacobian])
     both = solve_triangular(factor, wide, lower=True)
-    return Whitened(both[:, 0], both[:, 1:], recording.views)
+    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes)
 
 
 def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatArray:
@@ -206,9 +222,19 @@ def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatAr
     for kind in dict.fromkeys(group.kind for group in groups):
         own = [p for b, p in zip(groups, patches, strict=True) if b.kind == kind]
         spread = np.concatenate([p.common.spread for p in own])
-        common = CommonError(spread, own[0].common.length)
+        common = own[0].common.of(spread)
         parts.append(common.covariance(np.concatenate([p.centers for p in own])))
     return np.asarray(block_diag(*parts))
+
+
+def _standing(patches: Sequence[Patches]) -> CommonError:
+    """Return what stands in the image of all recordings, in all of these patches."""
+    own = [p.standing for p in patches if p.standing is not None]
+    one = own[0] if own else CommonError(np.zeros(0), 1.0)
+    spreads = [
+        np.zeros(len(p.values)) if p.standing is None else p.standing.spread for p in patches
+    ]
+    return one.of(np.concatenate(spreads))
 
 
 def _tolerant(covariance: FloatArray, values: FloatArray) -> FloatArray:

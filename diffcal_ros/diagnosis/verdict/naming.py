@@ -279,14 +279,16 @@ def _leaves_more(hypothesis: Hypothesis) -> bool:
 def _off_in_form(hypothesis: Hypothesis) -> str | None:
     """Say by how much effects are off from the library's form, where that is too much for a name.
 
-    It is not where that form leaves noise, or owes other forms next to nothing. What is moved,
-    clamped anew or warms up may be another one in each pose. Of two effects either of which may be
-    far off nothing is known.
+    It is not where that form leaves noise, or owes other forms next to nothing and leaves little.
+    What is moved, clamped anew or warms up may be another one in each pose. Of two effects either
+    of which may be far off nothing is known.
     """
     judged = hypothesis.judged
     if judged is None or hypothesis.fit.chance_of_noise >= ALPHA:
         return None
-    fraction = judged.fraction if hypothesis.leaning >= LEAST_LEANING else 0.0
+    left = patch_gap(hypothesis.fit.groups, Part.REPORT)
+    asks_for_it = hypothesis.leaning >= LEAST_LEANING or left.rms > FAR_ABOVE * left.whole_floor
+    fraction = judged.fraction if asks_for_it else 0.0
     if fraction > FARTHEST_FORM / len(hypothesis.added):
         return f'off by {fraction:.0%} of what it does'
     is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0

@@ -73,6 +73,11 @@ def is_unexplained(
         return True
     if added.chance_of_noise >= ALPHA:
         return False
+    before = patch_gap(nominal.groups, Part.REPORT).rms
+    if before > FAR_ABOVE * gap.whole_floor >= FAR_ABOVE * left and closure >= LEAST_CLOSURE:
+        # A clear gap is gone where no fit has seen it: what a form that is a little off leaves on
+        # the other patches is no other cause.
+        return False
     excess = nominal.chi_square_per_patch - 1.0
     fraction = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
     if not fraction >= LEAST_CLOSURE:

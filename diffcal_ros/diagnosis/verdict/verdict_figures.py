@@ -84,6 +84,8 @@ def spread_over_poses(hypothesis: Hypothesis) -> list[str]:
                 part = candidate.effect.component(name)
                 size = part.shown_factor * float(np.sqrt(np.mean(np.square(own))))
                 words.append(f'{name} by {size:.2g} {part.shown_unit}')
+        if any((candidate.identifier, part.name) in more for part in candidate.effect.forms):
+            words.append('and so is its form')
         if words:
             said.append(
                 f'{candidate.identifier} is another one in each pose: {", ".join(words)}; the '

@@ -5,9 +5,11 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.calibration.residuals.objective import RobustObjective
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.model import Quantity
 import numpy as np
@@ -22,6 +24,9 @@ _AMPLITUDES = {
     'gravity_tilt.a': (0.03, 0.02),
     'rigid_offset.y': (0.002, -0.003),
     'rigid_offset.rx': (0.01, 0.015),
+    # A lens that is focused anew.
+    'rigid_offset.focal': (0.05, -0.08),
+    'rigid_offset.y_xx': (0.1, 0.15),
 }
 _SECOND = 1
 
@@ -42,6 +47,7 @@ def _parameters(scene, name: str) -> ParameterSet:
     head, _, _ = name.partition('.')
     wanted = head if head in ('rigid_offset', 'gravity_tilt') else name
     found = make_parameters(scene, (wanted, 'youngs_modulus'), with_edge_bias=False).parameters
+    found = (*found, *form_parameters(EFFECTS['camera_offset'], 1.0))
     kept = [own for own in found if own.name in (name, 'youngs_modulus')]
     own = next(parameter for parameter in kept if parameter.name == name)
     free = Quantity(0.0, -1e3, 1e3, 0.0, 1.0)

@@ -118,15 +118,16 @@ def test_evidence_is_that_of_a_gaussian_with_all_ways_in_its_covariance(
     covariance += (free * sizes**2) @ free.T
     values = seen.values + own @ offset
     square = values @ np.linalg.solve(covariance, values)
-    expected = -0.5 * (square + np.linalg.slogdet(covariance)[1])
+    expected = -0.5 * (square + np.linalg.slogdet(covariance)[1] + seen.volume)
     assert found == pytest.approx([expected], rel=1e-6)
+    assert seen.volume > 0.0
 
 
 def test_what_is_found_is_the_mean_given_the_patches_and_what_it_leaves():
     random = np.random.default_rng(8)
     own, by_pose, form = (random.normal(size=(12, width)) for width in (4, 3, 5))
     values, root = random.normal(size=12), random.normal(size=(6, 4))
-    sight = Sight(values, own, root, by_pose, form, np.zeros(12, int))
+    sight = Sight(values, own, root, by_pose, form, np.zeros(12, int), np.zeros(12))
     found = sight.at(0.3, 0.7)
     covariance = np.eye(12) + own @ own.T + 0.09 * by_pose @ by_pose.T + 0.49 * form @ form.T
     inverse = np.linalg.inv(covariance)

@@ -3,6 +3,7 @@
 """Which models are fitted with effects that are free to be others, and with what."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from diffcal_ros.diagnosis.model_comparison import any_form, freed_effects
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
@@ -130,3 +131,104 @@ def test_parameters_are_less_sure_beside_an_effect_of_whatever_form(screened, ba
     _, in_any = tilt.in_any_form.of_the_body(index)
     assert in_any > alone
     assert replace(tilt, judged=None).in_any_form is tilt.fit
+
+
+def _with_parts(model, parts):
+    """Return a model that knows of further parameters, all of them zero."""
+    before = model.fit
+    fit = replace(
+        before,
+        parameters=replace(before.parameters, parameters=(*before.parameters.parameters, *parts)),
+        coordinates=np.append(before.coordinates, np.zeros(len(parts))),
+    )
+    return replace(model, fit=fit)
+
+
+class _Refits:
+    """Refits that leave what a model is, each a given amount likelier."""
+
+    def __init__(self, gains):
+        self._gains, self.asked, self.ended, self.left = iter(gains), [], 0, 0.9
+
+    def refit_all(self, requests):
+        (request,) = requests
+        self.asked.append(len(request.freed))
+        gain = next(self._gains)
+        known = self.model.fit.parameters.names
+        better = _with_parts(
+            self.model, [part for part in request.freed if part.name not in known]
+        )
+        self.model = _likelier(better, gain)
+        return [self.model]
+
+    def finish(self, models, least):
+        self.ended += 1
+        chi_square = self.left * models[0].fit.chi_square
+        return [replace(models[0], fit=replace(models[0].fit, chi_square=chi_square))]
+
+
+def _likelier(model, gain):
+    judged = model.judged
+    judged = replace(
+        judged, log_evidence=judged.log_evidence + gain, exact=judged.exact + gain, by_pose=0.2
+    )
+    return replace(model, judged=judged)
+
+
+@pytest.mark.parametrize(('gains', 'rounds'), [((5.0, 5.0), 2), ((-5.0,), 1)])
+def test_what_shows_once_a_form_is_free_is_freed_as_well(
+    screened, basis, monkeypatch, gains, rounds
+):
+    camera = _judged(screened, basis, 'camera_offset', 0.05, 0.4)
+    refits = _Refits(gains)
+    refits.model = camera
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    found = freed_effects._freed_as_it_wants(refits, camera, basis, camera.level)
+    forms, parts = len(camera.added[0].effect.forms), len(camera.added[0].names)
+    assert refits.asked == [forms, forms + parts][:rounds]
+    assert found.level == pytest.approx(max(camera.level, camera.level + sum(gains)))
+
+
+def test_a_form_that_is_free_and_still_another_one_is_so_in_each_pose(screened, basis):
+    camera = _judged(screened, basis, 'camera_offset', 0.05, 0.4)
+    form = freed_effects._request(camera).freed
+    assert [part.posture for part in form] == [None] * len(form)
+    freed = _with_parts(camera, form)
+    assert freed_effects._freed(freed) == [], 'of one pose it is told already'
+    two = SimpleNamespace(model=SimpleNamespace(bodies={0: None, 1: None}))
+    more = freed_effects._freed(replace(freed, evaluator=two))
+    assert [part.name for part in more] == [
+        f'{part.name}@{posture}' for part in form for posture in (0, 1)
+    ]
+    # As large as data say that the form is another one yet.
+    by_name = {part.name: part.quantity.prior_std for part in form}
+    for part in more:
+        assert part.quantity.prior_std == pytest.approx(by_name[part.name.partition('@')[0]])
+    # A body is bent at rest by one curve, whatever its pose.
+    bend = _judged(screened, basis, 'rest_curvature', 0.05, 0.4)
+    bent = _with_parts(bend, freed_effects._request(bend).freed)
+    assert freed_effects._freed(replace(bent, evaluator=two)) == []
+
+
+@pytest.mark.parametrize(
+    ('is_converged', 'is_freed', 'left', 'is_better'),
+    [
+        (False, True, 0.9, True),
+        (False, True, 1.1, False),
+        (True, True, 0.9, False),
+        (False, False, 0.9, False),
+    ],
+)
+def test_the_best_is_fitted_to_the_end_where_it_is_free(
+    screened, basis, clamp, monkeypatch, is_converged, is_freed, left, is_better
+):
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    parts = freed_effects._freed(clamp) if is_freed else []
+    model = _with_parts(clamp, parts)
+    model = replace(model, fit=replace(model.fit, is_converged=is_converged))
+    assert bool(model.freed) == is_freed
+    refits = _Refits(())
+    refits.left = left
+    found = freed_effects._to_the_end(refits, model, basis)
+    assert refits.ended == (is_freed and not is_converged)
+    assert found.fit.chi_square == (left if is_better else 1.0) * model.fit.chi_square

@@ -110,7 +110,8 @@ def test_transfer_is_the_density_of_each_pose_given_the_others(monkeypatch):
     views = np.array([0, 1, 2, 0, 1, 2, 2, 1, 0])
     values = random.normal(size=9)
     known = own @ own.T + np.eye(9)
-    sight = Sight(values, own, np.eye(6), by_pose, form, views)
+    volumes = random.random(9)
+    sight = Sight(values, own, np.eye(6), by_pose, form, views, volumes)
     covariance = known + 0.25 * by_pose @ by_pose.T + 0.09 * form @ form.T
     for view in range(3):
         here, others = views == view, views != view
@@ -118,6 +119,7 @@ def test_transfer_is_the_density_of_each_pose_given_the_others(monkeypatch):
         spread = covariance[np.ix_(here, here)] - gain @ covariance[np.ix_(others, here)]
         expected = multivariate_normal.logpdf(values[here], gain @ values[others], spread)
         found = sight.level() - sight.without(view).level()
+        expected -= 0.5 * volumes[here].sum()
         assert found == pytest.approx(expected + 1.5 * np.log(2.0 * np.pi))
 
 
@@ -248,3 +250,18 @@ def test_what_may_as_well_be_absent_is_no_rival(screened, tilted):
     choice = choose(Selection((tilted, close)), *screened[:2])
     assert choice.alike == ('gravity_tilt',)
     assert choice.confidence == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ('transfer', 'told', 'is_needed'),
+    [(10.0, -1.0, True), (10.0, -9.0, False), (np.inf, -1.0, False), (np.inf, 9.0, True)],
+)
+def test_cells_need_not_ask_for_a_second_effect_that_other_poses_do(
+    selection, transfer, told, is_needed
+):
+    """Cells between those that were fitted are told by these as well without it."""
+    two = _judged(selection.pairs[0], -60.0, selection.pairs[0].chi_square)
+    before = selection.singles[0].judged.log_prediction
+    two = replace(two, judged=replace(two.judged, log_prediction=before + told))
+    found = replace(selection, pairs=(two,), added=Explained(20.0, transfer))
+    assert (found.best is two) == is_needed

@@ -92,6 +92,9 @@ def test_covariance_is_that_of_errors_drawn_from_it(random):
     assert np.linalg.eigvalsh(covariance).min() > 0.0
     assert covariance[0, 1] > 0.9 * NOISE.smooth**2
     assert covariance[0, 2] < 1e-3 * NOISE.smooth**2
+    # Where lengths are known by their order only some of it is all of the picture's.
+    mixed = replace(NOISE, is_mixed=True).depth_covariance(centers, np.full(3, 400.0))
+    assert 0.01 * NOISE.smooth**2 < mixed[0, 2] < 0.1 * NOISE.smooth**2
     pixel = covariance[0, 0] - NOISE.smooth**2 - NOISE.rough**2
     assert pixel == pytest.approx(NOISE.pixel**2 / 400.0)
 

@@ -34,10 +34,10 @@ SHIFT = np.array([0.0025, -0.002, 0.004])
 _FRAMES = 8
 
 
-def block_depth(pose=DEPTH_FROM_WORLD):
-    """Depth [m] of the block; NaN beside it."""
-    points = apply(pose, apply(WORLD_FROM_OBJECT, BLOCK.positions))
-    return DepthTracer(BLOCK.triangles, len(points), CAMERA).trace(points).full_depth()
+def block_depth(pose=DEPTH_FROM_WORLD, block=BLOCK):
+    """Depth [m] of a block; NaN beside it."""
+    points = apply(pose, apply(WORLD_FROM_OBJECT, block.positions))
+    return DepthTracer(block.triangles, len(points), CAMERA).trace(points).full_depth()
 
 
 def seen(*, body_shift, block_shift, seed=5):
@@ -95,6 +95,23 @@ def test_the_gap_that_is_told_is_the_bodys(agreed):
     assert len(bodies) < len(with_block.groups)
     for part in Part:
         assert patch_gap(with_block.groups, part) == patch_gap(bodies, part)
+
+
+def test_what_the_block_hides_of_the_body_is_not_compared(random):
+    """A block that is wider than the beam, and reaches over it for a tenth of its length."""
+    jaws = box_fixture(np.array([[-0.030, -0.011, -0.009], [0.012, 0.037, 0.026]]))
+    before, body = block_depth(block=jaws), true_depth()
+    hidden = np.isfinite(body) & (before < body)
+    assert hidden.sum() > 300
+    depth = noisy(np.fmin(body, before), random)
+    taken = replace(observation(depth), frame_count=_FRAMES, noise=0.00014)
+    evaluator, nominal = fit_nominal(replace(scene(), fixture=jaws), [taken], None)
+    own = [group for group in evaluator.groups(nominal.coordinates) if not group.is_rigid]
+    shown = np.isfinite(body) & ~hidden
+    pixels = sum(group.patches.weights.sum() for group in own if group.kind == 'depth')
+    assert pixels < 1.02 * shown.sum()
+    # Nothing of the body was thrown out beside them: they are millimetres nearer.
+    assert evaluator.left_out == frozenset()
 
 
 def test_the_picture_of_what_is_left_shows_the_block_before_the_body():

@@ -9,7 +9,11 @@ from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.patches.smooth_error import measured_smooth_error, with_smooth_error
+from diffcal_ros.diagnosis.patches.smooth_error import (
+    expected_smooth_error,
+    measured_smooth_error,
+    with_smooth_error,
+)
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 import numpy as np
 import pytest
@@ -71,10 +75,41 @@ def test_the_size_is_found(size):
     assert {one.length for one in found} == {80.0}
 
 
-@pytest.mark.parametrize(('true', 'found'), [(0.0, 0.0), (0.95, 0.9)])
-def test_what_all_poses_share_is_told_from_what_each_has_of_its_own(true, found):
+@pytest.mark.parametrize(('true', 'least', 'most'), [(0.0, 0.0, 0.1), (0.95, 0.85, 0.9)])
+def test_what_all_poses_share_is_told_from_what_each_has_of_its_own(true, least, most):
     for seed in range(4):
-        assert measured_smooth_error(poses_with(0.0003, true, seed), _ASSUMED).standing == found
+        found = measured_smooth_error(poses_with(0.0003, true, seed), _ASSUMED)
+        assert least - 1e-9 <= found.standing <= most + 1e-9
+
+
+def test_what_is_hidden_is_believed_no_larger_than_is_to_be_expected_of_a_sensor():
+    expected = expected_smooth_error(_ASSUMED)
+    random = np.random.default_rng(1)
+    drawn = _ASSUMED.smooth * np.exp(np.log(2.0) * random.standard_normal(400_000))
+    assert expected.size == pytest.approx(np.sqrt(np.mean(drawn**2)), rel=0.02)
+    assert 0.3 < expected.standing < 0.6
+    for size, is_less in ((0.0002, True), (0.002, False)):
+        groups, still = poses_with(size, 0.5, 1), {0, 2, 3}
+        seen = with_smooth_error([_ASSUMED] * _POSES, groups, still)[0]
+        hidden, moving, *_ = with_smooth_error([_ASSUMED] * _POSES, groups, still, is_hidden=True)
+        assert (seen.smooth < expected.size) == is_less
+        assert hidden.smooth == min(seen.smooth, expected.size)
+        assert hidden.is_mixed
+        assert moving == _ASSUMED
+
+
+@pytest.mark.parametrize('length', [40.0, 80.0, 160.0])
+def test_a_whole_picture_has_more_in_common_than_by_one_length(length):
+    centers = np.array([[0.0, 0.0], [5.0, 0.0], [0.0, 200.0]])
+    shared = kernel(centers, length, is_mixed=True)
+    one = np.exp(-np.array([0.0, 25.0, 200.0**2]) / length**2)
+    np.testing.assert_allclose(shared, shared.T)
+    np.testing.assert_allclose(shared[0, :2], one[:2], atol=1e-3)
+    assert shared[0, 2] > one[2]
+    # A mixture of Gaussian kernels: squares of their inverse lengths are exponential.
+    random = np.random.default_rng(2)
+    drawn = np.exp(-(200.0**2) * random.exponential(size=200_000) / length**2)
+    assert shared[0, 2] == pytest.approx(drawn.mean(), rel=0.02)
 
 
 def test_what_effects_may_have_put_there_is_not_taken_for_the_sensor():
@@ -137,21 +172,21 @@ def test_whitened_patches_are_uncorrelated_across_poses():
     assert seen.chi_square == pytest.approx(values @ np.linalg.solve(whole, values), rel=1e-6)
 
 
-def test_beside_a_large_gap_the_error_is_not_measured(screened, monkeypatch):
-    looked = []
+def test_beside_a_large_gap_the_error_is_hidden(screened, monkeypatch):
+    told = []
 
-    def look(evaluator, coordinates, listed):
-        looked.append(len(listed))
-        return (), evaluator.groups(coordinates)
+    def remember(evaluator, groups, *, is_hidden=False):
+        told.append(is_hidden)
+        return evaluator
 
-    monkeypatch.setattr(diagnose, 'library_groups', look)
+    monkeypatch.setattr(diagnose, 'library_groups', lambda *_: ((), []))
+    monkeypatch.setattr(PatchEvaluator, 'with_smooth_error', remember)
     tilted, tilted_fit, _ = screened
     clean = diagnose.fit_nominal(beam_scene((6, 2, 2)), [watched(seed=3)], None)
     # One pose tells nothing, and no effect is looked at for it.
     assert diagnose.with_smooth_error(*clean) == clean
-    assert looked == []
+    assert told == []
     monkeypatch.setattr(PatchEvaluator, 'tells_smooth_error', True)
-    assert diagnose.with_smooth_error(tilted, tilted_fit) == (tilted, tilted_fit)
-    assert looked == []
-    diagnose.with_smooth_error(*clean)
-    assert len(looked) == 1
+    for evaluator, fit in ((tilted, tilted_fit), clean):
+        diagnose.with_smooth_error(evaluator, fit)
+    assert told == [True, False]

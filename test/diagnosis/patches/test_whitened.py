@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two models compared patch by patch."""
 
-from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.patches.noise_model import CommonError, kernel
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.patches.whitened import excess_over, Part
+from diffcal_ros.diagnosis.patches.whitened import excess_over, Part, whiten
 import numpy as np
 import pytest
 
@@ -45,3 +47,55 @@ def test_only_patches_that_both_see_are_compared():
     best, rival = [group([0.001, 0.002])], [group([0.009, 0.0025], cells=[7, 1])]
     assert excess_over(rival, best, Part.REPORT) == pytest.approx(0.0005)
     assert np.isnan(excess_over([group([0.001], cells=[7])], best, Part.REPORT))
+
+
+def _uneven(standing: float) -> tuple[list[PatchGroup], list[np.ndarray], list[np.ndarray]]:
+    """Return patches of two views, with the covariances of each and those if they were even."""
+    random = np.random.default_rng(6)
+    groups, covariances, evens = [], [], []
+    for view in range(2):
+        own = group(random.normal(size=7))
+        centers, uneven = random.uniform(0.0, 200.0, (7, 2)), random.uniform(0.0, 3.0, 7)
+        even = np.diag(random.uniform(0.5, 2.0, 7)) + 0.5 * kernel(centers, 80.0)
+        error = CommonError(np.full(7, standing), 80.0)
+        patches = replace(
+            own.patches,
+            covariance=even + np.diag(uneven),
+            centers=centers,
+            standing=error,
+            uneven=uneven,
+        )
+        groups.append(replace(own, view=view, recording=view, patches=patches))
+        covariances.append(even + np.diag(uneven) + error.covariance(centers))
+        evens.append(even + error.covariance(centers))
+    return groups, covariances, evens
+
+
+def _log_determinant(matrix: np.ndarray) -> float:
+    return float(np.linalg.slogdet(matrix)[1])
+
+
+@pytest.mark.parametrize('standing', [0.0, 0.4])
+def test_uneven_patches_cost_what_their_variance_adds_to_the_log_determinant(standing):
+    groups, covariances, evens = _uneven(standing)
+    seen = whiten(groups, Part.ALL, is_apart=True)
+    found = [seen.volumes[seen.views == view].sum() for view in range(2)]
+    expected = [
+        _log_determinant(one) - _log_determinant(other)
+        for one, other in zip(covariances, evens, strict=True)
+    ]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    flat = [replace(one, patches=replace(one.patches, uneven=None)) for one in groups]
+    assert whiten(flat, Part.ALL).volume == 0.0
+
+
+def test_what_views_have_in_common_is_in_that_determinant():
+    groups, covariances, evens = _uneven(0.4)
+    centers = np.concatenate([one.patches.centers for one in groups])
+    across = 0.4**2 * kernel(centers, 80.0)[:7, 7:]
+    whole, even = (
+        np.block([[two[0], across], [across.T, two[1]]]) for two in (covariances, evens)
+    )
+    expected = _log_determinant(whole) - _log_determinant(even)
+    assert whiten(groups, Part.ALL).volume == pytest.approx(expected)
+    assert whiten(groups, Part.ALL, is_apart=True).volume != pytest.approx(expected, rel=1e-4)

@@ -7,9 +7,11 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import naming
 from diffcal_ros.diagnosis.verdict.naming import doubts_about
+import numpy as np
 import pytest
 
 
@@ -85,6 +87,23 @@ def test_where_next_to_nothing_is_owed_to_other_forms_none_is_asked_for(clearly_
     assert doubts_about(_judged(tilted, fraction=0.8, exact=exact), nominal) == ()
     (doubt,) = doubts_about(_judged(tilted, by_pose=0.9, exact=exact), nominal)
     assert 'another one in each pose' in doubt
+
+
+@pytest.mark.parametrize(('floors', 'is_named'), [(1.5, True), (2.0, False)])
+def test_what_leaves_far_more_than_the_floors_asks_for_its_form(
+    clearly_screened, tilted, floors, is_named
+):
+    _, nominal, _ = clearly_screened
+    judged = _judged(tilted, fraction=0.8, exact=tilted.fit.log_evidence - 30.0)
+    left = floors * patch_gap(tilted.fit.groups, Part.REPORT).whole_floor
+    groups = [
+        replace(one, patches=replace(one.patches, values=np.full(len(one.mesh), left)))
+        for one in tilted.fit.groups
+    ]
+    assert patch_gap(nominal.groups, Part.REPORT).rms > 4.0 * left
+    doubts = doubts_about(replace(judged, fit=replace(judged.fit, groups=groups)), nominal)
+    assert (doubts == ()) == is_named
+    assert is_named or 'off by 80%' in doubts[0]
 
 
 def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):

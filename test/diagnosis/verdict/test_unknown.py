@@ -82,6 +82,23 @@ def test_what_was_held_out_must_be_explained_as_well(closure, rms, expected):
     assert found is expected
 
 
+@pytest.mark.parametrize(
+    ('before', 'after', 'closure', 'expected'),
+    [
+        (0.0008, 0.0002, 1.0, False),
+        (0.0008, 0.00025, 0.9, True),  # Not all of it.
+        (0.0003, 0.0002, 1.0, True),  # There was hardly a gap that could close.
+        (0.0008, 0.0002, 0.6, True),  # What strains a parameter is still off.
+    ],
+)
+def test_a_clear_gap_that_is_gone_where_no_fit_has_seen_it_is_explained(
+    before, after, closure, expected
+):
+    """On the patches that were fitted more than half of the excess is left."""
+    nominal, added = fit(5.3, before), model(3.3, after)
+    assert is_unexplained(nominal, added, closure, is_measured=True) is expected
+
+
 @pytest.mark.parametrize(('left', 'expected'), [(0.0002, False), (0.0005, True)])
 def test_what_the_form_of_an_effect_may_do_is_explained(left, expected):
     added = model(3.5, 0.0006, left)
