@@ -18,6 +18,9 @@ _FAR_ABOVE = 3.0
 # In a motion, mesh and time step err a little in many ways: less than this share of the floors
 # is that.
 _LEAST_EXCESS = 0.5
+# How far a sensor's smooth error, or the error of a pose, is from what is stated of it: where
+# these may be all of a gap, it is none of the model's.
+_MISSTATED = 2.0
 # Fewer patches say nothing.
 _LEAST_PATCHES = 12
 
@@ -32,17 +35,24 @@ class Disagreement:
         gap: on all patches, with no parameter farther from what is known of it than its prior
             allows.
         excess: root mean square of the gap above the floors [m].
+        may_be_misstated: whether a gap that would matter may come of errors twice as large as
+            those that are stated of sensor and poses.
     """
 
     verdict: Verdict
     p_value: float
     gap: PatchGap
     excess: float
+    may_be_misstated: bool = False
 
     @property
     def is_worth_naming(self) -> bool:
-        """Tell whether to look for a name: what hides in a parameter leaves a small gap."""
-        return self.verdict in (Verdict.DISAGREE, Verdict.BELOW_MARGIN)
+        """Tell whether to look for a name: what hides in a parameter leaves a small gap.
+
+        And what may be misstated may be an effect: what comes nearest is told.
+        """
+        is_there = self.verdict in (Verdict.DISAGREE, Verdict.BELOW_MARGIN)
+        return is_there or self.may_be_misstated
 
 
 def measure_disagreement(
@@ -50,8 +60,8 @@ def measure_disagreement(
 ) -> Disagreement:
     """Judge the nominal fit.
 
-    Two questions, as a verdict must answer both: could clean data look like that, and is it
-    large enough to matter?
+    Three questions, as a verdict must answer all: could clean data look like that, is it large
+    enough to matter, and could it come of errors of sensor and poses that are misstated by two?
 
     Args:
         nominal: the fit.
@@ -71,7 +81,12 @@ def measure_disagreement(
         verdict = Verdict.AGREE
     else:
         verdict = Verdict.DISAGREE if excess > margin else Verdict.BELOW_MARGIN
-    return Disagreement(verdict, p_value, gap, excess)
+    found = Disagreement(verdict, p_value, gap, excess)
+    if verdict is not Verdict.DISAGREE or is_moving:
+        return found
+    if chance_of_clean(nominal, screen, misstated=_MISSTATED) < ALPHA:
+        return found
+    return replace(found, verdict=Verdict.CANNOT_TELL, may_be_misstated=True)
 
 
 def beside_a_model(found: Disagreement, fit: Refit, margin: float) -> Disagreement:

@@ -22,7 +22,9 @@ DRAWS = 4000
 _SEED = 20_230_421
 
 
-def chance_of_clean(nominal: Refit, screen: Screen, draws: int = DRAWS) -> float:
+def chance_of_clean(
+    nominal: Refit, screen: Screen, draws: int = DRAWS, *, misstated: float = 1.0
+) -> float:
     """Return the chance that clean data look as bad over all candidates.
 
     Chances below what so many draws can show are bounded by the number of looks.
@@ -31,11 +33,14 @@ def chance_of_clean(nominal: Refit, screen: Screen, draws: int = DRAWS) -> float
         nominal: the fit.
         screen: scores around it.
         draws: of the noise.
+        misstated: how many times larger the errors of sensor, mesh and poses are than they are
+            stated.
     """
     freedom = max(nominal.patch_count - len(nominal.coordinates), 1)
     scored = [s for s in screen.scores if s.candidate.effect.has_tangent]
-    whole = float(chance_beyond(nominal.chi_square, freedom))
-    observed = [_tail(s.plain_gain / screen.noise_scale, s) for s in scored]
+    scale = misstated**2
+    whole = float(chance_beyond(nominal.chi_square / scale, freedom))
+    observed = [_tail(s.plain_gain / (scale * screen.noise_scale), s) for s in scored]
     least = min([whole, *map(float, observed)])
     bound = min(1.0, least * (1 + len(scored)))
     as_bad = int((_least_chances(screen, scored, freedom, draws) <= least).sum())

@@ -334,6 +334,13 @@ def _notes(
             f'the mesh may be off by {1e3 * disagreement.gap.mesh:.2f} mm, more than the sensor: '
             'refine the mesh first'
         )
+    elif disagreement.may_be_misstated:
+        notes.append(
+            f'a gap of {1e3 * disagreement.gap.rms:.2f} mm stands out from the errors that are '
+            'stated of the sensor and the poses, and not from twice these: measure them, or '
+            'record more poses'
+        )
+        notes += [] if named.is_open else _nearest(choice, named.closure)
     elif disagreement.verdict is Verdict.CANNOT_TELL:
         notes.append('the data are too few or too noisy: record more poses, or come closer')
     if unknown is not None:

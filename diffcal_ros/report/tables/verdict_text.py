@@ -32,7 +32,7 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
         lines.append(
             _line('NAME', f'unknown effect, most like one of the class {diagnosis.unknown_class}')
         )
-    elif diagnosis.ambiguity_set and diagnosis.verdict is Verdict.BELOW_MARGIN:
+    elif diagnosis.ambiguity_set and diagnosis.verdict is not Verdict.DISAGREE:
         lines.append(_line('NEAREST', ', '.join(diagnosis.ambiguity_set)))
     elif diagnosis.ambiguity_set:
         lines.append(_line('NAME', f'one of {", ".join(diagnosis.ambiguity_set)}'))

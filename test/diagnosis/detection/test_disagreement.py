@@ -1,15 +1,21 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What a model leaves is the most that a sensor can have added."""
+"""What a gap may come of: a model, or a sensor and poses that are misstated."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.diagnosis.answers import Verdict
-from diffcal_ros.diagnosis.detection.disagreement import beside_a_model, Disagreement
+from diffcal_ros.diagnosis.detection.disagreement import (
+    beside_a_model,
+    Disagreement,
+    measure_disagreement,
+)
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.verdict.naming import conclude
 import numpy as np
 import pytest
 
@@ -58,3 +64,37 @@ def test_a_gap_that_a_model_closes_below_the_floors_may_matter(left, verdict):
 def test_what_is_no_gap_without_a_model_is_none_beside_one(verdict):
     found, told = judged(0.00056, 0.0001, verdict)
     assert told is found
+
+
+@pytest.mark.parametrize(
+    ('times', 'verdict'),
+    [
+        (1.0, Verdict.AGREE),
+        # Errors that are twice as large make chi-square four times that.
+        (3.0, Verdict.CANNOT_TELL),
+        (8.0, Verdict.DISAGREE),
+    ],
+)
+def test_what_misstated_errors_may_be_is_no_disagreement(clearly_screened, times, verdict):
+    evaluator, fit, screen = clearly_screened
+    quiet = replace(screen, scores=tuple(replace(s, plain_gain=0.0) for s in screen.scores))
+    freedom = fit.patch_count - len(fit.coordinates)
+    off = replace(fit, chi_square=times * freedom)
+    found = measure_disagreement(off, quiet, margin=0.001)
+    assert found.verdict is verdict
+    assert found.may_be_misstated == (verdict is Verdict.CANNOT_TELL)
+    # What does not matter is said to be there, whatever errors are.
+    small = measure_disagreement(off, quiet, margin=found.excess)
+    assert small.verdict is (Verdict.AGREE if times == 1.0 else Verdict.BELOW_MARGIN)
+    if found.may_be_misstated:
+        of_a_fine_mesh = replace(found, gap=replace(found.gap, mesh=0.0))
+        diagnosis = conclude(evaluator, off, quiet, of_a_fine_mesh, None, None, 1.0)
+        assert any('not from twice these' in note for note in diagnosis.notes), diagnosis.notes
+
+
+def test_a_motion_is_judged_by_what_is_stated(clearly_screened):
+    _, fit, screen = clearly_screened
+    quiet = replace(screen, scores=tuple(replace(s, plain_gain=0.0) for s in screen.scores))
+    off = replace(fit, chi_square=3.0 * (fit.patch_count - len(fit.coordinates)))
+    found = measure_disagreement(off, quiet, margin=1e-5, is_moving=True)
+    assert found.verdict is Verdict.DISAGREE

@@ -54,3 +54,16 @@ def test_chances_beyond_the_draws_are_bounded_by_the_looks(screened):
     far = replace(fit, chi_square=50.0 * fit.patch_count)
     assert 0.0 <= chance_of_clean(far, screen) < 1e-12
     assert np.isfinite(chance_of_clean(fit, screen))
+
+
+def test_errors_that_are_larger_make_the_same_residuals_likelier(smooth):
+    """As if residuals were so many times smaller."""
+    fit, screen = smooth
+    off = replace(fit, chi_square=3.0 * fit.patch_count)
+    scores = tuple(replace(score, plain_gain=40.0) for score in screen.scores)
+    less = tuple(replace(score, plain_gain=40.0 / 2.25) for score in screen.scores)
+    stated = chance_of_clean(off, replace(screen, scores=scores))
+    doubted = chance_of_clean(off, replace(screen, scores=scores), misstated=1.5)
+    assert stated < 1e-6 < doubted
+    smaller = replace(off, chi_square=off.chi_square / 2.25)
+    assert doubted == chance_of_clean(smaller, replace(screen, scores=less))
