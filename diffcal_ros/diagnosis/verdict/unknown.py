@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore, frame_test
@@ -73,7 +74,7 @@ def is_unexplained(
         return True
     if added.chance_of_noise >= ALPHA:
         return False
-    before = patch_gap(nominal.groups, Part.REPORT).rms
+    before = patch_gap(unstrained(nominal), Part.REPORT).rms
     if before > FAR_ABOVE * gap.whole_floor >= FAR_ABOVE * left and closure >= LEAST_CLOSURE:
         # A clear gap is gone where no fit has seen it: what a form that is a little off leaves on
         # the other patches is no other cause.

@@ -4,6 +4,7 @@
 
 from types import SimpleNamespace
 
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patches import Patches
@@ -38,6 +39,7 @@ def fit(chi_square_per_patch, rms=0.0002):
         chi_square_per_patch=chi_square_per_patch,
         patch_count=_PATCHES,
         coordinates=np.zeros(_PARAMETERS),
+        parameters=ParameterSet(),
         groups=[group],
     )
 
