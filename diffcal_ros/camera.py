@@ -83,15 +83,8 @@ class PinholeCamera:
 
     def rays(self) -> FloatArray:
         """Return each pixel's viewing ray with z = 1, shape (H, W, 3)."""
-        columns, rows = np.meshgrid(np.arange(self.width), np.arange(self.height))
-        return np.stack(
-            [
-                (columns - self.cx) / self.fx,
-                (rows - self.cy) / self.fy,
-                np.ones((self.height, self.width)),
-            ],
-            axis=-1,
-        )
+        directions = self.directions(slice(0, self.height), slice(0, self.width))
+        return np.dstack([directions, np.ones((self.height, self.width))])
 
     def directions(self, rows: slice, columns: slice) -> FloatArray:
         """Return x / z and y / z of the pixels of a window, shape (h, w, 2)."""

@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from diffcal_ros.effects.along_body import hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray
 from diffcal_ros.effects.site import FitsSeen, SeenPixels
 import numpy as np
@@ -49,8 +50,7 @@ class DepthBiasByRegion(Effect):
         if seen.places is None:
             return np.zeros_like(seen.depth)
         way, _, place = component.rpartition('_')
-        hat = np.eye(len(_ALONG))[int(place) - 1]
-        error = np.interp(seen.places[..., 0], _ALONG, hat)
+        error = hat(seen.places[..., 0], _ALONG, int(place))
         if way == 'all':
             return error
         across = seen.places[..., 1 + 'ab'.index(way[-1])]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One part of the body is stiffer than another: a step, or a gradient along it."""
 
+from diffcal_ros.effects.along_body import hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Tets
 import numpy as np
@@ -36,5 +37,5 @@ class StiffnessContrast(Effect):
             return tets.fraction - 0.5
         head, _, place = component.partition('_')
         if head == 'part':
-            return np.interp(tets.fraction, _ALONG, np.eye(len(_ALONG))[int(place) - 1])
+            return hat(tets.fraction, _ALONG, int(place))
         return np.where(tets.second(own['at']), 0.5, -0.5)

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.blind_derivatives import check_derivatives
 from support.blind_rests import rest_of, tip_moves
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
-from benchmarks.blind.equilibrium import PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.groove import groove_tops
@@ -36,20 +36,6 @@ ON_THE_BODY = (
     'gravity_tilt/castors',
 )
 STIFF = Faults(stiffening_form='recruited', stiffening=3.0, stiffening_from=0.02)
-
-
-def _check_derivatives(law: PotentialLaw, positions: np.ndarray) -> None:
-    """Fail where slopes are not those of the energy, or stiffness not those of the slopes."""
-    random = np.random.default_rng(3)
-    move = random.standard_normal(positions.shape)
-    h = 1e-6
-    one, other = law(positions + h * move), law(positions - h * move)
-    here = law(positions)
-    slope = float((here.gradient * move).sum())
-    assert (one.energy - other.energy) / (2.0 * h) == pytest.approx(slope, rel=1e-5)
-    change = (one.gradient - other.gradient) / (2.0 * h)
-    stiff = np.einsum('nij,nj->ni', here.diagonal, move)
-    assert np.allclose(change, stiff, rtol=0.0, atol=1e-5 * np.abs(stiff).max())
 
 
 @pytest.mark.parametrize('key', ON_THE_BODY)
@@ -231,7 +217,7 @@ def test_a_groove_pushes_by_its_energy_from_both_flanks(
     laid, faults = in_a_groove
     deep = replace(faults, contact_height=1.0)
     (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], deep)
-    _check_derivatives(law, plain.mesh.nodes)
+    check_derivatives(law, plain.mesh.nodes)
     matrix = laid.observations[0].world_from_object
     bottom = applied(np.linalg.inv(matrix), np.array([[0.0, 1.0, faults.contact_at]]))
     lower = np.tile(bottom - 0.01 * matrix[1, :3], (len(plain.areas), 1))

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.blind_derivatives import check_derivatives
 from support.blind_rests import rest_of, tip_moves
 
 from benchmarks.blind.amplitudes import weight_moment
 from benchmarks.blind.contact import contact_laws, lowered
-from benchmarks.blind.equilibrium import PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.heights import by_height
@@ -35,20 +35,6 @@ ON_THE_BODY = (
     'stiffness_contrast/lamp',
     'gravity_tilt/turntable',
 )
-
-
-def _check_derivatives(law: PotentialLaw, positions: np.ndarray) -> None:
-    """Fail where slopes are not those of the energy, or stiffness not those of the slopes."""
-    random = np.random.default_rng(3)
-    move = random.standard_normal(positions.shape)
-    h = 1e-6
-    one, other = law(positions + h * move), law(positions - h * move)
-    here = law(positions)
-    slope = float((here.gradient * move).sum())
-    assert (one.energy - other.energy) / (2.0 * h) == pytest.approx(slope, rel=1e-5)
-    change = (one.gradient - other.gradient) / (2.0 * h)
-    stiff = np.einsum('nij,nj->ni', here.diagonal, move)
-    assert np.allclose(change, stiff, rtol=0.0, atol=1e-5 * np.abs(stiff).max())
 
 
 def _turn(before: np.ndarray, after: np.ndarray) -> float:
@@ -207,7 +193,7 @@ def test_a_step_pushes_by_its_energy_and_not_at_the_root(
     laid, faults = on_a_step
     deep = replace(faults, contact_height=1.0)
     (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], deep)
-    _check_derivatives(law, plain.mesh.nodes)
+    check_derivatives(law, plain.mesh.nodes)
     pushes = np.linalg.norm(law(plain.mesh.nodes).gradient, axis=1)
     assert not pushes[plain.shares <= 0.45].any()
     assert pushes[(plain.shares > 0.45) & (plain.areas > 0.0)].min() > 0.0
@@ -218,7 +204,7 @@ def test_a_turntable_draws_each_part_by_its_energy_and_distance(
 ) -> None:
     side, masses, view = np.array([1.5, 0.0, -2.0]), plain.body.masses, setup.observations[2]
     law = turntable(masses, view, side, 0.2)
-    _check_derivatives(law, rests[2])
+    check_derivatives(law, rests[2])
     forces = -law(rests[2]).gradient @ view.world_from_object[:3, :3].T
     away = applied(view.world_from_object, rests[2]) + 0.2 * side / 2.5
     expected = 2.5 / 0.2 * masses[:, None] * away * np.array([1.0, 0.0, 1.0])
@@ -240,7 +226,7 @@ def test_a_charged_screen_draws_by_its_energy_and_the_exponential_of_the_distanc
     view = setup.observations[2]
     faults = Faults(screen=0.3, screen_reach=0.07)
     (law,) = by_height(plain.mesh.lattice, plain.body.masses, plain.shares, view, faults)
-    _check_derivatives(law, rests[2])
+    check_derivatives(law, rests[2])
     forces = -law(rests[2]).gradient @ view.world_from_object[:3, :3].T
     masses = plain.body.masses * (plain.shares > 0.0)
     behind = np.exp(-applied(view.world_from_object, rests[2])[:, 2] / 0.07)

@@ -75,14 +75,14 @@ class CameraOffsets:
             number: of the observation.
             coordinates: shape (k,).
         """
-        amounts = self._stated_lens.copy()
+        amounts, more = self._stated_lens.copy(), np.zeros(len(LENS_MODES))
+        seen = self._posture(number)
         for index, (mode, posture) in self._lens_modes.items():
             if posture is None:
                 amounts[mode] = coordinates[index]
-        for index, (mode, posture) in self._lens_modes.items():
-            if posture == self._posture(number):
-                amounts[mode] += coordinates[index]
-        return amounts
+            elif posture == seen:
+                more[mode] = coordinates[index]
+        return np.asarray(amounts + more)
 
     def _posture(self, number: int) -> int:
         return self._observations[number].setup_index

@@ -245,6 +245,8 @@ class RobustObjective:
         by_edge *= comparison.edge_scale[:, None]
         for index in self._bias_indices:
             by_edge[:, index] = comparison.edge_scale
+        if not self._effect_indices:
+            return (unbiased.depth, by_depth), (unbiased.edge, by_edge)
         seen = self.comparers[number].seen(view, unbiased.depth.indices)
         posture = self.model.observations[number].setup_index
         for index in self._effect_indices:

@@ -105,6 +105,16 @@ class Residuals:
     indices: IntArray
     missing: float
 
+    def chosen(self, kept: BoolArray) -> 'Residuals':
+        """Return some of them; what is missing stays."""
+        return replace(
+            self,
+            values=self.values[kept],
+            weights=self.weights[kept],
+            pixels=self.pixels[kept],
+            indices=self.indices[kept],
+        )
+
 
 @dataclass(frozen=True)
 class Comparison:

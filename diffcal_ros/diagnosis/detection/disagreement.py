@@ -5,7 +5,7 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.answers import Verdict
-from diffcal_ros.diagnosis.detection.null_distribution import chance_of_clean
+from diffcal_ros.diagnosis.detection.null_distribution import chances_of_clean
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, PatchGap
@@ -71,7 +71,7 @@ def measure_disagreement(
     """
     gap = patch_gap(unstrained(nominal), Part.ALL)
     excess = float(np.sqrt(max(gap.rms**2 - gap.floor**2 - gap.mesh**2, 0.0)))
-    p_value = chance_of_clean(nominal, screen)
+    p_value, doubted = chances_of_clean(nominal, screen, (1.0, _MISSTATED))
     floor = gap.whole_floor
     if gap.count < _LEAST_PATCHES or floor > margin:
         # Too little, or too noisy, to see what would matter.
@@ -82,9 +82,7 @@ def measure_disagreement(
     else:
         verdict = Verdict.DISAGREE if excess > margin else Verdict.BELOW_MARGIN
     found = Disagreement(verdict, p_value, gap, excess)
-    if verdict is not Verdict.DISAGREE or is_moving:
-        return found
-    if chance_of_clean(nominal, screen, misstated=_MISSTATED) < ALPHA:
+    if verdict is not Verdict.DISAGREE or is_moving or doubted < ALPHA:
         return found
     return replace(found, verdict=Verdict.CANNOT_TELL, may_be_misstated=True)
 

@@ -36,17 +36,32 @@ def chance_of_clean(
         misstated: how many times larger the errors of sensor, mesh and poses are than they are
             stated.
     """
+    return chances_of_clean(nominal, screen, (misstated,), draws)[0]
+
+
+def chances_of_clean(
+    nominal: Refit, screen: Screen, misstated: Sequence[float], draws: int = DRAWS
+) -> list[float]:
+    """Return that chance for errors that are misstated so many times each, by the same draws.
+
+    Args:
+        nominal: see `chance_of_clean`.
+        screen: likewise.
+        misstated: likewise, of each.
+        draws: likewise.
+    """
     freedom = max(nominal.patch_count - len(nominal.coordinates), 1)
     scored = [s for s in screen.scores if s.candidate.effect.has_tangent]
-    scale = misstated**2
-    whole = float(chance_beyond(nominal.chi_square / scale, freedom))
-    observed = [_tail(s.plain_gain / (scale * screen.noise_scale), s) for s in scored]
-    least = min([whole, *map(float, observed)])
-    bound = min(1.0, least * (1 + len(scored)))
-    as_bad = int((_least_chances(screen, scored, freedom, draws) <= least).sum())
-    if as_bad == 0:
-        return min(bound, 1.0 / draws)
-    return as_bad / draws
+    drawn = _least_chances(screen, scored, freedom, draws)
+    found = []
+    for scale in np.square(misstated):
+        whole = float(chance_beyond(nominal.chi_square / scale, freedom))
+        observed = [_tail(s.plain_gain / (scale * screen.noise_scale), s) for s in scored]
+        least = min([whole, *map(float, observed)])
+        bound = min(1.0, least * (1 + len(scored)))
+        as_bad = int((drawn <= least).sum())
+        found.append(as_bad / draws if as_bad else min(bound, 1.0 / draws))
+    return found
 
 
 def _least_chances(

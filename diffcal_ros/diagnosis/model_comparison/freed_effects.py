@@ -11,10 +11,9 @@ is fitted from there.
 """
 
 from collections.abc import Sequence
-from functools import partial
 
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
-from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
+from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
 from diffcal_ros.diagnosis.model_comparison.judged_models import judged
@@ -119,24 +118,23 @@ def _freed(model: Hypothesis) -> list[Parameter]:
     known = model.fit.parameters
     for added in model.added:
         effect, size = added.effect, _size(model, added)
-        in_each = partial(_in_each, model, known) if effect.most_by_pose >= 1.0 else None
-        if in_each is not None and judged.by_pose >= _LEAST_SHARE:
-            found += in_each(added.names, judged.by_pose * size)
+        is_moved = effect.most_by_pose >= 1.0
+        if is_moved and judged.by_pose >= _LEAST_SHARE:
+            found += _in_each(model, added.names, judged.by_pose * size)
         if judged.fraction >= _LEAST_SHARE:
             form = form_parameters(effect, judged.fraction * size)
             names = [own.name for own in form]
             if not set(names) <= set(known.names):
                 found += form
-            elif in_each is not None and len(model.evaluator.model.bodies) > 1:
+            elif is_moved and len(model.evaluator.model.bodies) > 1:
                 # Its form is free, and still it is another one: in each pose, then.
-                found += in_each(names, judged.fraction * size)
+                found += _in_each(model, names, judged.fraction * size)
     return [parameter for parameter in found if parameter.name not in known.names]
 
 
-def _in_each(
-    model: Hypothesis, known: ParameterSet, names: Sequence[str], size: float
-) -> list[Parameter]:
+def _in_each(model: Hypothesis, names: Sequence[str], size: float) -> list[Parameter]:
     """Return what parameters of a model are more in each posture."""
+    known = model.fit.parameters
     return [
         posture_parameter(known.parameters[known.names.index(name)], posture, size)
         for name in names

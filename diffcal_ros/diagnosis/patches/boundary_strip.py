@@ -8,7 +8,6 @@ border, and what is left there says nothing about the body.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.solution import View
@@ -70,17 +69,6 @@ def knows_boundary(scene: Scene) -> bool:
     """Tell whether a scene has several regions, or states where effects have their boundary."""
     return len(scene.regions) > 1 or any(
         effect.identifier in scene.effects for effect in boundary_effects()
-    )
-
-
-def chosen_residuals(residuals: Residuals, chosen: BoolArray) -> Residuals:
-    """Return some of a view's residuals."""
-    return replace(
-        residuals,
-        values=residuals.values[chosen],
-        weights=residuals.weights[chosen],
-        pixels=residuals.pixels[chosen],
-        indices=residuals.indices[chosen],
     )
 
 

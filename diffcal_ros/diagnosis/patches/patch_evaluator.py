@@ -19,11 +19,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
     Reach,
     ViewComparer,
 )
-from diffcal_ros.diagnosis.patches.boundary_strip import (
-    BoundaryStrip,
-    chosen_residuals,
-    knows_boundary,
-)
+from diffcal_ros.diagnosis.patches.boundary_strip import BoundaryStrip, knows_boundary
 from diffcal_ros.diagnosis.patches.discretisation_error import (
     DiscretisationError,
     find_discretisation_error,
@@ -319,7 +315,7 @@ class PatchEvaluator:
         )
         if self._strip is not None and objective is self._objective:
             clear = self._strip.without(number, view, depth)
-            depth, by_depth = chosen_residuals(depth, clear), by_depth[clear]
+            depth, by_depth = depth.chosen(clear), by_depth[clear]
         noise = self._noises[number]
         doubt = objective.comparers[number].edge_doubt(view, edge.indices)
         return (

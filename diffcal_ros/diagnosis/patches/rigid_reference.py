@@ -225,17 +225,7 @@ def _beside(compared: Comparison, inside: BoolArray, outline: BoolArray) -> Comp
     depth, edge = _off(compared.depth, inside), _off(compared.edge, outline)
     return replace(
         compared,
-        depth=_chosen(compared.depth, depth),
-        edge=_chosen(compared.edge, edge),
+        depth=compared.depth.chosen(depth),
+        edge=compared.edge.chosen(edge),
         edge_scale=compared.edge_scale[edge],
-    )
-
-
-def _chosen(residuals: Residuals, kept: BoolArray) -> Residuals:
-    return replace(
-        residuals,
-        values=residuals.values[kept],
-        weights=residuals.weights[kept],
-        pixels=residuals.pixels[kept],
-        indices=residuals.indices[kept],
     )
