@@ -48,7 +48,7 @@ def test_a_name_is_for_what_matters(clearly_screened):
     evaluator, fit, scores = clearly_screened
     right = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
     tried = try_effects(evaluator, fit, [right.candidate], starts_of(right))
-    choice = Choice(tried, 1.0, tried.identifiers, None)
+    choice = Choice(tried, dict.fromkeys(tried.identifiers, 1.0), tried.identifiers, None)
     judged = measure_disagreement(fit, scores, margin=1e-5)
     large, small = (
         conclude(
@@ -79,7 +79,9 @@ def test_what_comes_nearest_to_an_unknown_effect_is_told(clearly_screened):
     # The body is tilted, which no reading of the camera explains.
     wrong = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine')
     tried = try_effects(evaluator, fit, [wrong.candidate], starts_of(wrong))
-    choice = Choice(tried, 0.5, (*tried.identifiers, 'camera_offset'), None)
+    choice = Choice(
+        tried, dict.fromkeys(tried.identifiers, 0.5), (*tried.identifiers, 'camera_offset'), None
+    )
     diagnosis = conclude(evaluator, fit, scores, disagreement, Selection(()), choice, 1.0)
     assert diagnosis.unknown_class is not None
     share = f'{max(diagnosis.closure, 0.0):.0%}'

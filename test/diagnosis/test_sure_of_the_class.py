@@ -11,8 +11,10 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.diagnosis.verdict import naming
 from diffcal_ros.diagnosis.verdict.naming import conclude
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
+from diffcal_ros.diagnosis.verdict.verdict_figures import named_effects
 from diffcal_ros.effects.rigid import ROLLED
 import pytest
 
@@ -28,7 +30,7 @@ def _concluded(clearly_screened, tilted: Hypothesis, confidence: float, *alike: 
     evaluator, fit, scores = clearly_screened
     found = measure_disagreement(fit, scores, margin=1e-5)
     disagreement = replace(found, verdict=Verdict.DISAGREE)
-    choice = Choice(tilted, confidence, alike, None)
+    choice = Choice(tilted, dict.fromkeys(tilted.identifiers, confidence), alike, None)
     return conclude(evaluator, fit, scores, disagreement, Selection((tilted,)), choice, 1.0)
 
 
@@ -52,3 +54,21 @@ def test_a_class_is_told_where_the_name_is_not_sure(clearly_screened, tilted, ot
     told = [note for note in diagnosis.notes if note.startswith('whichever of them')]
     expected = f'whichever of them it is, it is of the class {group}'
     assert told == ([] if group is None else [expected])
+
+
+def test_what_is_beside_a_sure_name_is_told(clearly_screened):
+    evaluator, fit, scores = clearly_screened
+    added = [
+        next(s.candidate for s in scores.scores if s.candidate.identifier == name)
+        for name in ('clamp_offset', 'rest_curvature')
+    ]
+    two = try_effects(evaluator, fit, added, {}, max_iterations=1)
+    alike = ('clamp_offset', 'rest_curvature', 'camera_offset')
+    choice = Choice(two, {'clamp_offset': 0.5, 'rest_curvature': 0.98}, alike, None)
+    sure = named_effects(two, {'rest_curvature': 0.98})
+    (told,) = naming._beside(choice, sure)
+    assert told.startswith('rest_curvature is not all that is missing: beside it is one of ')
+    assert 'clamp_offset, camera_offset' in told
+    assert naming._beside(choice, ()) == []
+    assert naming._beside(choice, named_effects(two, choice.confidences)) == []
+    assert naming._beside(None, sure) == []

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which refitted model the data favour, how surely, and what explains them as well."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
@@ -27,15 +27,20 @@ class Choice:
 
     Attributes:
         hypothesis: it.
-        confidence: 0 to 1.
+        confidences: 0 to 1, of each of its effects by identifier.
         alike: identifiers that explain the data as well, its own first.
         runner_up: identifier of the next best, or None.
     """
 
     hypothesis: Hypothesis
-    confidence: float
+    confidences: Mapping[str, float]
     alike: tuple[str, ...]
     runner_up: str | None
+
+    @property
+    def confidence(self) -> float:
+        """That of the model: no surer than what is least sure of it."""
+        return min(self.confidences.values())
 
 
 def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> Choice | None:
@@ -64,8 +69,7 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
         levels[key] = max(levels.get(key, -np.inf), level)
     top = levels[best.identifiers]
     ranked = sorted(levels, key=lambda key: -levels[key])
-    weights = {key: np.exp((levels[key] - top) / _TEMPERATURE) for key in levels}
-    confidence = float(weights[best.identifiers] / sum(weights.values()))
+    weights = {key: float(np.exp((levels[key] - top) / _TEMPERATURE)) for key in levels}
     others = [key for key in ranked if key != best.identifiers]
     has_one_pose = len({seen.setup_index for seen in evaluator.model.observations}) == 1
     as_well = _ONE_POSE_AS_WELL if has_one_pose else AS_WELL
@@ -74,25 +78,48 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     if not evaluator.is_measured:
         # The log evidence rests on a floor that is a guess: what is left must tell.
         near |= _as_near(best, rivals)
-    # A name that shares the answer with others is no surer than one of them.
-    confidence = min(confidence, 1.0 / (1 + len(near)))
     alike = [best.identifiers, *(key for key in others if key in near)]
+    first, near_first = selection.singles[0].identifiers[0], set[str]()
     if len(best.added) > 1:
         near_first = _as_good_alone(selection, as_well) - set(best.identifiers)
-        if near_first:
-            # Beside the second effect, too, it may be another one that is the first.
-            confidence = min(confidence, 1.0 / (1 + len(near_first)))
-            alike += [(name,) for name in near_first]
+        alike += [(name,) for name in near_first]
     if selection.rival is not None:
         # One effect or two others: no recording at hand tells.
-        confidence = min(confidence, 1.0 / (1 + len(near) + 1))
+        near.add(selection.rival.identifiers)
         alike.insert(1, selection.rival.identifiers)
+    # Beside the second effect, too, it may be another one that is the first.
+    confidences = {
+        name: _confidence(name, weights, near, near_first if name == first else set())
+        for name in best.identifiers
+    }
     return Choice(
         hypothesis=best,
-        confidence=confidence,
+        confidences=confidences,
         alike=tuple(dict.fromkeys(name for key in alike for name in key)),
         runner_up=_joined(others[0]) if others else None,
     )
+
+
+def _confidence(
+    name: str,
+    weights: Mapping[tuple[str, ...], float],
+    near: Collection[tuple[str, ...]],
+    in_its_place: Collection[str],
+) -> float:
+    """Return the confidence in one effect of the favoured model, whatever is beside it.
+
+    A name that shares the answer with others is no surer than one of them.
+
+    Args:
+        name: identifier of the effect.
+        weights: of all models, by their identifiers.
+        near: models that explain the data as well as the favoured one.
+        in_its_place: effects that may be there in place of this one.
+    """
+    share = sum(weight for key, weight in weights.items() if name in key)
+    without = sum(name not in key for key in near)
+    least = 1.0 / (1 + max(without, len(in_its_place)))
+    return min(share / sum(weights.values()), least)
 
 
 def _as_good_alone(selection: Selection, as_well: float) -> set[str]:

@@ -19,7 +19,11 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_
 from diffcal_ros.diagnosis.model_comparison.judged_models import judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.model_comparison.refit_rounds import best_of_each, by_evidence
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
+    best_of_each,
+    by_evidence,
+    within_reach,
+)
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 import numpy as np
 
@@ -57,6 +61,34 @@ def with_those_freed(
         best = max(best, freed.level)
     first, *others = sorted((better.get(id(m), m) for m in models), key=by_evidence)
     return sorted([_to_the_end(pool, first, basis), *others], key=by_evidence)
+
+
+def with_less_freedom(
+    pool: RefitPool, pairs: Sequence[Hypothesis], basis: FormBasis | None
+) -> list[Hypothesis]:
+    """Return pairs, the best one fitted in the library's form where that is better.
+
+    Alone an effect may have taken on a form that does what the other one does: a lens can stand in
+    for a bend. Fitted on with both, the two share what only one of them does.
+
+    Args:
+        pool: who refitted them, and what the nominal model is.
+        pairs: judged.
+        basis: see `with_those_freed`.
+    """
+    if basis is None or not pairs:
+        return list(pairs)
+    best, *others = sorted(pairs, key=by_evidence)
+    own = {name for added in best.added for name in added.names}
+    kept = tuple(part for part in best.freed if part.name.partition('@')[0] in own)
+    if len(kept) == len(best.freed):
+        return [best, *others]
+    request = RefitRequest(
+        best.added, best.fit.values_by_name(), _MOST_EVALUATIONS, within_reach([best]), kept
+    )
+    # Held against one another on the patches that both see.
+    both = judged([best, *pool.refit_all([request])], basis, is_brief=True)
+    return [*judged([min(both, key=by_evidence)], basis, is_brief=True), *others]
 
 
 def _to_the_end(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothesis:

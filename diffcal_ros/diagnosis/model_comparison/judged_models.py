@@ -10,8 +10,10 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_t
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence, Judge
 from diffcal_ros.diagnosis.model_comparison.shared_patches import (
+    on_shared_patches,
     on_shared_patches_of_the_near,
 )
+from diffcal_ros.diagnosis.patches.patch_group import full_names
 
 
 def nominal_basis(pool: RefitPool) -> FormBasis | None:
@@ -49,6 +51,28 @@ def judged(
         replace(with_tolerance(counted, basis, is_brief=is_brief), fit=model.fit)
         for model, counted in zip(models, on_shared_patches_of_the_near(models), strict=True)
     ]
+
+
+def judged_side_by_side(
+    one: Hypothesis, two: Hypothesis, basis: FormBasis | None
+) -> tuple[Hypothesis, Hypothesis]:
+    """Judge two models on the patches that both see, however far one is behind.
+
+    The better one may see what the other has left out as strange, and lose by it.
+
+    Args:
+        one: a model, judged.
+        two: another one of the same nominal model, judged.
+        basis: by which their forms are told; None: they are judged as they are.
+
+    Returns:
+        Both, with fits that count these patches; as they are where both see the same.
+    """
+    names = [set(full_names(model.fit.groups)) for model in (one, two)]
+    if names[0] == names[1]:
+        return one, two
+    one, two = (with_tolerance(model, basis) for model in on_shared_patches([one, two]))
+    return one, two
 
 
 def judged_singles(

@@ -3,13 +3,16 @@
 """Refit the best candidates with all nominal parameters, and compare what is left."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
-from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
+from diffcal_ros.diagnosis.model_comparison.freed_effects import (
+    with_less_freedom,
+    with_those_freed,
+)
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     FARTHEST_FORM,
@@ -19,6 +22,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import (
 from diffcal_ros.diagnosis.model_comparison.judged_models import (
     judge_by,
     judged,
+    judged_side_by_side,
     judged_singles,
     nominal_basis,
 )
@@ -69,6 +73,8 @@ class Selection:
         noise_scale: chi-square per patch of the best of all, at least 1.
         is_measured: whether the sensor floor was.
         added: what the best pair adds to what one effect in any form explains; None: not known.
+        rivals: the best of one effect and of two, judged on the patches that both see; None: on
+            those that each sees.
     """
 
     singles: tuple[Hypothesis, ...]
@@ -76,6 +82,7 @@ class Selection:
     noise_scale: float = 1.0
     is_measured: bool = True
     added: Explained | None = None
+    rivals: tuple[Hypothesis, Hypothesis] | None = None
 
     @property
     def best(self) -> Hypothesis | None:
@@ -84,7 +91,7 @@ class Selection:
             return None
         two = self._needed_pair()
         if two is None or self.rival is not None:
-            return self._fullest(self.singles[0])
+            return self.leader
         return two
 
     @property
@@ -93,27 +100,32 @@ class Selection:
 
         What the one leaves in about its own form is noise: nothing says that there are two.
         """
-        two = self._needed_pair()
-        if two is None or not self.is_measured:
+        needed = self._needed_pair()
+        if needed is None or not self.is_measured:
             return None
-        one = self.singles[0]
+        one, two = self._rivals()
         is_part = set(one.identifiers) <= set(two.identifiers)
         doubt = PAIR_GAIN * self.noise_scale + FORM_DOUBT * one.leaning
         is_clear = two.level - one.level > doubt
-        return None if is_part or is_clear or one.chance_of_noise < ALPHA else two
+        return None if is_part or is_clear or one.chance_of_noise < ALPHA else needed
+
+    def _rivals(self) -> tuple[Hypothesis, Hypothesis]:
+        """Return the best model of one effect and the best of two."""
+        return self.rivals or (self.leader, self.pairs[0])
 
     def _needed_pair(self) -> Hypothesis | None:
         """Return the best pair where one effect is not enough, in whatever form."""
         if not (self.singles and self.pairs):
             return None
-        one, two = self._fullest(self.singles[0]), self.pairs[0]
+        one, two = self._rivals()
         is_more = two.level - one.level > PAIR_GAIN * self.noise_scale
         transfer = np.inf
         if self.added is not None:
             is_more &= self.added.log_evidence > _LEAST_GAIN * self.noise_scale
             transfer = self.added.log_transfer
         is_everywhere = transfer > _HELD_OUT_GAIN * self.noise_scale
-        return two if is_more and is_everywhere and self._is_confirmed(one, two) else None
+        is_needed = is_more and is_everywhere and self._is_confirmed(one, two)
+        return self.pairs[0] if is_needed else None
 
     def _is_confirmed(self, one: Hypothesis, two: Hypothesis) -> bool:
         """Tell whether held-out patches want the second effect, too."""
@@ -132,11 +144,13 @@ class Selection:
         likelihoods = [-0.5 * whiten(fit.groups, Part.REPORT).chi_square for fit in fits]
         return (likelihoods[1] - likelihoods[0]) / self.noise_scale > _HELD_OUT_GAIN
 
-    def _fullest(self, leader: Hypothesis) -> Hypothesis:
-        """Return the variant of an effect with most amplitudes that explains the data as well.
+    @property
+    def leader(self) -> Hypothesis:
+        """The variant of the best effect with most amplitudes that explains the data as well.
 
         One that leaves an amplitude out is sure of what it cannot know.
         """
+        leader = self.singles[0]
         least = leader.level - AS_WELL * self.noise_scale
         variants = [
             h
@@ -183,7 +197,8 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
     pairs: list[Hypothesis] = []
     if with_pairs and singles and _is_poor(pool, singles[0], basis):
         pairs = best_pairs(pool, singles, scores, basis)
-        pairs = with_those_freed(pool, judged(pairs, basis, is_brief=True), basis, singles)
+        pairs = with_less_freedom(pool, judged(pairs, basis, is_brief=True), basis)
+        pairs = with_those_freed(pool, pairs, basis, singles)
         singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
     return compared(pool, singles, pairs, basis)
 
@@ -218,7 +233,10 @@ def compared(
     added = None
     if singles and pairs and basis is not None:
         added = second_adds(singles, pairs[0], basis)
-    return Selection(tuple(singles), tuple(pairs), scale, pool.nominal.is_measured, added)
+    found = Selection(tuple(singles), tuple(pairs), scale, pool.nominal.is_measured, added)
+    if added is None:
+        return found
+    return replace(found, rivals=judged_side_by_side(found.leader, pairs[0], basis))
 
 
 def _is_poor(pool: RefitPool, hypothesis: Hypothesis, basis: FormBasis | None) -> bool:

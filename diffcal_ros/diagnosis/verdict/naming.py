@@ -141,6 +141,7 @@ def conclude(
             *([_OF_THIS_CAUSE] if named.imitated else []),
             *(of_another_form(choice.hypothesis) if choice and named.effects else ()),
             *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
+            *_beside(choice, named.effects),
             *_class_of_all(choice if not (named.is_open or named.effects) else None),
             *notes,
         ),
@@ -176,8 +177,9 @@ def _name(
     # A name is for a disagreement: at the size of what sensor and forms are off by anyway several
     # causes look alike, whatever the log evidence says of those in the library.
     matters = disagreement.verdict is Verdict.DISAGREE
-    if choice is not None and not is_open and matters and choice.confidence >= _NAMED:
-        effects = named_effects(choice.hypothesis, choice.confidence)
+    if choice is not None and not is_open and matters:
+        sure = {name: own for name, own in choice.confidences.items() if own >= _NAMED}
+        effects = named_effects(choice.hypothesis, sure)
     return _Naming(doubts, closure, unknown, effects, is_open)
 
 
@@ -186,6 +188,18 @@ def _separating_recording(choice: Choice | None, named: _Naming) -> str | None:
     if choice is not None and not named.doubts and len(choice.alike) > 1:
         return what_settles(choice.alike[:3])
     return what_settles(named.imitated) if named.imitated else None
+
+
+def _beside(choice: Choice | None, effects: Sequence[NamedEffect]) -> list[str]:
+    """Say what else is there, where one of two effects is sure and the other one is not."""
+    named = {effect.identifier for effect in effects}
+    if choice is None or not named or named >= set(choice.hypothesis.identifiers):
+        return []
+    others = ', '.join(name for name in choice.alike if name not in named)
+    return [
+        f'{", ".join(named)} is not all that is missing: beside it is one of {others}, and '
+        'parameters are those beside the first of these'
+    ]
 
 
 def _class_of_all(choice: Choice | None) -> list[str]:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures of a verdict: gaps, amplitudes, parameters, and how it came to them."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -22,10 +23,14 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffect, ...]:
-    """Describe the effects of a model."""
+def named_effects(
+    hypothesis: Hypothesis, confidences: Mapping[str, float]
+) -> tuple[NamedEffect, ...]:
+    """Describe those effects of a model that have a confidence, by identifier."""
     found = []
     for candidate in hypothesis.added:
+        if candidate.identifier not in confidences:
+            continue
         amplitudes = hypothesis.amplitudes(candidate)
         found.append(
             NamedEffect(
@@ -38,7 +43,9 @@ def named_effects(hypothesis: Hypothesis, confidence: float) -> tuple[NamedEffec
                 frame=frame_of(
                     candidate.identifier, hypothesis.evaluator.model, hypothesis.fit.coordinates
                 ),
-                confidence=min(confidence, candidate.effect.most_confidence),
+                confidence=min(
+                    confidences[candidate.identifier], candidate.effect.most_confidence
+                ),
                 sentence=candidate.effect.sentence,
                 outside_twins=candidate.effect.outside_twins,
                 form=form_of(hypothesis, candidate),
@@ -225,8 +232,10 @@ def _candidate_table(selection: Selection, choice: Choice | None) -> list[dict[s
     found: dict[str, NamedEffect] = {}
     favoured = [] if choice is None else [choice.hypothesis]
     for hypothesis in (*favoured, *selection.singles):
-        confidence = choice.confidence if choice and hypothesis is choice.hypothesis else 0.0
-        for effect in named_effects(hypothesis, confidence):
+        confidences: Mapping[str, float] = dict.fromkeys(hypothesis.identifiers, 0.0)
+        if choice is not None and hypothesis is choice.hypothesis:
+            confidences = choice.confidences
+        for effect in named_effects(hypothesis, confidences):
             found.setdefault(effect.identifier, effect)
     return [asdict(effect) for effect in found.values()]
 

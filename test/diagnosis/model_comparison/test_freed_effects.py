@@ -9,7 +9,10 @@ from diffcal_ros.diagnosis.model_comparison import any_form, freed_effects
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
+from diffcal_ros.diagnosis.model_comparison.freed_effects import (
+    with_less_freedom,
+    with_those_freed,
+)
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.screening.candidates import parameters_of
@@ -232,3 +235,41 @@ def test_the_best_is_fitted_to_the_end_where_it_is_free(
     found = freed_effects._to_the_end(refits, model, basis)
     assert refits.ended == (is_freed and not is_converged)
     assert found.fit.chi_square == (left if is_better else 1.0) * model.fit.chi_square
+
+
+def _with_a_lens(screened, basis) -> Hypothesis:
+    """Return a camera that is another one in each pose and has another picture."""
+    camera = _judged(screened, basis, 'camera_offset', 0.3, 0.4)
+    parts = freed_effects._in_each(camera, camera.added[0].names, 0.3)
+    lens = freed_effects.form_parameters(camera.added[0].effect, 0.4)
+    return _with_parts(camera, [*parts, *lens])
+
+
+@pytest.mark.parametrize(('gain', 'is_plain'), [(30.0, True), (-30.0, False)])
+def test_a_form_that_stood_in_for_the_second_effect_is_taken_back(
+    screened, basis, monkeypatch, gain, is_plain
+):
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    pair, behind = _with_a_lens(screened, basis), _judged(screened, basis, 'clamp_offset', 0)
+    plain, asked = _likelier(pair, gain), []
+
+    def refit_all(requests):
+        asked.extend(requests)
+        return [plain]
+
+    behind = replace(behind, judged=replace(behind.judged, log_evidence=pair.level - 99.0))
+    found = with_less_freedom(SimpleNamespace(refit_all=refit_all), [behind, pair], basis)
+    (request,) = asked
+    assert {part.name.partition('@')[0] for part in request.freed} == set(pair.added[0].names)
+    assert request.added == pair.added
+    assert request.starts == pair.fit.values_by_name()
+    assert (found[0] is plain) == is_plain
+    assert found[1:] == [behind]
+
+
+def test_what_is_another_one_in_each_pose_only_is_not_fitted_again(screened, basis):
+    camera = _judged(screened, basis, 'camera_offset', 0.3)
+    parts = freed_effects._in_each(camera, camera.added[0].names, 0.3)
+    pairs = [_with_parts(camera, parts)]
+    assert with_less_freedom(SimpleNamespace(), pairs, basis) == pairs
+    assert with_less_freedom(SimpleNamespace(), pairs, None) == pairs

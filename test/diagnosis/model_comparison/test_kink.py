@@ -24,6 +24,7 @@ import pytest
 from support.scenes import beam_scene, MODULUS, observation, true_depth
 from support.watched import several_frames
 
+_SURE = {'rest_curvature': 1.0}
 _BENT = 8.0  # In the third of six parts of the length [1/m].
 
 pytestmark = pytest.mark.slow
@@ -59,7 +60,7 @@ def kink(trace, arc) -> Hypothesis:
 def test_it_is_fitted_where_an_arc_is_not(arc, kink):
     assert kink.fit.log_evidence > arc.fit.log_evidence + 10.0
     assert kink.fit.chi_square < 0.5 * arc.fit.chi_square
-    (effect,) = named_effects(kink, 1.0)
+    (effect,) = named_effects(kink, _SURE)
     assert set(effect.form) == {part.name for part in EFFECTS['rest_curvature'].forms}
     along = {name: size for name, size in effect.form.items() if name.startswith('a_')}
     assert max(along, key=lambda name: abs(along[name])) in ('a_2', 'a_3', 'a_4')
@@ -67,7 +68,7 @@ def test_it_is_fitted_where_an_arc_is_not(arc, kink):
         'rest_curvature is of another form than the library has: its curvature is another one '
         'along the body, or it is twisted'
     ]
-    assert named_effects(arc, 1.0)[0].form == {}
+    assert named_effects(arc, _SURE)[0].form == {}
     assert of_another_form(arc) == []
 
 
@@ -78,7 +79,7 @@ def test_the_modulus_heals(arc, kink):
 
 def test_the_model_takes_it_as_it_was_fitted(trace, kink, write_scene, tmp_path):
     path = write_scene({})
-    (effect,) = named_effects(kink, 1.0)
+    (effect,) = named_effects(kink, _SURE)
     details = details_of(trace.nominal, trace.screen, trace.selection, None)
     details['scene'], details['recordings'] = str(path), []
     details['candidates'] = [

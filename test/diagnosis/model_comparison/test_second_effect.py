@@ -232,6 +232,26 @@ def test_what_is_as_good_as_the_first_alone_is_told_beside_a_pair(screened, tilt
     assert choice.confidence <= 0.5
 
 
+def test_of_two_effects_one_may_be_sure_and_the_other_one_not(screened, tilted):
+    """Whatever is beside it, a bend at rest is in all that explains the data."""
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    levels = {'clamp_offset': -80.0, 'camera_offset': -81.0}
+    pairs = [
+        _judged(_found(screened, other, 'rest_curvature'), level, noise)
+        for other, level in levels.items()
+    ]
+    one, added = _judged(tilted, -180.0, noise), Explained(80.0, 40.0)
+    choice = choose(Selection((one,), tuple(pairs), added=added), *screened[:2])
+    assert choice.hypothesis is pairs[0]
+    assert choice.confidences['rest_curvature'] == pytest.approx(1.0)
+    assert choice.confidences['clamp_offset'] == 0.5 == choice.confidence
+    assert choice.alike == ('clamp_offset', 'rest_curvature', 'camera_offset')
+    # A third one without it is as good: nothing is sure.
+    third = _judged(_found(screened, 'clamp_offset', 'camera_offset'), -81.0, noise)
+    choice = choose(Selection((one,), (*pairs, third), added=added), *screened[:2])
+    assert set(choice.confidences.values()) == {0.5}
+
+
 @pytest.mark.parametrize('added', [Explained(3.0, 10.0), Explained(20.0, 2.0)])
 def test_what_a_form_explains_or_one_pose_alone_wants_is_no_second_name(selection, added):
     kept = replace(selection, added=added)
@@ -265,3 +285,13 @@ def test_cells_need_not_ask_for_a_second_effect_that_other_poses_do(
     two = replace(two, judged=replace(two.judged, log_prediction=before + told))
     found = replace(selection, pairs=(two,), added=Explained(20.0, transfer))
     assert (found.best is two) == is_needed
+
+
+def test_one_and_two_effects_are_compared_where_both_look(selection):
+    """What only the better model sees is no reason against it."""
+    one, two = selection.singles[0], selection.pairs[0]
+    blamed = _judged(two, -110.0, two.chi_square)
+    found = replace(selection, pairs=(blamed,))
+    assert found.best is one
+    side_by_side = replace(found, rivals=(one, _judged(two, -85.0, two.chi_square)))
+    assert side_by_side.best is blamed

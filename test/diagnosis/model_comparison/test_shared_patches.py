@@ -5,6 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.judged_models import judged, judged_side_by_side
 from diffcal_ros.diagnosis.model_comparison.shared_patches import (
     on_shared_patches,
     on_shared_patches_of_the_near,
@@ -63,3 +64,15 @@ def test_a_model_far_behind_has_no_say(whole):
     assert near.log_evidence == pytest.approx(whole.log_evidence)
     assert far is behind
     assert on_shared_patches_of_the_near([]) == []
+
+
+def test_two_models_are_held_against_one_another_where_both_look(whole, basis):
+    """However far one is behind: what it left out as strange speaks against the other alone."""
+    blind = with_groups(whole, _without_it(whole.fit))
+    far = replace(blind, fit=replace(blind.fit, log_evidence=whole.log_evidence - 4000.0))
+    before, seeing = judged([far, whole], basis)
+    assert seeing.log_evidence < before.log_evidence - 5.0
+    one, two = judged_side_by_side(before, seeing, basis)
+    assert one.log_evidence == pytest.approx(two.log_evidence, abs=1e-6)
+    assert one.judged.log_prediction == pytest.approx(two.judged.log_prediction, abs=1e-6)
+    assert judged_side_by_side(one, two, basis) == (one, two)

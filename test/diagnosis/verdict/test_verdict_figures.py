@@ -22,11 +22,12 @@ def test_a_name_that_a_cause_outside_the_library_imitates_is_less_sure(
     evaluator, fit, scores = screened
     candidate = next(s.candidate for s in scores.scores if s.candidate.identifier == name)
     found = try_effects(evaluator, fit, [candidate], {}, max_iterations=1)
-    (effect,) = named_effects(found, SURE)
+    (effect,) = named_effects(found, {name: SURE})
     assert effect.confidence == (EFFECTS[name].most_confidence if is_imitated else SURE)
     assert (effect.confidence < SURE) == is_imitated
     # What is not sure already does not become less so.
-    assert named_effects(found, 0.3)[0].confidence == 0.3
+    assert named_effects(found, {name: 0.3})[0].confidence == 0.3
+    assert named_effects(found, {}) == ()
 
 
 class _Known(list[Any]):
