@@ -261,6 +261,8 @@ OUTSIDE_CLASS = {
     'coarse': 'sensor',
     'racked': 'shape',
     'jump': 'sensor',
+    'guy': 'load',
+    'drawn': 'shape',
 }
 
 

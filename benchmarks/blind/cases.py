@@ -25,6 +25,8 @@ from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 from benchmarks.blind.tenth_forms import TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
+from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
+from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
 SETS = ('development', 'sealed')
 FORM_SETS = tuple(FORMS)
@@ -106,6 +108,7 @@ LAWS_SETS = {
     'ninth': Contents(NINTH_PAIRS, tuple(NINTH_OUTSIDE), 60),
     'tenth': Contents(TENTH_PAIRS, tuple(TENTH_OUTSIDE), 24),
     'eleventh': Contents(ELEVENTH_PAIRS, tuple(ELEVENTH_OUTSIDE), 60),
+    'twelfth': Contents(TWELFTH_PAIRS, tuple(TWELFTH_OUTSIDE), 60),
 }
 
 

@@ -41,22 +41,26 @@ class Faults:
             of it at a quarter, and of the rest at three fifths, of all else against a `sleeve`
             around the inner two fifths, `decaying`: of all that is far out against the clamp's
             end, from where it falls by the exponential of the place, of what lies below a
-            `lamp`, above `contrast_at`, against all that is far from it, or of two pours whose
-            border at `contrast_at` is `slanted`: farther out on the upper side.
+            `lamp`, above `contrast_at`, against all that is far from it, of two pours whose
+            border at `contrast_at` is `slanted`: farther out on the upper side, or of what is
+            `patched`, from there to `contrast_until` on one side, against all else.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
-            `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, or `recruited`: of fibres
-            that lie in waves until they are drawn straight.
+            `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `recruited`: of fibres
+            that lie in waves until they are drawn straight, or `braided`: of threads aslant to
+            the body's length, by the exponential of the square of their growth.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's or of Veronda's and Westmann's,
-            C3 / C1, the share of the shear modulus at rest that the form has, or the modulus of
-            all fibres, were they straight and not slack, over E [-].
+            C3 / C1, the share of the shear modulus at rest that the form has, the modulus of
+            all fibres, were they straight and not slack, or that at first of a braid along the
+            body, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
             one half as far out, at the end of a rigid `arm`, or a sensor with its `cable`: half
             of it there, half evenly from the clamp to there, both on the upper side; or what
             hangs of a `trailing` cable between the side of positive y and a table: more where
-            that place is higher; or a `loose` ring, which slides as far as `mass_stops`.
+            that place is higher; a `loose` ring, which slides as far as `mass_stops`; or a wet
+            cloth around all between these, which is `drying`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -64,8 +68,9 @@ class Faults:
             about its z; `one-sided`, as far as the moment has the signs of `clamp_way`; or a
             `lined` jaw, whose foam yields at each place by the pressure there, and more at the
             mouth: in all as much as is given, where the body is rigid; on a `flexure`, which
-            shifts and turns it by force and moment as the end of a leaf spring; or with a `play`
-            through which it turns at first as is given, and then no more.
+            shifts and turns it by force and moment as the end of a leaf spring; with a `play`
+            through which it turns at first as is given, and then no more; or `preloaded`: not at
+            all up to a moment of `clamp_preload`, and as is given by what goes beyond that.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -93,7 +98,8 @@ class Faults:
             with it: normal and height are in the object's frame, or a `mat` of foam on it, which
             yields to the pressure the less the thinner it is pressed, a `roll` of foam along
             the world's z, a block with a `step`, which begins below the outer half and is
-            lower beyond `contact_share`, or a `vee`: a groove along the world's x.
+            lower beyond `contact_share`, a `vee`: a groove along the world's x, or the `pan` of a
+            balance, which sinks by all of the force on it.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -101,8 +107,10 @@ class Faults:
             while that of `depth_scale` grows from nothing; by `incidence`: over the cosine of
             the angle between ray and surface, up to three times; `near field`: it falls by
             the exponential of the depth; `walk`: by the logarithm of the light that returns,
-            which falls with the square of the depth and that angle's cosine; or `upper rows`: it
-            falls by the exponential of the row, from the image's upper edge on.
+            which falls with the square of the depth and that angle's cosine; `upper rows`: it
+            falls by the exponential of the row, from the image's upper edge on; or that of an
+            `entry` of the table by which a sensor corrects depths: it falls evenly to nothing
+            over `depth_spacing` on either side of `depth_entry`.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -198,7 +206,8 @@ class Faults:
         clamp_drag: shear of the held section: by how much its parts are shifted along the
             object's x, over their y and z from its middle [-].
         clamp_play: turn at which a clamp with play gives way no more [deg].
-        contrast_at: share of the free length above which a lamp stands.
+        contrast_at: share of the free length above which a lamp stands, or where a border lies,
+            or a patch begins.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the
@@ -206,7 +215,8 @@ class Faults:
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
         stiffening_from: growth of a fibre's square by which it comes straight [-].
-        mass_stops: shares of the free length of an inner and an outer stop of a loose ring.
+        mass_stops: shares of the free length of an inner and an outer stop of a loose ring, or of
+            the ends of a cloth.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.
         region_gloss: power of the cosine of the angle between ray and surface by which
             `region_bias` grows, to all of it where a surface is met squarely.
@@ -216,6 +226,20 @@ class Faults:
         racked: shift of the true body along y over its z [-].
         jump: what is added to z beyond `jump_from` [mm].
         jump_from: depth [m].
+        stiffening_slant: angle between the threads of a braid and the object's x [deg].
+        stiffening_steep: factor of that square [-].
+        contrast_until: share of the free length where a patch ends.
+        contrast_side: sign of the object's y on whose side it is.
+        mass_shares: how much of `added_mass` a cloth still has in each pose.
+        clamp_preload: moment up to which a preloaded clamp does not give way [N m].
+        contact_give: by how much a pan sinks by the force on it [m/N].
+        depth_entry: depth whose entry in a sensor's table is wrong [m].
+        depth_spacing: between the entries of that table [m].
+        guy: stiffness of lines from a post of the rig to one place of the body, which are as
+            long as they are without a load, and slack where that is longer [N/m].
+        guy_at: that place's share of the free length.
+        guy_post: the post's end, object frame [mm].
+        drawn: by which share the true body is longer beyond the clamp, at the same volume.
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -338,6 +362,19 @@ class Faults:
     racked: float = 0.0
     jump: float = 0.0
     jump_from: float = 0.0
+    stiffening_slant: float = 0.0
+    stiffening_steep: float = 0.0
+    contrast_until: float = 0.0
+    contrast_side: float = 0.0
+    mass_shares: tuple[float, ...] = ()
+    clamp_preload: float = 0.0
+    contact_give: float = 0.0
+    depth_entry: float = 0.0
+    depth_spacing: float = 1.0
+    guy: float = 0.0
+    guy_at: float = 0.0
+    guy_post: Vector = (0.0, 0.0, 0.0)
+    drawn: float = 0.0
 
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,

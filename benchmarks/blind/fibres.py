@@ -9,7 +9,8 @@ and a small pull along `a` meets E + 8 K in place of E, whatever Poisson's ratio
 A = a a a a in addition to the stiffness, a . S a of the compliance goes from 1/E to 1/(E + 8 K).
 
 Fibres in waves have g^3 / (g + w) in place of the square of g = a . C a - 1: next to nothing
-before they are drawn straight, and the square far beyond w.
+before they are drawn straight, and the square far beyond w. Steep ones have (exp(q g^2) - 1) / q
+(Holzapfel, Gasser and Ogden 2000, J. Elasticity 61).
 """
 
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.blind.shapes import FloatArray
+
+_MOST = 50.0  # Exponent that a line search may try; no body comes near it.
 
 
 @dataclass(frozen=True)
@@ -28,12 +31,14 @@ class Fibres:
         direction: a, in the frame of the body without stress, shape (3,).
         slack: whether they resist a pull alone, as a fabric does.
         waves: w [-]; 0 of fibres that are straight at rest.
+        steep: q [-]; 0 of those that go with the square.
     """
 
     stiffness: FloatArray
     direction: FloatArray
     slack: bool = False
     waves: float = 0.0
+    steep: float = 0.0
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
@@ -75,6 +80,10 @@ class Fibres:
     def _resisted(self, growth: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return energy over K, and its two derivatives by how much a fibre's square grew."""
         g, w = growth, self.waves
+        if self.steep:
+            grown = np.exp(np.minimum(self.steep * g**2, _MOST))
+            curve = (2.0 + 4.0 * self.steep * g**2) * grown
+            return (grown - 1.0) / self.steep, 2.0 * g * grown, curve * (g > 0.0)
         if not w:
             steep = 2.0 * (g > 0.0) if self.slack else np.full(g.shape, 2.0)
             return g**2, 2.0 * g, steep

@@ -35,6 +35,7 @@ from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.tenth_forms import TENTH_FORMS
+from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 
 _POSITION_ERROR, _ROTATION_ERROR = 0.0003, 0.2  # One standard deviation [m], [deg].
 _MISSTATED = (0.5, 1.0, 2.0)
@@ -183,6 +184,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'ninth': NINTH_FORMS,
     'tenth': TENTH_FORMS,
     'eleventh': ELEVENTH_FORMS,
+    'twelfth': TWELFTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

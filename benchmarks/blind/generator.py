@@ -55,6 +55,7 @@ from benchmarks.blind.simulation import make_specimen, settle, Specimen
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
+from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
 # A motion is many simulations: its mesh has longer cells.
 _MOTION_COARSENING = 1.7
@@ -99,7 +100,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
         setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
-    later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE}
+    later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

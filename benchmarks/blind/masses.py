@@ -46,8 +46,9 @@ def added_mass(
         'cable': (_MASS_REACH, across[:, 1] > 0.5),
         # What lies on the table as far as it does not hang is no mass of its own.
         'trailing': (_MASS_REACH, 0.0),
-        # Where a loose ring lies, each pose tells.
+        # Where a loose ring lies, and how wet a cloth is, each pose tells.
         'loose': (_MASS_REACH, 0.0),
+        'drying': (_MASS_REACH, 0.0),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)

@@ -32,6 +32,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'decaying': -np.exp(-share / DECAY),
         'lamp': lamp_light(share, faults.contrast_at),
         'slanted': np.where(share > _border(setup, faults, points), 0.5, -0.5),
+        'patched': _patch(faults, share, points),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode
@@ -61,6 +62,12 @@ def _border(setup: Setup, faults: Faults, points: FloatArray) -> FloatArray:
     """Return at which share of the free length a mould that stood aslant was filled up."""
     height = points[:, 2] / (0.5 * setup.shape.section[1])
     return np.asarray(faults.contrast_at + faults.contrast_slant * height)
+
+
+def _patch(faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return which Gauss points lie in a patch on one side, 1 or 0, shape (C, 8)."""
+    along = (share > faults.contrast_at) & (share < faults.contrast_until)
+    return np.asarray((along & (faults.contrast_side * points[:, 1] > 0.0)).astype(float))
 
 
 def cavity(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

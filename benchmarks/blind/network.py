@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Rubber with short fibres in all directions, which lie in waves until they are drawn straight."""
+"""Rubber that is stiffened by fibres on all sides.
+
+Short ones in all directions, which lie in waves until they are drawn straight; or threads of a
+braid, which cross the body aslant and resist a pull by its exponential.
+"""
 
 from dataclasses import replace
 
@@ -19,6 +23,8 @@ _AXES = np.array(
     + [[way * _GOLDEN, 0.0, 1.0] for way in (1.0, -1.0)]
 )
 AXES = _AXES / np.linalg.norm(_AXES[0])
+# Aslant to the body's length, towards either side of its width and of its height.
+_SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
 
 
 def reinforced(numbers: Constants, modulus: FloatArray, faults: Faults) -> Constants:
@@ -29,6 +35,8 @@ def reinforced(numbers: Constants, modulus: FloatArray, faults: Faults) -> Const
         modulus: E at the Gauss points [Pa].
         faults: say in which form, and how much.
     """
+    if faults.stiffening_form == 'braided' and faults.stiffening:
+        return replace(numbers, network=_braid(modulus, faults))
     if faults.stiffening_form != 'recruited' or not faults.stiffening:
         return stiffened(numbers, faults.stiffening_form, faults.stiffening)
     # A pull along x meets 8 K times the sum of the fourth powers of all axes' x: a fifth each.
@@ -36,3 +44,13 @@ def reinforced(numbers: Constants, modulus: FloatArray, faults: Faults) -> Const
     waves = faults.stiffening_from
     fibres = (Fibres(stiffness, axis, slack=True, waves=waves) for axis in AXES)
     return replace(numbers, network=tuple(fibres))
+
+
+def _braid(modulus: FloatArray, faults: Faults) -> tuple[Fibres, ...]:
+    """Return the threads of a braid, which are slack where they are pressed."""
+    slant = np.deg2rad(faults.stiffening_slant)
+    # A pull along x meets 8 K times the sum of the fourth powers of all threads' x.
+    stiffness = faults.stiffening * modulus / (8.0 * len(_SIDES) * np.cos(slant) ** 4)
+    axes = np.cos(slant) * np.array([1.0, 0.0, 0.0]) + np.sin(slant) * _SIDES
+    steep = faults.stiffening_steep
+    return tuple(Fibres(stiffness, axis, slack=True, steep=steep) for axis in axes)

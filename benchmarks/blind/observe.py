@@ -182,6 +182,10 @@ def _bias_share(
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
         light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
         return np.asarray(1.0 - np.log(light))
+    if faults.depth_form == 'entry':
+        seen = np.where(np.isfinite(rendering.depth), rendering.depth, faults.depth_entry)
+        away = np.abs(seen - faults.depth_entry) / faults.depth_spacing
+        return np.asarray(np.maximum(1.0 - away, 0.0))
     if faults.depth_form == 'upper rows':
         # In the image's middle it is all there.
         rows = rendering.row + np.arange(height) - setup.camera.cy

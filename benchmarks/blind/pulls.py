@@ -93,13 +93,13 @@ def magnet(point: FloatArray, strength: FloatArray) -> PotentialLaw:
     return energy
 
 
-def tether(point: FloatArray, stiffness: FloatArray, slack: float) -> PotentialLaw:
+def tether(point: FloatArray, stiffness: FloatArray, slack: FloatArray | float) -> PotentialLaw:
     """Return a spring that pulls towards a point once it is taut.
 
     Args:
         point: [m], shape (3,).
         stiffness: of each node's part [N/m], shape (N,).
-        slack: its length without a force [m].
+        slack: its length without a force [m], or that of each node's part, shape (N,).
     """
 
     def energy(positions: FloatArray) -> Potential:

@@ -24,13 +24,15 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
     # A body that slid out is held by so much less, and keeps its shape.
     held, end = x[1] - 1e-3 * faults.clamp_slid, x[-1] - 1e-3 * faults.trimmed
     one, other = shape.taper
+    longer = [place + faults.drawn * (place - held) for place in (*x[2:-1], end)]
     return replace(
         shape,
-        breaks=((x[0], held, *x[2:-1], end), y, tuple(p * (1.0 + faults.parted) for p in z)),
+        breaks=((x[0], held, *longer), y, tuple(p * (1.0 + faults.parted) for p in z)),
         waist=shape.waist - faults.bulge,
         taper=(one + faults.cone, other + faults.cone),
         trimmed=1e-3 * faults.trimmed,
         rack=faults.racked,
+        drawn=faults.drawn,
     )
 
 

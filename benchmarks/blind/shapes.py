@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
+_NECK = 0.15  # Share over which a body that was drawn grows thinner.
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Shape:
         arch: curvature of the centre line about z [1/m].
         trimmed: length that is cut off at the tip: what is left keeps its shape [m].
         rack: shift along y over z, which comes up over the first part of the free length.
+        drawn: share by which the free length was drawn longer, and its section smaller.
     """
 
     family: str
@@ -42,6 +44,7 @@ class Shape:
     arch: float = 0.0
     trimmed: float = 0.0
     rack: float = 0.0
+    drawn: float = 0.0
 
     @property
     def length(self) -> float:
@@ -63,6 +66,8 @@ class Shape:
         """Map lattice points to the body at rest, object frame [m], shape (..., 3)."""
         share = self.arc_share(lattice)
         narrow = 1.0 - self.waist * np.sin(np.pi * share) ** 2
+        if self.drawn:
+            narrow = narrow * (1.0 + self.drawn) ** (-0.5 * np.minimum(share / _NECK, 1.0))
         points = lattice.copy()
         points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
         points[..., 2] *= (1.0 - self.taper[1] * share) * narrow

@@ -4,11 +4,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from benchmarks.blind.amplitudes import weight_moment
 from benchmarks.blind.body import Body, spread
+from benchmarks.blind.cloth import cloth_masses
 from benchmarks.blind.contact import contact_laws, friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
@@ -21,7 +23,8 @@ from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus
 from benchmarks.blind.network import reinforced
-from benchmarks.blind.pulls import pulls, turntable
+from benchmarks.blind.pan import settle_on_pan
+from benchmarks.blind.pulls import pulls, tether, turntable
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
@@ -32,6 +35,8 @@ from benchmarks.blind.springs import around, foam_stiffness, springs
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
 _SHIFT_TOLERANCE = 1e-8  # Of its shift [m].
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
+# Masses that are not the same, or not at the same place, in every pose.
+_BY_POSE = {'loose': ring_masses, 'drying': cloth_masses}
 
 
 @dataclass(frozen=True)
@@ -157,9 +162,9 @@ def settle(
         specimen = _heated(specimen, share * faults.heat)
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
-    if faults.mass_form == 'loose' and faults.added_mass:
+    if faults.mass_form in _BY_POSE and faults.added_mass:
         masses, shares = specimen.body.masses, specimen.shares
-        added = ring_masses(masses, shares, setup, observation, faults)
+        added = _BY_POSE[faults.mass_form](masses, shares, setup, observation, faults)
         specimen = replace(specimen, added=added)
     load = _load(specimen, setup, observation, faults)
     specimen = _dragged(specimen, faults)
@@ -167,6 +172,10 @@ def settle(
     give = faults.clamp_compliance
     if faults.contact_height is not None and faults.contact_form == 'friction':
         return _settle_rubbing(specimen, load, nominal, *half_space(observation, faults))
+    if faults.contact_height is not None and faults.contact_form == 'pan':
+        loads = partial(_load_on_pan, specimen, setup, observation, faults)
+        start, normal = applied(nominal, specimen.mesh.nodes), half_space(observation, faults)[0]
+        return settle_on_pan(specimen.body, start, loads, normal, faults.contact_give)
     if faults.clamp_form == 'lined':
         return _settle_in_foam(specimen, load, nominal, give)
     if faults.clamp_form == 'shear':
@@ -195,6 +204,9 @@ def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArra
     if faults.clamp_form == 'play':
         easy = faults.clamp_compliance / float(np.deg2rad(faults.clamp_play))
         return lambda moment: float(np.hypot(1.0, easy * np.linalg.norm(moment)))
+    if faults.clamp_form == 'preloaded':
+        least = faults.clamp_preload
+        return lambda moment: 1.0 / max(1.0 - least / float(np.linalg.norm(moment)), 1e-12)
     power = {'hardening': 0.5, 'softening': -0.4}.get(faults.clamp_form)
     if power is None:
         return lambda moment: 1.0
@@ -221,7 +233,20 @@ def _load(specimen: Specimen, setup: Setup, observation: Observation, faults: Fa
         places = specimen.mesh.nodes + 1e-3 * np.array(faults.hose_offset)
         stiffness = around(faults.hose, faults.hose_at, specimen.body.masses, shares)
         laws.append(springs(places, stiffness))
+    if faults.guy:
+        post, nodes = 1e-3 * np.array(faults.guy_post), specimen.mesh.nodes
+        stiffness = around(faults.guy, faults.guy_at, specimen.body.masses, shares)
+        laws.append(tether(post, stiffness, np.linalg.norm(nodes - post, axis=1)))
     return Load(forces, tuple(laws))
+
+
+def _load_on_pan(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults, sunk: float
+) -> Load:
+    """Return the load where a pan has sunk by so much [m]."""
+    assert faults.contact_height is not None
+    lower = replace(faults, contact_height=faults.contact_height - sunk)
+    return _load(specimen, setup, observation, lower)
 
 
 def _forces(

@@ -25,6 +25,8 @@ from benchmarks.blind.seventh_forms import SEVENTH_FORMS, SEVENTH_PAIRS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.tenth_forms import TENTH_FORMS, TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
+from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
+from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
 COUNTS = {
     'sixth': {'clean': 300, 'form': 24, 'pair': 12, 'outside': 12},
@@ -33,6 +35,7 @@ COUNTS = {
     'ninth': {'clean': 60, 'form': 20, 'pair': 8, 'outside': 8},
     'tenth': {'clean': 24, 'form': 16, 'pair': 4, 'outside': 4},
     'eleventh': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
+    'twelfth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
 }
 
 
@@ -55,6 +58,7 @@ OWN = {
     'eleventh': Own(
         ELEVENTH_FORMS, ELEVENTH_PAIRS, ELEVENTH_OUTSIDE, frozenset({'shape', 'sensor'}), 3
     ),
+    'twelfth': Own(TWELFTH_FORMS, TWELFTH_PAIRS, TWELFTH_OUTSIDE, frozenset({'load', 'shape'}), 3),
 }
 
 

@@ -24,6 +24,8 @@ from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
+from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
+from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
 Depths = Callable[[Faults, int], np.ndarray]
 # What makes each form the library's again; contacts, laws and another mesh have their own tests.
@@ -52,6 +54,10 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'stiffness_contrast/slanted': {'contrast_mode': 'split'},
     'added_mass/loose': {'mass_form': 'hat'},
     'gravity_tilt/castors': {'tilt_form': 'tilt'},
+    'stiffness_contrast/patched': {'contrast_mode': 'split'},
+    'added_mass/drying': {'mass_shares': (1.0,) * 4},
+    'clamp_offset/putty': {'clamp_scatter': ()},
+    'compliant_clamp/preloaded': {'clamp_form': 'turn'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -71,15 +77,19 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/upper rows': {'depth_form': 'affine'},
     'camera_offset/jostled': {'camera_scatter': ()},
     'depth_bias_by_region/glossy': {'region_gloss': 0.0},
+    'depth_affine/entry': {'depth_form': 'affine'},
+    'camera_offset/in turn': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/dragged',
     'clamp_offset/slid out',
     'contact_plane/rig',
     'contact_plane/mat',
+    'contact_plane/pan',
     'contact_plane/roll',
     'contact_plane/step',
     'contact_plane/vee',
+    'strain_stiffening/braided',
     'strain_stiffening/recruited',
     'strain_stiffening/veronda_westmann',
 }
@@ -89,6 +99,7 @@ CAUSES = {
     **NINTH_OUTSIDE,
     **TENTH_OUTSIDE,
     **ELEVENTH_OUTSIDE,
+    **TWELFTH_OUTSIDE,
 }
 
 
@@ -98,7 +109,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 
 def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
-    keys = {form.key for form in (*earlier, *ELEVENTH_FORMS)}
+    keys = {form.key for form in (*earlier, *ELEVENTH_FORMS, *TWELFTH_FORMS)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
@@ -106,6 +117,7 @@ def test_every_form_is_checked_here() -> None:
         (NINTH_FORMS, {'strain_stiffening'}),
         (TENTH_FORMS, {'strain_stiffening', 'added_mass', 'depth_bias_by_region'}),
         (ELEVENTH_FORMS, {'clamp_offset', 'compliant_clamp', 'depth_affine'}),
+        (TWELFTH_FORMS, {'rest_curvature', 'gravity_tilt', 'depth_bias_by_region'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking
