@@ -136,7 +136,7 @@ def diagnose(
             choice = choose(selection, evaluator, nominal)
     scores, disagreement = judged.scores, judged.disagreement
     if choice is not None:
-        disagreement = beside_a_model(disagreement, choice.hypothesis.fit, settings.margin)
+        disagreement = beside_a_model(disagreement, choice.hypothesis.fit)
     # A load that is held is as good as at rest.
     if choice is not None and not all(evaluator.discretisation_error.is_slow):
         report('finding what mesh and time step cost there')

@@ -23,6 +23,8 @@ class AddedMass(Effect):
     sentence = 'something hangs on the body'
     settles = ('the weight of the body', 'a pose with the body upside down')
     twins = ('stiffness_contrast',)
+    # It slides, dries or is taken off.
+    most_by_pose = 1.0
     settings = {'at': 1.0}  # noqa: RUF012  Share of the free length.
     # One between two places still looks like one of them, and less like a contrast of stiffness.
     screened_at = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
@@ -40,6 +42,10 @@ class AddedMass(Effect):
             if more:
                 masses = masses + more * site.weights_at((place + 1) / _PLACES, _SPREAD)
         return Conditions(added_masses=masses)
+
+    def amount(self, own: Numbers) -> float:
+        """Return all that hangs on the body [kg]."""
+        return own['mass'] + sum(own.get(part.name, 0.0) for part in self.forms)
 
     def stand_ins(self, site: Site) -> tuple[Change, ...]:
         """Return a mass at each place that is screened."""

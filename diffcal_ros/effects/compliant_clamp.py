@@ -42,6 +42,8 @@ class CompliantClamp(Effect):
     most_along = 0.3
     # Under another load it gives way by another law: one that hardens, is worn or has play.
     most_by_pose = 1.0
+    # One without any compliance in common is a clamp that was set anew in each pose.
+    has_common_part = True
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the clamp's compliance: alike about all axes, and about those of its section."""

@@ -94,6 +94,8 @@ class Effect:
         most_along: by how much of itself it may be another one from place to place along the body.
         most_besides: by how much of itself it may do besides; see `otherwise`.
         most_by_pose: by how much of itself it may be another one in each pose.
+        has_common_part: whether it is a property, of which all poses have a part in common,
+            whatever it is more in each.
         most_confidence: that its name deserves where a cause outside the library looks the same.
         imitated_by: such causes, in words with what would tell them; empty: none is known.
     """
@@ -129,6 +131,7 @@ class Effect:
     most_along = 1.0
     most_besides = 1.0
     most_by_pose = 0.3
+    has_common_part = False
     most_confidence = 1.0
     imitated_by = ''
 
@@ -199,6 +202,10 @@ class Effect:
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray | None:
         """Return how much too far a unit makes the camera read [m]; None: it reads right."""
+        return None
+
+    def amount(self, own: Numbers) -> float | None:
+        """Return how much of it there is, about the same in all poses; None: no such thing."""
         return None
 
     # How a diagnosis finds it.

@@ -35,6 +35,7 @@ class Disagreement:
         gap: on all patches, with no parameter farther from what is known of it than its prior
             allows.
         excess: root mean square of the gap above the floors [m].
+        margin: an excess that does not matter [m].
         may_be_misstated: whether a gap that would matter may come of errors twice as large as
             those that are stated of sensor and poses.
     """
@@ -43,6 +44,7 @@ class Disagreement:
     p_value: float
     gap: PatchGap
     excess: float
+    margin: float
     may_be_misstated: bool = False
 
     @property
@@ -81,13 +83,13 @@ def measure_disagreement(
         verdict = Verdict.AGREE
     else:
         verdict = Verdict.DISAGREE if excess > margin else Verdict.BELOW_MARGIN
-    found = Disagreement(verdict, p_value, gap, excess)
+    found = Disagreement(verdict, p_value, gap, excess, margin)
     if verdict is not Verdict.DISAGREE or is_moving or doubted < ALPHA:
         return found
     return replace(found, verdict=Verdict.CANNOT_TELL, may_be_misstated=True)
 
 
-def beside_a_model(found: Disagreement, fit: Refit, margin: float) -> Disagreement:
+def beside_a_model(found: Disagreement, fit: Refit) -> Disagreement:
     """Return a disagreement as it is once a model is there that leaves less than the floors.
 
     What a sensor's smooth error adds is believed beforehand, or was measured beside tangents that
@@ -97,12 +99,11 @@ def beside_a_model(found: Disagreement, fit: Refit, margin: float) -> Disagreeme
     Args:
         found: with the floors that are believed.
         fit: of the model.
-        margin: an excess that does not matter [m].
     """
     left = patch_gap(fit.groups, Part.ALL)
     if found.verdict is not Verdict.BELOW_MARGIN or not left.rms < left.whole_floor:
         return found
     excess = float(np.sqrt(max(found.gap.rms**2 - left.rms**2, 0.0)))
-    if excess <= margin:
+    if excess <= found.margin:
         return found
     return replace(found, verdict=Verdict.DISAGREE, excess=excess)

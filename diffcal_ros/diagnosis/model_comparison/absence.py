@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, only
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
+import numpy as np
 
 # Noise alone makes amplitudes as large with this chance; as far from zero, by their own errors.
 _BY_CHANCE, _BY_CHANCE_ALONE = 0.003, 0.05
@@ -39,6 +40,40 @@ def has_doubtful_effect(
         # What has no tangent at zero is there at zero.
         if one.effect.has_tangent
     )
+
+
+def has_nothing_in_common(hypothesis: Hypothesis, one: Candidate) -> bool:
+    """Tell whether a property was fitted as another one in each posture, and is in none of all.
+
+    Args:
+        hypothesis: the model.
+        one: of its effects.
+    """
+    own = {part.effect for part in hypothesis.freed if part.posture is not None}
+    if not one.effect.has_common_part or one.effect.identifier not in own:
+        return False
+    return hypothesis.chance_of_zero(one, in_common=True) > _BY_CHANCE
+
+
+def spread_of_amount(hypothesis: Hypothesis, one: Candidate) -> float:
+    """Return by how much of itself an effect is more or less of it in each posture.
+
+    A mass may slide or dry, and is there in all of them; a force that is upward in some is none.
+
+    Args:
+        hypothesis: the model.
+        one: of its effects.
+    """
+    model, coordinates = hypothesis.evaluator.model, hypothesis.fit.coordinates
+    found = [
+        one.effect.amount(model.effects.amplitudes(coordinates, posture)[one.identifier])
+        for posture in sorted(model.bodies)
+    ]
+    amounts = np.array([amount for amount in found if amount is not None])
+    if len(amounts) == 0 or (amounts == amounts[0]).all():
+        return 0.0
+    mean = float(np.mean(amounts))
+    return float(np.std(amounts) / mean) if mean > 0.0 else np.inf
 
 
 def _without(

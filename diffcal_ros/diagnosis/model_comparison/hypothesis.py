@@ -164,7 +164,9 @@ class Hypothesis:
         """Tell whether one of the effects does nothing, as a plane that touches nowhere."""
         return any(self._reach(candidate) < _NOTHING for candidate in self.added)
 
-    def chance_of_zero(self, candidate: Candidate, noise_scale: float = 1.0) -> float:
+    def chance_of_zero(
+        self, candidate: Candidate, noise_scale: float = 1.0, *, in_common: bool = False
+    ) -> float:
         """Return the chance of amplitudes as large as fitted if all were zero, by Wald's test.
 
         What they are more in single postures belongs to them.
@@ -172,9 +174,11 @@ class Hypothesis:
         Args:
             candidate: the effect.
             noise_scale: by how much the variance of the patches exceeds what they state.
+            in_common: of what all postures have in common alone.
         """
         names = self.fit.parameters.names
-        indices = [names.index(n) for n in parameters_of(self.fit.parameters, [candidate])]
+        own = candidate.names if in_common else parameters_of(self.fit.parameters, [candidate])
+        indices = [names.index(name) for name in own]
         values = self.fit.coordinates[indices]
         covariance = self.fit.covariance[np.ix_(indices, indices)]
         wald = float(values @ np.linalg.pinv(covariance) @ values) / max(1.0, noise_scale)

@@ -9,7 +9,11 @@ from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA, Disagreement
 from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
-from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.absence import (
+    has_doubtful_effect,
+    has_nothing_in_common,
+    spread_of_amount,
+)
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     FARTHEST_FORM,
@@ -243,6 +247,18 @@ def doubts_about(
     closed = closed_in_its_form(nominal, hypothesis, library)
     if not (closed > 0.0 or after.rms < before.rms or after.most < before.most):
         return (f'{words} came nearest, but leaves as much {where}: no name for it',)
+    for added in hypothesis.added:
+        if has_nothing_in_common(hypothesis, added):
+            return (
+                f'{words} came nearest, with a {added.identifier} that is another one in each '
+                'pose, and may be none in all: no name for it',
+            )
+        spread = spread_of_amount(hypothesis, added)
+        if spread > FARTHEST_FORM:
+            return (
+                f'{words} came nearest, with a {added.identifier} that is another one in each '
+                f'pose by {spread:.0%}: no name for it',
+            )
     off = _off_in_form(hypothesis)
     if off is not None:
         return (f'{words} came nearest, in a form that is {off}: no name for it',)
@@ -279,7 +295,13 @@ def _nearest_class(
         best = next(iter(with_tangents(scores).scores), None)
         return 'load' if best is None else best.candidate.effect.group
     closed = closed_in_its_form(nominal, choice.hypothesis, closure)
-    if is_unexplained(nominal, choice.hypothesis, closed, is_measured=evaluator.is_measured):
+    if is_unexplained(
+        nominal,
+        choice.hypothesis,
+        closed,
+        disagreement.margin,
+        is_measured=evaluator.is_measured,
+    ):
         return choice.hypothesis.added[0].effect.group
     return None
 
@@ -303,7 +325,9 @@ def _off_in_form(hypothesis: Hypothesis) -> str | None:
     left = patch_gap(hypothesis.fit.groups, Part.REPORT)
     asks_for_it = hypothesis.leaning >= LEAST_LEANING or left.rms > FAR_ABOVE * left.whole_floor
     fraction = judged.fraction if asks_for_it else 0.0
-    if fraction > FARTHEST_FORM / len(hypothesis.added):
+    # What is of a free form already, and asks for another one yet, is hardly it.
+    is_free = any(part.posture is None for part in hypothesis.freed)
+    if fraction > FARTHEST_FORM / (2 if is_free else len(hypothesis.added)):
         return f'off by {fraction:.0%} of what it does'
     is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0
     if not is_moved and np.hypot(fraction, judged.by_pose) > FARTHEST_FORM:

@@ -56,19 +56,29 @@ class Unknown:
 
 
 def is_unexplained(
-    nominal: Refit, added: Hypothesis, closure: float, *, is_measured: bool
+    nominal: Refit, added: Hypothesis, closure: float, margin: float, *, is_measured: bool
 ) -> bool:
     """Tell whether so much is left that the model cannot be it.
 
     Where the sensor floor was measured, what is left must look like noise, on patches that no fit
     has seen, too, or like an effect whose form is a little off. Where the floor is a guess, only a
     gap that stays open counts.
+
+    Args:
+        nominal: fit of the model as it is.
+        added: the model with effects.
+        closure: share of the gap that it closes.
+        margin: an excess over the floors that does not matter [m].
+        is_measured: whether the sensor floor was.
     """
     if not is_measured:
         return not closure >= LEAST_CLOSURE
     gap = patch_gap(added.fit.groups, Part.REPORT)
     left = gap.rms if added.judged is None else min(gap.rms, added.judged.left)
     is_far_above = left > FAR_ABOVE * gap.whole_floor
+    if is_far_above and left**2 > gap.whole_floor**2 + margin**2:
+        # What is missing beside it matters, too, and no form of it is that.
+        return True
     if is_far_above and closure < LEAST_CLOSURE:
         # It follows the patches that were fitted, and does not predict the others.
         return True

@@ -38,8 +38,8 @@ def patches(size):
 
 def judged(off, left, verdict=Verdict.BELOW_MARGIN):
     gap = patch_gap(patches(off), Part.ALL)
-    found = Disagreement(verdict, 1e-9, gap, float(np.sqrt(off**2 - _FLOOR**2)))
-    return found, beside_a_model(found, SimpleNamespace(groups=patches(left)), _MARGIN)
+    found = Disagreement(verdict, 1e-9, gap, float(np.sqrt(off**2 - _FLOOR**2)), _MARGIN)
+    return found, beside_a_model(found, SimpleNamespace(groups=patches(left)))
 
 
 @pytest.mark.parametrize(

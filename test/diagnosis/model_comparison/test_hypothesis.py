@@ -3,9 +3,16 @@
 """Effects that do nothing, or nothing that is seen, are told from those that matter."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
+from diffcal_ros.calibration.parameters.form_parameters import posture_parameter
 from diffcal_ros.diagnosis.diagnose import fit_nominal
-from diffcal_ros.diagnosis.model_comparison.absence import deviance, has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.absence import (
+    deviance,
+    has_doubtful_effect,
+    has_nothing_in_common,
+    spread_of_amount,
+)
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -14,6 +21,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
 from support.scenes import beam_scene
@@ -84,6 +92,69 @@ def test_an_amplitude_whose_error_is_large_is_there_where_no_fit_does_without_it
     as_good = replace(levelled, fit=replace(levelled.fit, groups=base.groups))
     assert has_doubtful_effect(as_good, base)
     assert has_doubtful_effect(_with_errors(found, 1.0), base)
+
+
+@pytest.mark.parametrize(
+    ('name', 'sigmas', 'is_freed', 'expected'),
+    [
+        ('compliant_clamp', 1.0, True, True),
+        ('compliant_clamp', 9.0, True, False),
+        ('compliant_clamp', 1.0, False, False),
+        # It may be set anew in each pose, and then has nothing in common.
+        ('clamp_offset', 1.0, True, False),
+    ],
+)
+def test_a_property_has_a_part_that_all_poses_have_in_common(
+    screened, name, sigmas, is_freed, expected
+):
+    evaluator, base, _ = screened
+    one = next(c for c in candidates(evaluator.model.scene) if c.identifier == name)
+    found = try_effects(evaluator, base, [one], {}, max_iterations=2)
+    known = found.fit.parameters
+    parts = [
+        posture_parameter(known.parameters[known.names.index(own)], 0, 0.3) for own in one.names
+    ]
+    if is_freed:
+        there = {
+            own: one.effect.component(c).scale
+            for own, c in zip(one.names, one.components, strict=True)
+        }
+        found = try_effects(evaluator, base, [one], there, max_iterations=1, freed=tuple(parts))
+    assert bool(found.freed) == is_freed
+    assert has_nothing_in_common(_with_errors(found, sigmas), one) == expected
+
+
+@pytest.mark.parametrize(
+    ('parts', 'forms', 'expected'),
+    [
+        ((0.0, 0.0), (0.0, 0.0), 0.0),
+        ((0.005, -0.005), (0.0, 0.0), 0.5),
+        # It slides: what is less at one place is more at another one.
+        ((0.005, -0.005), (-0.005, 0.005), 0.0),
+        ((-0.010, -0.014), (0.0, 0.0), np.inf),
+    ],
+)
+def test_a_mass_is_about_as_much_in_all_poses(parts, forms, expected):
+    effect = EFFECTS['added_mass']
+    poses = [
+        {'mass': 0.010 + part, 'mass_2': form} for part, form in zip(parts, forms, strict=True)
+    ]
+    model = SimpleNamespace(
+        bodies=dict.fromkeys((1, 0)),
+        effects=SimpleNamespace(amplitudes=lambda _, pose: {'added_mass': poses[pose]}),
+    )
+    hypothesis = SimpleNamespace(
+        evaluator=SimpleNamespace(model=model), fit=SimpleNamespace(coordinates=np.zeros(3))
+    )
+    one = SimpleNamespace(effect=effect, identifier='added_mass')
+    assert spread_of_amount(hypothesis, one) == pytest.approx(expected)
+
+
+def test_of_what_has_no_amount_none_is_asked(screened):
+    evaluator, base, _ = screened
+    one = next(c for c in candidates(evaluator.model.scene) if c.identifier == 'gravity_tilt')
+    found = try_effects(evaluator, base, [one], {}, max_iterations=1)
+    assert spread_of_amount(found, one) == 0.0
 
 
 def test_of_a_pair_each_is_held_against_the_other_alone(screened):

@@ -101,5 +101,27 @@ def test_effects_that_were_not_refitted_are_looked_at_where_much_is_left(too_far
     assert found.fit.log_evidence > wrong.fit.log_evidence + 10.0
 
 
+def test_what_leaves_noise_by_another_form_than_the_librarys_is_not_the_last_word(
+    too_far, scores, monkeypatch
+):
+    pool, looked = _Pool(*too_far), []
+    judge = judge_by(nominal_basis(pool))
+    listed = {s.candidate.identifier: s.candidate for s in scores.scores[::-1]}
+    (right,) = judge([try_effects(*too_far, [listed['depth_affine']], {})])
+
+    def are_in_reach(models, rivals, judge):
+        looked.extend((model.identifiers, model.fit.evaluations) for model in models)
+        return [False] * len(models)
+
+    monkeypatch.setattr(single_effects, 'are_in_reach', are_in_reach)
+    monkeypatch.setattr(single_effects, '_SEEN_AT_ALL', 0.0)
+    for owed in (10.0, 60.0):
+        assert looked == []
+        lean = replace(right, judged=replace(right.judged, exact=right.log_evidence - owed))
+        single_effects.others_in_any_form(pool, scores, [lean], judge)
+    # One step moves the effect, the second lets the parameters that it had drawn go back.
+    assert looked == [(('gravity_tilt',), 2)]
+
+
 def with_log_evidence(hypothesis, log_evidence):
     return replace(hypothesis, fit=replace(hypothesis.fit, log_evidence=log_evidence))

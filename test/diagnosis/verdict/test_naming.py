@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -106,6 +107,30 @@ def test_what_leaves_far_more_than_the_floors_asks_for_its_form(
     assert is_named or 'off by 80%' in doubts[0]
 
 
+def _with_a_free_form(model: Hypothesis) -> Hypothesis:
+    """Return a model whose effect may be of other forms by its parameters, and is of none."""
+    parts = tuple(form_parameters(model.added[0].effect, 0.3))
+    fit, parameters = model.fit, model.fit.parameters
+    covariance = np.eye(len(fit.coordinates) + len(parts))
+    covariance[: len(fit.coordinates), : len(fit.coordinates)] = fit.covariance
+    fit = replace(
+        fit,
+        parameters=replace(parameters, parameters=(*parameters.parameters, *parts)),
+        coordinates=np.append(fit.coordinates, np.zeros(len(parts))),
+        covariance=covariance,
+    )
+    return replace(model, fit=fit)
+
+
+@pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
+def test_what_is_free_in_form_and_still_another_one_has_no_name(bent, fraction, is_named):
+    judged = _judged(bent, fraction=fraction)
+    fixed, free = naming._off_in_form(judged), naming._off_in_form(_with_a_free_form(judged))
+    assert fixed is None
+    assert (free is None) == is_named
+    assert is_named or 'off by 40%' in free
+
+
 def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):
     _, nominal, _ = clearly_screened
     judged = _judged(tilted, fraction=0.4)
@@ -145,3 +170,17 @@ def test_no_shape_is_another_one_in_each_pose(clearly_screened, tilted, bent):
     assert naming._tells_class(nominal, _judged(bent, left=1e-4), 0.1)
     assert not naming._tells_class(nominal, _judged(bent, **other), 0.1)
     assert naming._tells_class(nominal, _judged(tilted, **other), 0.1), 'loads may be'
+
+
+def test_a_clamp_that_gives_way_in_each_pose_by_itself_and_in_none_of_all_has_no_name(
+    clearly_screened, monkeypatch
+):
+    _, nominal, _ = clearly_screened
+    clamp = _judged(_named(clearly_screened, 'compliant_clamp'))
+    monkeypatch.setattr(naming, 'has_doubtful_effect', lambda *_: False)
+    monkeypatch.setattr(naming, 'spread_of_amount', lambda *_: 0.8)
+    (doubt,) = doubts_about(clamp, nominal)
+    assert 'another one in each pose by 80%: no name for it' in doubt
+    monkeypatch.setattr(naming, 'has_nothing_in_common', lambda *_: True)
+    (doubt,) = doubts_about(clamp, nominal)
+    assert 'another one in each pose, and may be none in all: no name for it' in doubt

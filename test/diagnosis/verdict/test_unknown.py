@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 _PATCHES, _PARAMETERS = 200, 8
+_MARGIN = 0.0005  # [m]
 
 
 def fit(chi_square_per_patch, rms=0.0002):
@@ -67,7 +68,7 @@ def model(chi_square_per_patch, rms=0.0002, left=None):
     ],
 )
 def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
-    found = is_unexplained(fit(nominal), model(added, rms), 1.0, is_measured=True)
+    found = is_unexplained(fit(nominal), model(added, rms), 1.0, _MARGIN, is_measured=True)
     assert found is expected
 
 
@@ -80,7 +81,7 @@ def test_what_is_left_must_look_like_noise(nominal, added, rms, expected):
     ],
 )
 def test_what_was_held_out_must_be_explained_as_well(closure, rms, expected):
-    found = is_unexplained(fit(30.0), model(0.9, rms), closure, is_measured=True)
+    found = is_unexplained(fit(30.0), model(0.9, rms), closure, _MARGIN, is_measured=True)
     assert found is expected
 
 
@@ -98,18 +99,38 @@ def test_a_clear_gap_that_is_gone_where_no_fit_has_seen_it_is_explained(
 ):
     """On the patches that were fitted more than half of the excess is left."""
     nominal, added = fit(5.3, before), model(3.3, after)
-    assert is_unexplained(nominal, added, closure, is_measured=True) is expected
+    assert is_unexplained(nominal, added, closure, _MARGIN, is_measured=True) is expected
 
 
 @pytest.mark.parametrize(('left', 'expected'), [(0.0002, False), (0.0005, True)])
 def test_what_the_form_of_an_effect_may_do_is_explained(left, expected):
     added = model(3.5, 0.0006, left)
-    assert is_unexplained(fit(30.0), added, 1.0, is_measured=True) is expected
+    assert is_unexplained(fit(30.0), added, 1.0, _MARGIN, is_measured=True) is expected
+
+
+@pytest.mark.parametrize(
+    ('rms', 'left', 'expected'),
+    [
+        (0.0006, None, True),
+        (0.0005, None, False),  # Above the floor by less than matters.
+        (0.0006, 0.0005, False),  # In another form.
+        (0.0035, 0.0006, True),
+    ],
+)
+def test_a_name_beside_which_something_that_matters_is_missing_is_none(rms, left, expected):
+    """Forms explain all that was fitted; where no fit has seen it the gap is there."""
+    added = model(0.9, rms, left)
+    assert is_unexplained(fit(90.0), added, 0.75, _MARGIN, is_measured=True) is expected
+
+
+def test_what_is_hardly_above_the_floors_is_not_missing_however_little_matters():
+    found = is_unexplained(fit(30.0), model(0.9, 0.0003), 0.9, 1e-5, is_measured=True)
+    assert not found
 
 
 @pytest.mark.parametrize(('closure', 'expected'), [(0.9, False), (0.5, True), (np.nan, True)])
 def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
-    found = is_unexplained(fit(30.0), model(20.0), closure, is_measured=False)
+    found = is_unexplained(fit(30.0), model(20.0), closure, _MARGIN, is_measured=False)
     assert found is expected
 
 
