@@ -76,7 +76,8 @@ def is_unexplained(
     gap = patch_gap(added.fit.groups, Part.REPORT)
     left = gap.rms if added.judged is None else min(gap.rms, added.judged.left)
     is_far_above = left > FAR_ABOVE * gap.whole_floor
-    if is_far_above and left**2 > gap.whole_floor**2 + margin**2:
+    owes_it_to_forms = added.fit.chance_of_noise < ALPHA
+    if owes_it_to_forms and is_far_above and left**2 > gap.whole_floor**2 + margin**2:
         # What is missing beside it matters, too, and no form of it is that.
         return True
     if is_far_above and closure < LEAST_CLOSURE:

@@ -45,9 +45,11 @@ def fit(chi_square_per_patch, rms=0.0002):
     )
 
 
-def model(chi_square_per_patch, rms=0.0002, left=None):
+def model(chi_square_per_patch, rms=0.0002, left=None, in_its_form=None):
     """Make what a verdict reads of a model with effects."""
     own = fit(chi_square_per_patch, rms)
+    exact = in_its_form or chi_square_per_patch
+    own.chance_of_noise = chance_beyond(exact * (_PATCHES - _PARAMETERS), _PATCHES - _PARAMETERS)
     return SimpleNamespace(
         fit=own,
         judged=None if left is None else SimpleNamespace(left=left),
@@ -109,22 +111,27 @@ def test_what_the_form_of_an_effect_may_do_is_explained(left, expected):
 
 
 @pytest.mark.parametrize(
-    ('rms', 'left', 'expected'),
+    ('rms', 'left', 'in_its_form', 'expected'),
     [
-        (0.0006, None, True),
-        (0.0005, None, False),  # Above the floor by less than matters.
-        (0.0006, 0.0005, False),  # In another form.
-        (0.0035, 0.0006, True),
+        (0.0006, None, 9.0, True),
+        (0.0005, None, 9.0, False),  # Above the floor by less than matters.
+        (0.0006, 0.0005, 9.0, False),  # In another form.
+        (0.0035, 0.0006, 9.0, True),
+        (0.0035, 0.0006, 0.9, False),  # Few patches that are known badly.
     ],
 )
-def test_a_name_beside_which_something_that_matters_is_missing_is_none(rms, left, expected):
+def test_a_name_beside_which_something_that_matters_is_missing_is_none(
+    rms, left, in_its_form, expected
+):
     """Forms explain all that was fitted; where no fit has seen it the gap is there."""
-    added = model(0.9, rms, left)
+    added = model(0.9, rms, left, in_its_form)
     assert is_unexplained(fit(90.0), added, 0.75, _MARGIN, is_measured=True) is expected
 
 
 def test_what_is_hardly_above_the_floors_is_not_missing_however_little_matters():
-    found = is_unexplained(fit(30.0), model(0.9, 0.0003), 0.9, 1e-5, is_measured=True)
+    found = is_unexplained(
+        fit(30.0), model(0.9, 0.0003, in_its_form=9.0), 0.9, 1e-5, is_measured=True
+    )
     assert not found
 
 
