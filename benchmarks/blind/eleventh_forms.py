@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import direction, number, signed, weight_moment
+from benchmarks.blind.amplitudes import direction, number, signed
 from benchmarks.blind.form import Form
-from benchmarks.blind.outside_forms import tip_stiffness
+from benchmarks.blind.outside_forms import tip_sag, tip_stiffness
 from benchmarks.blind.setups import Setup
 
 _MOVES = (0.002, 0.005, 0.010)  # Of the tip [m], by the formulas of a slender beam.
@@ -34,7 +34,7 @@ def _slanted(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
     # By the tip's share of an even load's moments, (1 - share)^3, a part is stiffer by exp(c).
     outer = (1.0 - at) ** 4
     sags = np.exp(0.5 * contrasts) * (1.0 - outer) + np.exp(-0.5 * contrasts) * outer
-    contrast = np.interp(_MOVES[size], _sag(setup) * np.abs(sags - 1.0), contrasts)
+    contrast = np.interp(_MOVES[size], tip_sag(setup) * np.abs(sags - 1.0), contrasts)
     return {
         'contrast_mode': 'slanted',
         'contrast': number(float(contrast), random),
@@ -90,7 +90,7 @@ def _vee(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]
 
 def _castors(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Turn a table with rig and camera about on a floor that slopes."""
-    share = min(_MOVES[size] / _sag(setup), _MOST_TILTED)
+    share = min(_MOVES[size] / tip_sag(setup), _MOST_TILTED)
     across = signed(float(np.rad2deg(np.arcsin(share))), random)
     turn = signed(40.0, random)
     # About the world's x it draws across the body: midway through the poses, or nearly so.
@@ -101,12 +101,6 @@ def _castors(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
         'gravity_tilt': tuple(round(float(value), 4) for value in tilt),
         'tilt_turn': turn,
     }
-
-
-def _sag(setup: Setup) -> float:
-    """Return how far a tip sinks by the weight of a slender beam [m]."""
-    mass, _ = weight_moment(setup)
-    return 0.375 * 9.81 * mass / tip_stiffness(setup)
 
 
 ELEVENTH_FORMS = (

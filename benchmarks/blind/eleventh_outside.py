@@ -8,7 +8,7 @@ Their second and third size change what is seen of a body by some 5 and 10 mm.
 import numpy as np
 
 from benchmarks.blind.amplitudes import Drawer, Effect, number, signed
-from benchmarks.blind.rotations import applied
+from benchmarks.blind.outside_forms import depth_amid_body
 from benchmarks.blind.setups import Setup
 
 _MOST_RACKED = 0.6  # More, and cells are too oblique.
@@ -24,14 +24,7 @@ def racked(size: int, setup: Setup, random: np.random.Generator) -> Effect:
 def jump(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     """Draw by how much depths are longer beyond one where a sensor counts its waves anew."""
     amount = number((2.0, 5.0, 10.0)[size], random)
-    shape = setup.shape
-    middle = shape.place(np.array([[0.5 * (shape.clamp + shape.length), 0.0, 0.0]]))
-    depths = sorted(
-        float(applied(setup.depth_from_world @ pose.world_from_object, middle)[0, 2])
-        for pose in setup.observations
-    )
-    # Amid the body in a pose that is neither the nearest nor the farthest.
-    between = depths[(len(depths) - int(random.integers(2))) // 2]
+    between = depth_amid_body(setup, random)
     begin = round(between + float(random.uniform(-0.005, 0.005)), 5)
     amplitude: dict[str, float | str] = {'amount': amount, 'from': begin}
     return Effect('jump', amplitude, 'mm, m', {'jump': amount, 'jump_from': begin})

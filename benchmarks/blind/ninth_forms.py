@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.blind.amplitudes import direction, number, signed, weight_moment
 from benchmarks.blind.form import drawn_form, Form
 from benchmarks.blind.moduli import DECAY
-from benchmarks.blind.outside_forms import tip_stiffness
+from benchmarks.blind.outside_forms import tip_sag, tip_stiffness
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Setup
 
@@ -54,8 +54,7 @@ def _kink(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any
 
 def _decaying(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Make a body softer or stiffer at its clamp; a stiff root cannot change all of its sag."""
-    mass, _ = weight_moment(setup)
-    sag = 0.375 * 9.81 * mass / tip_stiffness(setup)
+    sag = tip_sag(setup)
     end = float(random.choice([-3.0, 2.5]))
     contrasts = np.linspace(0.0, end, 101)
     # By the tip's share of an even load's moments, (1 - share)^3, a part is softer by exp(c).

@@ -8,7 +8,7 @@ slender beam: of the body's least height, at its modulus.
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import Drawer, Effect, number, signed
+from benchmarks.blind.amplitudes import Drawer, Effect, number, signed, weight_moment
 from benchmarks.blind.pulls import MAGNETIC_FROM
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Setup
@@ -90,6 +90,23 @@ def tip_stiffness(setup: Setup) -> float:
     low, high = sorted(setup.shape.section)
     free = setup.shape.length - setup.shape.clamp
     return float(setup.youngs_modulus * high * low**3 / (4.0 * free**3))
+
+
+def tip_sag(setup: Setup) -> float:
+    """Return how far a tip sinks by the weight of a slender beam [m]."""
+    mass, _ = weight_moment(setup)
+    return 0.375 * 9.81 * mass / tip_stiffness(setup)
+
+
+def depth_amid_body(setup: Setup, random: np.random.Generator) -> float:
+    """Draw a pose that is neither the nearest nor the farthest; return its middle's depth [m]."""
+    shape = setup.shape
+    middle = shape.place(np.array([[0.5 * (shape.clamp + shape.length), 0.0, 0.0]]))
+    depths = sorted(
+        float(applied(setup.depth_from_world @ pose.world_from_object, middle)[0, 2])
+        for pose in setup.observations
+    )
+    return depths[(len(depths) - int(random.integers(2))) // 2]
 
 
 def _beyond_tip(

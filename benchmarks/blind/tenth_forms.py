@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.blind.amplitudes import direction, number, signed, weight_moment
 from benchmarks.blind.form import drawn_form, Form
 from benchmarks.blind.moduli import lamp_light
-from benchmarks.blind.outside_forms import tip_stiffness
+from benchmarks.blind.outside_forms import tip_sag
 from benchmarks.blind.setups import Setup
 
 _MOVES = (0.002, 0.005, 0.010)  # Of the tip [m], by the formulas of a slender beam.
@@ -58,8 +58,7 @@ def _trestles(size: int, setup: Setup, random: np.random.Generator) -> dict[str,
 
 def _lamp(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Cure, or age, a body more or less below a lamp near its clamp."""
-    mass, _ = weight_moment(setup)
-    sag = 0.375 * 9.81 * mass / tip_stiffness(setup)
+    sag = tip_sag(setup)
     at = round(float(random.uniform(0.08, 0.3)), 4)
     contrasts = np.linspace(0.0, float(random.choice([-2.5, 3.0])), 101)
     # By the tip's share of an even load's moments, (1 - share)^3, a part is stiffer by exp(c).
@@ -84,8 +83,7 @@ def _step(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any
 
 def _turntable(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Turn rig and camera steadily on a table whose axis stands beside the body."""
-    mass, _ = weight_moment(setup)
-    sag = 0.375 * 9.81 * mass / tip_stiffness(setup)
+    sag = tip_sag(setup)
     share = min(_MOVES[size] / sag, _MOST_ASIDE)
     # About the world's x it draws across the body, about z along it.
     across = signed(float(np.rad2deg(np.arcsin(share))), random)

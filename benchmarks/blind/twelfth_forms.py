@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import direction, number, signed, weight_moment
+from benchmarks.blind.amplitudes import direction, number, signed
 from benchmarks.blind.form import Form
 from benchmarks.blind.hexahedra import integrate, mesh_hexahedra
-from benchmarks.blind.outside_forms import tip_stiffness
-from benchmarks.blind.rotations import applied
+from benchmarks.blind.outside_forms import depth_amid_body, tip_sag, tip_stiffness
 from benchmarks.blind.setups import GRAVITY, Setup
 
 _MOVES = (0.002, 0.005, 0.010)  # Of the tip [m], by the formulas of a slender beam.
@@ -31,8 +30,7 @@ def _braided(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
 
 def _patched(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Mend one side of a body, near its clamp, with another rubber."""
-    mass, _ = weight_moment(setup)
-    sag = 0.375 * 9.81 * mass / tip_stiffness(setup)
+    sag = tip_sag(setup)
     begin = round(float(random.uniform(0.0, 0.06)), 4)
     end = round(begin + float(random.uniform(0.35, 0.5)), 4)
     contrasts = np.linspace(0.0, float(random.choice([-2.5, 3.0])), 101)
@@ -94,14 +92,7 @@ def _preloaded(size: int, setup: Setup, random: np.random.Generator) -> dict[str
 
 def _entry(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Spoil one entry of the table by which a sensor corrects its depths."""
-    shape = setup.shape
-    middle = shape.place(np.array([[0.5 * (shape.clamp + shape.length), 0.0, 0.0]]))
-    depths = sorted(
-        float(applied(setup.depth_from_world @ pose.world_from_object, middle)[0, 2])
-        for pose in setup.observations
-    )
-    # Near where the body is in a pose that is neither the nearest nor the farthest.
-    between = depths[(len(depths) - int(random.integers(2))) // 2]
+    between = depth_amid_body(setup, random)
     return {
         'depth_form': 'entry',
         'depth_bias': signed((2.5, 6.0, 12.0)[size], random),

@@ -7,8 +7,8 @@ Their second and third size change what is seen of a body by some 5 and 10 mm.
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import Drawer, Effect, number, weight_moment
-from benchmarks.blind.outside_forms import tip_stiffness
+from benchmarks.blind.amplitudes import Drawer, Effect, number
+from benchmarks.blind.outside_forms import tip_sag, tip_stiffness
 from benchmarks.blind.setups import Setup
 
 _MOST_BORNE = 0.75  # Of the sag that lines take away.
@@ -17,8 +17,7 @@ _MOST_BORNE = 0.75  # Of the sag that lines take away.
 def guy(size: int, setup: Setup, random: np.random.Generator) -> Effect:
     """Draw lines from a post above the clamp, which bear the body where it sags away from it."""
     shape = setup.shape
-    mass, _ = weight_moment(setup)
-    sag = 0.375 * 9.81 * mass / tip_stiffness(setup)
+    sag = tip_sag(setup)
     lift = min((0.002, 0.005, 0.010)[size], _MOST_BORNE * sag)
     at = round(float(random.uniform(0.6, 0.85)), 4)
     high = round(float(random.uniform(50.0, 70.0)), 3)

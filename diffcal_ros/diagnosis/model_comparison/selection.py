@@ -73,8 +73,8 @@ class Selection:
         noise_scale: chi-square per patch of the best of all, at least 1.
         is_measured: whether the sensor floor was.
         added: what the best pair adds to what one effect in any form explains; None: not known.
-        rivals: the best of one effect and of two, judged on the patches that both see; None: on
-            those that each sees.
+        one_and_two: the best of one effect and of two, judged on the patches that both see; None:
+            on those that each sees.
     """
 
     singles: tuple[Hypothesis, ...]
@@ -82,7 +82,7 @@ class Selection:
     noise_scale: float = 1.0
     is_measured: bool = True
     added: Explained | None = None
-    rivals: tuple[Hypothesis, Hypothesis] | None = None
+    one_and_two: tuple[Hypothesis, Hypothesis] | None = None
 
     @property
     def best(self) -> Hypothesis | None:
@@ -103,21 +103,21 @@ class Selection:
         needed = self._needed_pair()
         if needed is None or not self.is_measured:
             return None
-        one, two = self._rivals()
+        one, two = self._best_of_each()
         is_part = set(one.identifiers) <= set(two.identifiers)
         doubt = PAIR_GAIN * self.noise_scale + FORM_DOUBT * one.leaning
         is_clear = two.level - one.level > doubt
         return None if is_part or is_clear or one.chance_of_noise < ALPHA else needed
 
-    def _rivals(self) -> tuple[Hypothesis, Hypothesis]:
+    def _best_of_each(self) -> tuple[Hypothesis, Hypothesis]:
         """Return the best model of one effect and the best of two."""
-        return self.rivals or (self.leader, self.pairs[0])
+        return self.one_and_two or (self.leader, self.pairs[0])
 
     def _needed_pair(self) -> Hypothesis | None:
         """Return the best pair where one effect is not enough, in whatever form."""
         if not (self.singles and self.pairs):
             return None
-        one, two = self._rivals()
+        one, two = self._best_of_each()
         is_more = two.level - one.level > PAIR_GAIN * self.noise_scale
         transfer = np.inf
         if self.added is not None:
@@ -236,7 +236,7 @@ def compared(
     found = Selection(tuple(singles), tuple(pairs), scale, pool.nominal.is_measured, added)
     if added is None:
         return found
-    return replace(found, rivals=judged_side_by_side(found.leader, pairs[0], basis))
+    return replace(found, one_and_two=judged_side_by_side(found.leader, pairs[0], basis))
 
 
 def _is_poor(pool: RefitPool, hypothesis: Hypothesis, basis: FormBasis | None) -> bool:

@@ -293,5 +293,5 @@ def test_one_and_two_effects_are_compared_where_both_look(selection):
     blamed = _judged(two, -110.0, two.chi_square)
     found = replace(selection, pairs=(blamed,))
     assert found.best is one
-    side_by_side = replace(found, rivals=(one, _judged(two, -85.0, two.chi_square)))
+    side_by_side = replace(found, one_and_two=(one, _judged(two, -85.0, two.chi_square)))
     assert side_by_side.best is blamed
