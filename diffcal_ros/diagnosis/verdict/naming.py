@@ -6,29 +6,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.answers import Evidence, Verdict
-from diffcal_ros.diagnosis.detection.disagreement import ALPHA, Disagreement
+from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.limits import upper_limits
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
-from diffcal_ros.diagnosis.model_comparison.absence import (
-    has_doubtful_effect,
-    has_nothing_in_common,
-    spread_of_amount,
-)
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     FARTHEST_FORM,
     Hypothesis,
-    LEAST_LEANING,
 )
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import where_largest
-from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
+from diffcal_ros.diagnosis.verdict.doubts import doubts_about, MOST_OF_IT
 from diffcal_ros.diagnosis.verdict.time_course import time_course
 from diffcal_ros.diagnosis.verdict.unknown import (
     describe_unknown,
@@ -55,8 +49,6 @@ import numpy as np
 
 # An effect is named by itself from this confidence on.
 _NAMED = 0.6
-# What closes more of the gap in the library's form tells the class, if not the name.
-_MOST_OF_IT = 0.5
 # Classes that are the same in all poses, whatever their form.
 _STAYS = ('material', 'shape')
 # A mesh that may be off by more hides what would matter [m].
@@ -216,69 +208,6 @@ def _class_of_all(choice: Choice | None) -> list[str]:
     return [f'whichever of them it is, it is of the class {groups.pop()}']
 
 
-def doubts_about(
-    hypothesis: Hypothesis, nominal: Refit, singles: Sequence[Hypothesis] = ()
-) -> tuple[str, ...]:
-    """Say why a model may not be named, however much likelier than others it is.
-
-    A name is for a gap that is there, on patches that no fit has seen, and most of which it
-    closes; no model does as well without it.
-
-    Args:
-        hypothesis: the model.
-        nominal: fit of the model without its effects.
-        singles: models with one effect each, best first.
-    """
-    words = ' with '.join(hypothesis.identifiers)
-    if has_doubtful_effect(hypothesis, nominal, singles):
-        return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
-    # An effect may hide in a parameter that strains what is known of it.
-    evaluator = hypothesis.evaluator
-    part = judged_part(nominal, is_moving=evaluator.model.is_moving)
-    where = 'on held-out patches' if part is Part.REPORT else 'on all patches'
-    before = patch_gap(unstrained(nominal), part)
-    after = patch_gap(hypothesis.fit.groups, part)
-    if before.rms <= before.whole_floor:
-        return (
-            f'{words} came nearest, but {where} the gap is within the floors '
-            f'({1e3 * before.rms:.2f} of {1e3 * before.whole_floor:.2f} mm): no name for it',
-        )
-    library = closure_of(nominal, hypothesis.fit, evaluator.is_measured, part)
-    closed = closed_in_its_form(nominal, hypothesis, library)
-    if not (closed > 0.0 or after.rms < before.rms or after.most < before.most):
-        return (f'{words} came nearest, but leaves as much {where}: no name for it',)
-    for added in hypothesis.added:
-        if has_nothing_in_common(hypothesis, added):
-            return (
-                f'{words} came nearest, with a {added.identifier} that is another one in each '
-                'pose, and may be none in all: no name for it',
-            )
-        spread = spread_of_amount(hypothesis, added)
-        if spread > FARTHEST_FORM:
-            return (
-                f'{words} came nearest, with a {added.identifier} that is another one in each '
-                f'pose by {spread:.0%}: no name for it',
-            )
-    off = _off_in_form(hypothesis)
-    if off is not None:
-        return (f'{words} came nearest, in a form that is {off}: no name for it',)
-    if closed < LEAST_CLOSURE:
-        # Whatever it follows on the patches that were fitted, most of what is missing is not it.
-        return (
-            f'{words} came nearest, but closes {closed:.0%} of the gap {where}: no name for it',
-        )
-    if len(hypothesis.added) > 1 and _leaves_more(hypothesis):
-        return (f'{words} came nearest, but this is not all that is missing: no name for it',)
-    # Two effects close much by what each may be besides.
-    least = _MOST_OF_IT if len(hypothesis.added) == 1 else LEAST_CLOSURE
-    if hypothesis.judged is not None and library < least:
-        return (
-            f'{words} came nearest, but in the form that the library has closes {library:.0%} of '
-            f'the gap {where}: no name for it',
-        )
-    return ()
-
-
 def _nearest_class(
     evaluator: PatchEvaluator,
     nominal: Refit,
@@ -306,35 +235,6 @@ def _nearest_class(
     return None
 
 
-def _leaves_more(hypothesis: Hypothesis) -> bool:
-    """Tell whether even the likeliest form leaves much more than the floors."""
-    floor = patch_gap(hypothesis.fit.groups, Part.REPORT).whole_floor
-    return hypothesis.judged is not None and hypothesis.judged.left > FAR_ABOVE * floor
-
-
-def _off_in_form(hypothesis: Hypothesis) -> str | None:
-    """Say by how much effects are off from the library's form, where that is too much for a name.
-
-    It is not where that form leaves noise, or owes other forms next to nothing and leaves little.
-    What is moved, clamped anew or warms up may be another one in each pose. Of two effects either
-    of which may be far off nothing is known.
-    """
-    judged = hypothesis.judged
-    if judged is None or hypothesis.fit.chance_of_noise >= ALPHA:
-        return None
-    left = patch_gap(hypothesis.fit.groups, Part.REPORT)
-    asks_for_it = hypothesis.leaning >= LEAST_LEANING or left.rms > FAR_ABOVE * left.whole_floor
-    fraction = judged.fraction if asks_for_it else 0.0
-    # What is of a free form already, and asks for another one yet, is hardly it.
-    is_free = any(part.posture is None for part in hypothesis.freed)
-    if fraction > FARTHEST_FORM / (2 if is_free else len(hypothesis.added)):
-        return f'off by {fraction:.0%} of what it does'
-    is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0
-    if not is_moved and np.hypot(fraction, judged.by_pose) > FARTHEST_FORM:
-        return 'another one in each pose'
-    return None
-
-
 def _tells_class(nominal: Refit, hypothesis: Hypothesis, closure: float) -> bool:
     """Tell whether a model that may not be named tells the class of what is missing.
 
@@ -349,7 +249,7 @@ def _tells_class(nominal: Refit, hypothesis: Hypothesis, closure: float) -> bool
         return False
     if judged.fraction <= 0.5 * FARTHEST_FORM:
         return closed_in_its_form(nominal, hypothesis, closure) >= LEAST_CLOSURE
-    return judged.fraction <= FARTHEST_FORM and closure > _MOST_OF_IT
+    return judged.fraction <= FARTHEST_FORM and closure > MOST_OF_IT
 
 
 def _notes(

@@ -15,7 +15,7 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.whitened import Part, precision_of, whiten
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
-from diffcal_ros.diagnosis.verdict.naming import doubts_about
+from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid

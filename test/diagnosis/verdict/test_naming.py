@@ -10,8 +10,8 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
-from diffcal_ros.diagnosis.verdict import naming
-from diffcal_ros.diagnosis.verdict.naming import doubts_about
+from diffcal_ros.diagnosis.verdict import doubts, naming
+from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 import numpy as np
 import pytest
 
@@ -125,7 +125,7 @@ def _with_a_free_form(model: Hypothesis) -> Hypothesis:
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
 def test_what_is_free_in_form_and_still_another_one_has_no_name(bent, fraction, is_named):
     judged = _judged(bent, fraction=fraction)
-    fixed, free = naming._off_in_form(judged), naming._off_in_form(_with_a_free_form(judged))
+    fixed, free = doubts._off_in_form(judged), doubts._off_in_form(_with_a_free_form(judged))
     assert fixed is None
     assert (free is None) == is_named
     assert is_named or 'off by 40%' in free
@@ -177,10 +177,10 @@ def test_a_clamp_that_gives_way_in_each_pose_by_itself_and_in_none_of_all_has_no
 ):
     _, nominal, _ = clearly_screened
     clamp = _judged(_named(clearly_screened, 'compliant_clamp'))
-    monkeypatch.setattr(naming, 'has_doubtful_effect', lambda *_: False)
-    monkeypatch.setattr(naming, 'spread_of_amount', lambda *_: 0.8)
+    monkeypatch.setattr(doubts, 'has_doubtful_effect', lambda *_: False)
+    monkeypatch.setattr(doubts, 'spread_of_amount', lambda *_: 0.8)
     (doubt,) = doubts_about(clamp, nominal)
     assert 'another one in each pose by 80%: no name for it' in doubt
-    monkeypatch.setattr(naming, 'has_nothing_in_common', lambda *_: True)
+    monkeypatch.setattr(doubts, 'has_nothing_in_common', lambda *_: True)
     (doubt,) = doubts_about(clamp, nominal)
     assert 'another one in each pose, and may be none in all: no name for it' in doubt
