@@ -18,6 +18,8 @@ _STEEP = 3.0
 
 # Steps of depth that lead to the same fit [m].
 _SAME_STEP = 0.003
+# Tangents follow one that is smaller [m].
+_LEAST_STEP = 0.001
 # Less is no part of a view [px].
 _LEAST_PIXELS = 50
 # What had followed the larger part of the body; the step is between the two.
@@ -68,6 +70,8 @@ class DepthBiasByRegion(Effect):
             if step is None:
                 continue
             height, first = step
+            if abs(height) < _LEAST_STEP:
+                continue
             if any(abs(height - other.get(name, np.inf)) < _SAME_STEP for other in found):
                 continue
             start = {**before, name: height}

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.detection.material_boundary import (
     faces_beyond,
+    LEAST_STEP,
     outstanding_boundary,
 )
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
@@ -30,8 +31,9 @@ BoolArray = NDArray[np.bool_]
 
 # A jump stands out when it explains so much chi-square, too.
 _LEAST_GAIN = 30.0
-# A modulus that has followed a higher jump is so far off that tangents there mislead [m].
-_HIGHEST = 0.003
+# A modulus that has followed a higher jump may be so far off that tangents there mislead; such a
+# jump is seen as it stands.
+_HIGHEST = LEAST_STEP
 
 
 def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float | None:

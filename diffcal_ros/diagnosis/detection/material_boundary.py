@@ -22,7 +22,7 @@ _BORDERS = np.linspace(0.14, 0.86, 37).round(3).tolist()
 _MIDDLE = 0.5
 # A jump stands out when it is at least so high [m], leaves at most this share of what no jump
 # leaves, and of what one in the middle leaves.
-_LEAST_STEP = 0.005
+LEAST_STEP = 0.005
 _LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
 _ROUNDING = 1e-6
 
@@ -101,7 +101,7 @@ def _best_boundary(
     if second.all() or not second.any():
         return None
     height = abs(float(np.median(residuals[second]) - np.median(residuals[~second])))
-    return (at, height) if height > _LEAST_STEP else None
+    return (at, height) if height > LEAST_STEP else None
 
 
 def outstanding_boundary(left: Mapping[float, float], without: float) -> float | None:
