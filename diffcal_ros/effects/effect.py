@@ -96,7 +96,8 @@ class Effect:
         most_by_pose: by how much of itself it may be another one in each pose.
         has_common_part: whether it is a property, of which all poses have a part in common,
             whatever it is more in each.
-        most_confidence: that its name deserves where a cause outside the library looks the same.
+        most_confidence: that its name deserves, since a cause outside the library, or another
+            effect in a form that nobody thought of, may look the same.
         imitated_by: such causes, in words with what would tell them; empty: none is known.
     """
 
@@ -132,7 +133,9 @@ class Effect:
     most_besides = 1.0
     most_by_pose = 0.3
     has_common_part = False
-    most_confidence = 1.0
+    # Of 74 names that models alone were sure of (0.9 and more), in seven sealed sets of forms that
+    # nothing was developed on, 61 were right: by the rule of succession 62 of 76.
+    most_confidence = 0.82
     imitated_by = ''
 
     @property

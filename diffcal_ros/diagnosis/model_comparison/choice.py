@@ -54,9 +54,10 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     best = selection.best
     if best is None:
         return None
+    models = selection.singles if len(best.added) == 1 else selection.pairs
     rivals = [
         hypothesis
-        for hypothesis in (selection.singles if len(best.added) == 1 else selection.pairs)
+        for hypothesis in models
         if hypothesis is best
         or not (
             hypothesis.is_at_bound or has_doubtful_effect(hypothesis, nominal, selection.singles)
@@ -75,10 +76,12 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     as_well = _ONE_POSE_AS_WELL if has_one_pose else AS_WELL
     doubt = FORM_DOUBT * best.leaning / selection.noise_scale
     near = {key for key in others if top - levels[key] < as_well + doubt}
+    short = _better_if_more(models, best) - levels.keys()
+    near |= short
     if not evaluator.is_measured:
         # The log evidence rests on a floor that is a guess: what is left must tell.
         near |= _as_near(best, rivals)
-    alike = [best.identifiers, *(key for key in others if key in near)]
+    alike = [best.identifiers, *(key for key in others if key in near), *sorted(short)]
     first, near_first = selection.singles[0].identifiers[0], set[str]()
     if len(best.added) > 1:
         near_first = _as_good_alone(selection, as_well) - set(best.identifiers)
@@ -129,6 +132,12 @@ def _as_good_alone(selection: Selection, as_well: float) -> set[str]:
         return set()  # Neither is a part of what explains more.
     least = best.level - as_well * selection.noise_scale - FORM_DOUBT * best.leaning
     return {h.identifiers[0] for h in selection.singles if h.level > least and not h.is_at_bound}
+
+
+def _better_if_more(models: Sequence[Hypothesis], best: Hypothesis) -> set[tuple[str, ...]]:
+    """Return the effects that explain more than the best, and would be more than they may be."""
+    better = {h.identifiers for h in models if h.would_be_more and h.level > best.level}
+    return better - {best.identifiers}
 
 
 def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, ...]]:

@@ -32,6 +32,8 @@ import numpy as np
 _LEAST_SHARE = 0.09
 # Models that are fitted so at most, with one effect and with two, and evaluations of each.
 _MOST_SINGLES, _MOST_PAIRS, _MOST_EVALUATIONS = 2, 1, 6
+# How far behind in log evidence, per unit of noise scale, a rival of one of them may be.
+_NEAR_RIVAL = 40.0
 
 
 def with_those_freed(
@@ -60,7 +62,33 @@ def with_those_freed(
         better[id(model)] = freed = _freed_as_it_wants(pool, model, basis, best)
         best = max(best, freed.level)
     first, *others = sorted((better.get(id(m), m) for m in models), key=by_evidence)
-    return sorted([_to_the_end(pool, first, basis), *others], key=by_evidence)
+    first = _to_the_end(pool, first, basis)
+    return _with_its_rival_freed(pool, sorted([first, *others], key=by_evidence), basis)
+
+
+def _with_its_rival_freed(
+    pool: RefitPool, models: Sequence[Hypothesis], basis: FormBasis
+) -> list[Hypothesis]:
+    """Return models, the nearest rival of a best one that is free in form free as well.
+
+    To first order it may owe next to nothing to forms, and be far better in one: where a body is
+    eight times stiffer at one end than at the other nothing is linear.
+
+    Args:
+        pool: see `with_those_freed`.
+        models: judged, best first.
+        basis: see `with_those_freed`.
+    """
+    first, *others = models
+    least = first.level - _NEAR_RIVAL * max(1.0, first.chi_square_per_patch)
+    for place, rival in enumerate(others):
+        is_another = rival.identifiers != first.identifiers
+        request = _request(rival, _LEAST_SHARE) if first.freed and is_another else None
+        if rival.level > least and not rival.is_at_bound and request and request.freed:
+            both = judged([rival, *pool.refit_all([request])], basis, is_brief=True)
+            others[place] = min(both, key=by_evidence)
+            return sorted([first, *others], key=by_evidence)
+    return list(models)
 
 
 def with_less_freedom(
@@ -117,13 +145,18 @@ def _freed_as_it_wants(
     return model
 
 
-def _request(model: Hypothesis) -> RefitRequest:
-    """Return the refit of a model whose effects are free where they want to be."""
+def _request(model: Hypothesis, least_fraction: float = 0.0) -> RefitRequest:
+    """Return the refit of a model whose effects are free where they want to be.
+
+    Args:
+        model: judged.
+        least_fraction: by how much of itself each may be of another form at least.
+    """
     return RefitRequest(
         model.added,
         model.fit.values_by_name(),
         _MOST_EVALUATIONS,
-        freed=(*model.freed, *_freed(model)),
+        freed=(*model.freed, *_freed(model, least_fraction)),
     )
 
 
@@ -142,8 +175,11 @@ def _may_win(model: Hypothesis, best: float) -> bool:
     return model.log_evidence + 0.5 * left >= best
 
 
-def _freed(model: Hypothesis) -> list[Parameter]:
-    """Return what a model's effects may be besides in each posture, and in other forms."""
+def _freed(model: Hypothesis, least_fraction: float = 0.0) -> list[Parameter]:
+    """Return what a model's effects may be besides in each posture, and in other forms.
+
+    See `_request`.
+    """
     judged, found = model.judged, list[Parameter]()
     if judged is None:
         return found
@@ -153,14 +189,15 @@ def _freed(model: Hypothesis) -> list[Parameter]:
         is_moved = effect.most_by_pose >= 1.0
         if is_moved and judged.by_pose >= _LEAST_SHARE:
             found += _in_each(model, added.names, judged.by_pose * size)
-        if judged.fraction >= _LEAST_SHARE:
-            form = form_parameters(effect, judged.fraction * size)
+        fraction = max(judged.fraction, least_fraction)
+        if fraction >= _LEAST_SHARE:
+            form = form_parameters(effect, fraction * size)
             names = [own.name for own in form]
             if not set(names) <= set(known.names):
                 found += form
             elif is_moved and len(model.evaluator.model.bodies) > 1:
                 # Its form is free, and still it is another one: in each pose, then.
-                found += _in_each(model, names, judged.fraction * size)
+                found += _in_each(model, names, fraction * size)
     return [parameter for parameter in found if parameter.name not in known.names]
 
 

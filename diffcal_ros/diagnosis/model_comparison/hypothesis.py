@@ -155,6 +155,12 @@ class Hypothesis:
         return False
 
     @property
+    def would_be_more(self) -> bool:
+        """Tell whether an effect stopped at a bound where it is not absent: there may be more."""
+        every = [own for candidate in self.added for own in self.amplitudes(candidate)]
+        return any(own.at_bound and not own.is_absent for own in every)
+
+    @property
     def has_absent_amplitude(self) -> bool:
         """Tell whether an amplitude is zero, and the others are sure as if that were known."""
         return any(a.is_absent for c in self.added for a in self.amplitudes(c))

@@ -88,7 +88,9 @@ def _worth_going_on(
         return {}
     if judge is not None:
         near = are_in_reach(models, rivals, judge)
-        return {index: -np.inf for index in going if near[index]}
+        # Halfway down a front runner is judged by forms where it happens to stand.
+        leading = [bool(front & set(model.identifiers)) for model in models]
+        return {index: -np.inf for index in going if near[index] or leading[index]}
     reach = within_reach([*models, *rivals])
     leasts = {
         index: -np.inf if front & set(models[index].identifiers) else reach for index in going

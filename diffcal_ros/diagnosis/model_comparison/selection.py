@@ -26,6 +26,7 @@ from diffcal_ros.diagnosis.model_comparison.judged_models import (
     judged_singles,
     nominal_basis,
 )
+from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import others_in_any_form
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence
@@ -36,10 +37,7 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     PAIR_GAIN,
     second_adds,
 )
-from diffcal_ros.diagnosis.model_comparison.single_effects import (
-    others_in_any_form,
-    refitted_singles,
-)
+from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen

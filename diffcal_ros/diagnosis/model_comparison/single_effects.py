@@ -3,15 +3,12 @@
 """Models with one effect each: which are refitted, in which order, and which need not be."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from itertools import compress
 
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_fewer_effects
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
-    are_in_reach,
     by_evidence,
     finished,
     first_request,
@@ -19,22 +16,11 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
 )
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen
-from diffcal_ros.diagnosis.screening.shortlist import (
-    distinct,
-    front_runners,
-    shortlist,
-    starts_of,
-    with_tangents,
-)
-import numpy as np
+from diffcal_ros.diagnosis.screening.shortlist import front_runners, shortlist, starts_of
 
 # A model without some of an effect's amplitudes is refitted where tangents lead within so much log
 # evidence of that with all, per unit of noise scale; farther off it is what they say.
 _NEAR = 10.0
-# Who explains less than this share of what the best one could does so in no form.
-_SEEN_AT_ALL = 0.05
-# Evaluations of those: where tangents lead at once other parameters have not followed yet.
-_LOOKS = 2
 
 
 def refitted_singles(
@@ -106,32 +92,3 @@ def _may_be_better(fewer: Hypothesis, whole: Hypothesis, judge: Judge | None) ->
         return one.level > other.level
     scale = max(1.0, whole.fit.chi_square_per_patch)
     return fewer.log_evidence > whole.log_evidence - _NEAR * scale
-
-
-def others_in_any_form(
-    pool: RefitPool, scores: Screen, singles: Sequence[Hypothesis], judge: Judge
-) -> list[Hypothesis]:
-    """Return effects that were not refitted and may win in another form, fitted to the end.
-
-    Scores know the library's form alone. An error of depth whose border runs otherwise explains
-    little in that, and more than any other effect in its own. One look at each, where
-    tangents in the library's form lead, is enough to judge that. A mass that dries from pose to
-    pose has drawn the modulus, and explains a sixth of what a plane does in any form.
-
-    Args:
-        pool: who refit, and what the nominal model is.
-        scores: of all candidates.
-        singles: those that were refitted, judged, best first.
-        judge: see `finished`.
-    """
-    if not singles or (singles[0].leaves_noise and singles[0].leaning < LEAST_LEANING):
-        return []
-    known = {identifier for single in singles for identifier in single.identifiers}
-    smooth = distinct(with_tangents(scores).scores)
-    least = _SEEN_AT_ALL * max((score.gain for score in smooth), default=0.0)
-    others = [s for s in smooth if s.candidate.identifier not in known and s.gain > least]
-    looked = pool.refit_all([replace(_request(score), max_iterations=_LOOKS) for score in others])
-    if not looked:
-        return []
-    near = list(compress(looked, are_in_reach(looked, singles, judge)))
-    return pool.finish(near, [-np.inf] * len(near))

@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.screening.candidates import parameters_of
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict.verdict_figures import spread_over_poses
+from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
 
@@ -235,6 +236,30 @@ def test_the_best_is_fitted_to_the_end_where_it_is_free(
     found = freed_effects._to_the_end(refits, model, basis)
     assert refits.ended == (is_freed and not is_converged)
     assert found.fit.chi_square == (left if is_better else 1.0) * model.fit.chi_square
+
+
+@pytest.mark.parametrize(
+    ('behind', 'gain', 'is_asked'), [(10.0, 30.0, True), (10.0, 5.0, True), (60.0, 90.0, False)]
+)
+def test_the_rival_of_one_that_is_free_is_free_as_well(
+    screened, basis, monkeypatch, behind, gain, is_asked
+):
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    camera = _judged(screened, basis, 'camera_offset', 0.05, 0.4)
+    first = _with_parts(camera, freed_effects._request(camera).freed)
+    scale = max(1.0, first.chi_square_per_patch)
+    # Data say next to nothing of its form.
+    bend = _judged(screened, basis, 'rest_curvature', 0.02, 0.03)
+    rival = _likelier(bend, first.level - scale * behind - bend.level)
+    refits = _Refits((scale * gain,))
+    refits.model = rival
+    found = freed_effects._with_its_rival_freed(refits, [first, rival], basis)
+    assert refits.asked == ([len(EFFECTS['rest_curvature'].forms)] if is_asked else [])
+    assert found[0].identifiers == (
+        ('rest_curvature',) if is_asked and gain > behind else ('camera_offset',)
+    )
+    # One that is in the library's form asks no other for another.
+    assert freed_effects._with_its_rival_freed(refits, [camera, rival], basis) == [camera, rival]
 
 
 def _with_a_lens(screened, basis) -> Hypothesis:

@@ -251,6 +251,10 @@ def test_a_model_goes_on_where_it_may_win_in_some_form(fitted, added):
     assert {first.added, second.added} == {right, wrong}
     went_on = {model.added for model in (first, second) if model.fit.evaluations > 2}
     assert went_on == {wrong}
+    # Halfway down a front runner is judged where it happens to stand.
+    leading = finished(pool, brief, frozenset({right[0].identifier}), judge=judged)
+    assert all(model.fit.is_converged for model in leading)
+    assert not all(model.fit.is_converged for model in (first, second))
 
 
 def test_a_fit_halfway_down_promises_what_is_left(fitted, added):

@@ -252,6 +252,29 @@ def test_of_two_effects_one_may_be_sure_and_the_other_one_not(screened, tilted):
     assert set(choice.confidences.values()) == {0.5}
 
 
+def _at_its_upper_bound(model: Hypothesis) -> Hypothesis:
+    """Return a model as if an amplitude had stopped at the most that it may be."""
+    place = model.fit.parameters.names.index(model.added[0].names[0])
+    _, upper = model.fit.parameters.bounds()
+    coordinates = model.fit.coordinates.copy()
+    coordinates[place] = upper[place]
+    return replace(model, fit=replace(model.fit, coordinates=coordinates))
+
+
+@pytest.mark.parametrize(('level', 'is_doubt'), [(-60.0, True), (-110.0, False)])
+def test_what_is_better_and_would_be_more_than_it_may_be_is_a_doubt(
+    screened, tilted, level, is_doubt
+):
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    bent = _at_its_upper_bound(_judged(_found(screened, 'rest_curvature'), level, noise))
+    assert bent.would_be_more
+    assert not tilted.would_be_more
+    choice = choose(Selection((_judged(tilted, -100.0, noise), bent)), *screened[:2])
+    assert choice.hypothesis.identifiers == ('gravity_tilt',)
+    assert choice.alike == ('gravity_tilt', *(['rest_curvature'] if is_doubt else []))
+    assert (choice.confidence <= 0.5) == is_doubt
+
+
 @pytest.mark.parametrize('added', [Explained(3.0, 10.0), Explained(20.0, 2.0)])
 def test_what_a_form_explains_or_one_pose_alone_wants_is_no_second_name(selection, added):
     kept = replace(selection, added=added)

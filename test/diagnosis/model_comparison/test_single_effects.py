@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import single_effects
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
-from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.pair_search import halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
@@ -84,43 +83,6 @@ def test_half_of_a_pair_is_tried_where_it_may_come_farther_than_alone(too_far, v
     assert known.asked == [(tilt,)]
     halves(fresh, [with_log_evidence(single, single.log_evidence - 50.0)], pairs, None)
     assert fresh.asked == [(part,), (tilt,)]
-
-
-def test_effects_that_were_not_refitted_are_looked_at_where_much_is_left(too_far, scores):
-    pool = _Pool(*too_far)
-    judge = judge_by(nominal_basis(pool))
-    listed = {s.candidate.identifier: s.candidate for s in scores.scores[::-1]}
-    tried = [try_effects(*too_far, [listed[n]], {}) for n in ('depth_affine', 'gravity_tilt')]
-    right, wrong = judge(tried)
-    assert right.chance_of_noise > 0.05 > wrong.chance_of_noise
-    # Where noise alone is left nothing is looked at.
-    assert single_effects.others_in_any_form(pool, scores, [right, wrong], judge) == []
-    assert pool.asked == []
-    (found,) = single_effects.others_in_any_form(pool, scores, [wrong], judge)
-    assert found.identifiers == ('depth_affine',)
-    assert found.fit.log_evidence > wrong.fit.log_evidence + 10.0
-
-
-def test_what_leaves_noise_by_another_form_than_the_librarys_is_not_the_last_word(
-    too_far, scores, monkeypatch
-):
-    pool, looked = _Pool(*too_far), []
-    judge = judge_by(nominal_basis(pool))
-    listed = {s.candidate.identifier: s.candidate for s in scores.scores[::-1]}
-    (right,) = judge([try_effects(*too_far, [listed['depth_affine']], {})])
-
-    def are_in_reach(models, rivals, judge):
-        looked.extend((model.identifiers, model.fit.evaluations) for model in models)
-        return [False] * len(models)
-
-    monkeypatch.setattr(single_effects, 'are_in_reach', are_in_reach)
-    monkeypatch.setattr(single_effects, '_SEEN_AT_ALL', 0.0)
-    for owed in (10.0, 60.0):
-        assert looked == []
-        lean = replace(right, judged=replace(right.judged, exact=right.log_evidence - owed))
-        single_effects.others_in_any_form(pool, scores, [lean], judge)
-    # One step moves the effect, the second lets the parameters that it had drawn go back.
-    assert looked == [(('gravity_tilt',), 2)]
 
 
 def with_log_evidence(hypothesis, log_evidence):

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Effects that scores put far behind, and that may win in another form than the library's.
+
+Scores know the library's form around the nominal fit. An error of depth whose border runs
+otherwise explains little in that, and more than any other effect in its own. A mass that dries
+from pose to pose has drawn the modulus, and explains a sixth of what a plane does in any form. A
+step of depth that a robust fit has left out stays out as long as patches are fitted from there: it
+explains nothing to first order, and is seen. A body that is twisted at rest is bent by no arc.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import compress
+
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import are_in_reach, first_request, Judge
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.screening import Score, Screen
+from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of, with_tangents
+from diffcal_ros.diagnosis.screening.starts import more_starts
+import numpy as np
+
+# Who explains less than this share of what the best one could does so in no form.
+_SEEN_AT_ALL = 0.05
+# With its form free an effect must explain this share of what the best one does to first order.
+_LEADS = 0.5
+# And this many times what it does in the library's form, which is looked at anyway.
+_FARTHER = 2.0
+# Evaluations of a look: where tangents lead at once other parameters have not followed yet.
+_LOOKS, _LOOKS_FREED = 2, 4
+
+
+def others_in_any_form(
+    pool: RefitPool, scores: Screen, singles: Sequence[Hypothesis], judge: Judge
+) -> list[Hypothesis]:
+    """Return effects that were not refitted and may win in another form, fitted to the end.
+
+    One look at each, where tangents lead, is enough to judge that.
+
+    Args:
+        pool: who refit, and what the nominal model is.
+        scores: of all candidates.
+        singles: those that were refitted, judged, best first.
+        judge: see `finished`.
+    """
+    if not singles or (singles[0].leaves_noise and singles[0].leaning < LEAST_LEANING):
+        return []
+    known = {identifier for single in singles for identifier in single.identifiers}
+    smooth = distinct(with_tangents(scores).scores)
+    most = max((score.gain for score in smooth), default=0.0)
+    others = [score for score in smooth if score.candidate.identifier not in known]
+    freed = _led_by_their_forms(pool, others, 0.5 * most)
+    looks = [
+        _look(score)
+        for score in others
+        if score.gain > _SEEN_AT_ALL * most or _is_seen_otherwise(pool, score.candidate)
+    ]
+    looked = pool.refit_all([*looks, *freed])
+    if not looked:
+        return []
+    near = list(compress(looked, are_in_reach(looked, singles, judge)))
+    return pool.finish(near, [-np.inf] * len(near))
+
+
+def _look(score: Score) -> RefitRequest:
+    request = first_request([score.candidate], starts_of(score))
+    return replace(request, max_iterations=_LOOKS)
+
+
+def _is_seen_otherwise(pool: RefitPool, candidate: Candidate) -> bool:
+    """Tell whether an effect is seen where tangents do not lead."""
+    return any(more_starts(pool.nominal, pool.base, [candidate]))
+
+
+def _led_by_their_forms(
+    pool: RefitPool, scores: Sequence[Score], known_gain: float
+) -> list[RefitRequest]:
+    """Return looks at effects that tangents of their other forms lead farther than most.
+
+    Args:
+        pool: see `others_in_any_form`.
+        scores: of effects in the library's form.
+        known_gain: half chi-square that tangents of the best effect promise in that form.
+    """
+    gains = {score.candidate: score.gain for score in scores if score.candidate.effect.forms}
+    at_nominal = pool.refit_all([_freed(candidate, 1) for candidate in gains])
+    promised = {model.added[0]: model.fit.promise for model in at_nominal}
+    least = _LEADS * max([known_gain, *promised.values()])
+    return [
+        _freed(own, _LOOKS_FREED)
+        for own, promise in promised.items()
+        if promise > max(least, _FARTHER * 0.5 * gains[own])
+    ]
+
+
+def _freed(candidate: Candidate, evaluations: int) -> RefitRequest:
+    """Return the refit of an effect of any form, from where there is none of it."""
+    request = first_request([candidate], {})
+    form = tuple(form_parameters(candidate.effect, 1.0))
+    return replace(request, max_iterations=evaluations, freed=form)
