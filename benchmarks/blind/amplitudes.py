@@ -263,6 +263,8 @@ OUTSIDE_CLASS = {
     'jump': 'sensor',
     'guy': 'load',
     'drawn': 'shape',
+    'crazed': 'material',
+    'skewed': 'sensor',
 }
 
 

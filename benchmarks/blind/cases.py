@@ -25,6 +25,8 @@ from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
 from benchmarks.blind.tenth_forms import TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
+from benchmarks.blind.thirteenth_forms import THIRTEENTH_PAIRS
+from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
@@ -109,6 +111,7 @@ LAWS_SETS = {
     'tenth': Contents(TENTH_PAIRS, tuple(TENTH_OUTSIDE), 24),
     'eleventh': Contents(ELEVENTH_PAIRS, tuple(ELEVENTH_OUTSIDE), 60),
     'twelfth': Contents(TWELFTH_PAIRS, tuple(TWELFTH_OUTSIDE), 60),
+    'thirteenth': Contents(THIRTEENTH_PAIRS, tuple(THIRTEENTH_OUTSIDE), 60),
 }
 
 

@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from benchmarks.blind.dish import dish, dish_tops
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.groove import groove, groove_tops
@@ -17,10 +18,11 @@ _MAT = 0.003  # Thickness of a mat [m].
 _PRESSED = 0.9  # Share of that up to which a mat is followed; then it is as stiff as there.
 FRICTION = 0.5  # Force across over the one that presses.
 _STICKING = 1e-4  # Over which friction sets in [m].
-_STEP_FROM = 0.45  # Share of the free length at which a block with a step begins.
 _ROLL_STIFFNESS = 3.0e8  # Of a roll of foam [Pa/m^2]: by some millimetres.
 BAR = 0.010  # Radius of a bar [m].
 _ROLL = 0.018  # Of a roll of foam [m].
+# Share of the free length at which what lies below the outer part alone begins.
+OUTER = {'step': 0.45, 'dish': 0.6}
 # Radius of what is round, along the world's z [m].
 ROUND = {'edge': BAR, 'roll': _ROLL}
 
@@ -45,6 +47,8 @@ def contact_laws(
         return (_bar(observation, faults, _ROLL_STIFFNESS * areas, 2),)
     if faults.contact_form == 'vee':
         return (groove(observation, faults.contact_height, faults.contact_at, stiffness),)
+    if faults.contact_form == 'dish':
+        return (dish(observation, faults, stiffness * (shares > OUTER['dish'])),)
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
@@ -84,10 +88,10 @@ def lowered(shares: FloatArray, faults: Faults) -> FloatArray:
         shares: of the free length at which nodes lie, shape (N,).
         faults: say what is below; infinite where that is nothing.
     """
-    if faults.contact_form != 'step':
+    if faults.contact_form not in OUTER:
         return np.zeros(len(shares))
     down = 1e-3 * faults.contact_step * (shares > faults.contact_share)
-    return np.where(shares > _STEP_FROM, down, np.inf)
+    return np.where(shares > OUTER[faults.contact_form], down, np.inf)
 
 
 def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
@@ -99,6 +103,8 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
     """
     if faults.contact_form == 'vee':
         return groove_tops(points, faults.contact_at)
+    if faults.contact_form == 'dish':
+        return dish_tops(points, faults)
     if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))
     radius = ROUND[faults.contact_form]

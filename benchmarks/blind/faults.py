@@ -9,12 +9,12 @@ to the tip. "Body's centre" is the middle of the nominal mesh's bounding box as 
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-Vector = tuple[float, float, float]
+from benchmarks.blind.later_faults import LaterFaults, Vector
 
 
 @dataclass(frozen=True)
-class Faults:
-    """Amplitudes of all effects.
+class Faults(LaterFaults):
+    """Amplitudes of all effects, those of the last sets aside.
 
     Attributes:
         camera_shift: the true camera stands this far from the stored one, camera frame [mm].
@@ -42,8 +42,9 @@ class Faults:
             around the inner two fifths, `decaying`: of all that is far out against the clamp's
             end, from where it falls by the exponential of the place, of what lies below a
             `lamp`, above `contrast_at`, against all that is far from it, of two pours whose
-            border at `contrast_at` is `slanted`: farther out on the upper side, or of what is
-            `patched`, from there to `contrast_until` on one side, against all else.
+            border at `contrast_at` is `slanted`: farther out on the upper side, of what is
+            `patched`, from there to `contrast_until` on one side, against all else, or `streaky`:
+            by the sine of the place, aslant.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `recruited`: of fibres
@@ -59,8 +60,9 @@ class Faults:
             one half as far out, at the end of a rigid `arm`, or a sensor with its `cable`: half
             of it there, half evenly from the clamp to there, both on the upper side; or what
             hangs of a `trailing` cable between the side of positive y and a table: more where
-            that place is higher; a `loose` ring, which slides as far as `mass_stops`; or a wet
-            cloth around all between these, which is `drying`.
+            that place is higher; a `loose` ring, which slides as far as `mass_stops`; a wet
+            cloth around all between these, which is `drying`; or a liquid `pooled` where a channel
+            between them is lowest.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -69,8 +71,9 @@ class Faults:
             `lined` jaw, whose foam yields at each place by the pressure there, and more at the
             mouth: in all as much as is given, where the body is rigid; on a `flexure`, which
             shifts and turns it by force and moment as the end of a leaf spring; with a `play`
-            through which it turns at first as is given, and then no more; or `preloaded`: not at
-            all up to a moment of `clamp_preload`, and as is given by what goes beyond that.
+            through which it turns at first as is given, and then no more; `preloaded`: not at
+            all up to a moment of `clamp_preload`, and as is given by what goes beyond that; or
+            `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -78,8 +81,10 @@ class Faults:
             `middle_push` six times as much on the middle third alone; a tilt `changing` by
             30 % of its mean from pose to pose; a `thread` that draws one place with the force
             of all the body's mass; a `turntable`, which draws every part away from its axis
-            in proportion to the distance, and where the camera looks as is given; or a tilt on
-            `castors`, whose way turns about the world's y by `tilt_turn` from pose to pose.
+            in proportion to the distance, and where the camera looks as is given; a tilt on
+            `castors`, whose way turns about the world's y by `tilt_turn` from pose to pose; or a
+            `blower`, which presses what faces it by the square of the cosine, as hard as would
+            draw all the body's mass, did its largest side face it squarely.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -98,8 +103,8 @@ class Faults:
             with it: normal and height are in the object's frame, or a `mat` of foam on it, which
             yields to the pressure the less the thinner it is pressed, a `roll` of foam along
             the world's z, a block with a `step`, which begins below the outer half and is
-            lower beyond `contact_share`, a `vee`: a groove along the world's x, or the `pan` of a
-            balance, which sinks by all of the force on it.
+            lower beyond `contact_share`, a `vee`: a groove along the world's x, the `pan` of a
+            balance, which sinks by all of the force on it, or a round `dish` below the outer part.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -226,20 +231,6 @@ class Faults:
         racked: shift of the true body along y over its z [-].
         jump: what is added to z beyond `jump_from` [mm].
         jump_from: depth [m].
-        stiffening_slant: angle between the threads of a braid and the object's x [deg].
-        stiffening_steep: factor of that square [-].
-        contrast_until: share of the free length where a patch ends.
-        contrast_side: sign of the object's y on whose side it is.
-        mass_shares: how much of `added_mass` a cloth still has in each pose.
-        clamp_preload: moment up to which a preloaded clamp does not give way [N m].
-        contact_give: by how much a pan sinks by the force on it [m/N].
-        depth_entry: depth whose entry in a sensor's table is wrong [m].
-        depth_spacing: between the entries of that table [m].
-        guy: stiffness of lines from a post of the rig to one place of the body, which are as
-            long as they are without a load, and slack where that is longer [N/m].
-        guy_at: that place's share of the free length.
-        guy_post: the post's end, object frame [mm].
-        drawn: by which share the true body is longer beyond the clamp, at the same volume.
     """
 
     camera_shift: Vector = (0.0, 0.0, 0.0)
@@ -362,19 +353,6 @@ class Faults:
     racked: float = 0.0
     jump: float = 0.0
     jump_from: float = 0.0
-    stiffening_slant: float = 0.0
-    stiffening_steep: float = 0.0
-    contrast_until: float = 0.0
-    contrast_side: float = 0.0
-    mass_shares: tuple[float, ...] = ()
-    clamp_preload: float = 0.0
-    contact_give: float = 0.0
-    depth_entry: float = 0.0
-    depth_spacing: float = 1.0
-    guy: float = 0.0
-    guy_at: float = 0.0
-    guy_post: Vector = (0.0, 0.0, 0.0)
-    drawn: float = 0.0
 
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,
@@ -393,7 +371,7 @@ def told(faults: Faults, set_name: str, *, is_moving: bool) -> dict[str, Any]:
         is_moving: whether its body is filmed after its release.
     """
     names = [field.name for field in fields(Faults)]
-    later = set(names[names.index(_LAST_SEALED) + 1 :])
+    later = {*names[names.index(_LAST_SEALED) + 1 :], *(each.name for each in fields(LaterFaults))}
     if not is_moving:
         later |= set(_MOTION_FORMS)
         if set_name in ('development', 'sealed'):

@@ -32,6 +32,7 @@ class Fibres:
         slack: whether they resist a pull alone, as a fabric does.
         waves: w [-]; 0 of fibres that are straight at rest.
         steep: q [-]; 0 of those that go with the square.
+        pressed: whether they resist a push alone, as the sides of a crack do.
     """
 
     stiffness: FloatArray
@@ -39,6 +40,7 @@ class Fibres:
     slack: bool = False
     waves: float = 0.0
     steep: float = 0.0
+    pressed: bool = False
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
@@ -85,8 +87,9 @@ class Fibres:
             curve = (2.0 + 4.0 * self.steep * g**2) * grown
             return (grown - 1.0) / self.steep, 2.0 * g * grown, curve * (g > 0.0)
         if not w:
-            steep = 2.0 * (g > 0.0) if self.slack else np.full(g.shape, 2.0)
-            return g**2, 2.0 * g, steep
+            # What is not resisted has grown by 0.
+            is_part = self.slack or self.pressed
+            return g**2, 2.0 * g, 2.0 * (g != 0.0) if is_part else np.full(g.shape, 2.0)
         longer = g + w
         slope = g**2 * (2.0 * g + 3.0 * w) / longer**2
         return g**3 / longer, slope, 2.0 * g * (g**2 + 3.0 * g * w + 3.0 * w**2) / longer**3
@@ -95,4 +98,6 @@ class Fibres:
         """Return where a fibre goes, and by how much its square grew where that is resisted."""
         drawn = F @ self.direction
         growth = np.einsum('...i,...i->...', drawn, drawn) - 1.0
+        if self.pressed:
+            return drawn, np.minimum(growth, 0.0)
         return drawn, np.maximum(growth, 0.0) if self.slack else growth

@@ -35,6 +35,7 @@ from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.tenth_forms import TENTH_FORMS
+from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 
 _POSITION_ERROR, _ROTATION_ERROR = 0.0003, 0.2  # One standard deviation [m], [deg].
@@ -185,6 +186,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'tenth': TENTH_FORMS,
     'eleventh': ELEVENTH_FORMS,
     'twelfth': TWELFTH_FORMS,
+    'thirteenth': THIRTEENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -54,6 +54,7 @@ from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
+from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
@@ -101,7 +102,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
-    drawers = {**LIBRARY, **MOTION, **earlier, **later, **forms}
+    drawers = {**LIBRARY, **MOTION, **earlier, **later, **THIRTEENTH_OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.pool import liquid
 from benchmarks.blind.setups import GRAVITY, Observation
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.springs import around
@@ -44,6 +45,8 @@ def by_height(
         at_side = masses * (lattice[:, 1] > 0.0)
         weights = GRAVITY * around(line, faults.added_mass_at, at_side, shares)
         found.append(_law(_hanging(faults.mass_table, weights), observation))
+    if faults.mass_form == 'pooled' and faults.added_mass:
+        found.append(_law(liquid(lattice, masses, shares, faults), observation))
     if faults.bath:
         borne = faults.bath * GRAVITY * masses * (shares > 0.0)
         found.append(_law(_borne(faults.bath_level, borne), observation))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.blind.contact import highest_tops, lowered, ROUND
+from benchmarks.blind.contact import highest_tops, lowered, OUTER, ROUND
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Observation, Setup
@@ -35,7 +35,11 @@ def lay_on_plane(
     lift = 1e-3 * faults.contact_height
     normal = np.array(faults.contact_normal)
     if faults.contact_form == 'vee':
-        faults = replace(faults, contact_at=_below_tip(setup, faults))
+        faults = replace(faults, contact_at=_below_tip(setup, faults)[2])
+    if faults.contact_form == 'dish':
+        ahead, _, aside = _below_tip(setup, faults)
+        ahead, aside = ahead + faults.contact_ahead, aside + faults.contact_at
+        faults = replace(faults, contact_ahead=ahead, contact_at=aside)
     if faults.contact_form in ROUND:
         faults = replace(faults, contact_at=_over_bar(setup, faults))
     lows, is_at_tip = _lowest_points(setup, faults, normal)
@@ -87,17 +91,17 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
     lift = 1e-3 * (faults.contact_height or 0.0)
     is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
     # A bar, or a block, lies under a part of the body that is not at the root.
-    clear = is_clear or faults.contact_form in (*ROUND, 'step')
+    clear = is_clear or faults.contact_form in (*ROUND, *OUTER)
     return lows, bool(shares[0] > 0.5) and clear
 
 
-def _below_tip(setup: Setup, faults: Faults) -> float:
-    """Return where along the world's z the tip hangs below which a groove is to lie [m]."""
+def _below_tip(setup: Setup, faults: Faults) -> list[float]:
+    """Return where in the world the tip hangs below which a groove or a dish is to lie [m]."""
     free = replace(faults, contact_height=None)
     specimen, observation = make_specimen(setup, free), setup.observations[0]
     rest = settle(specimen, setup, observation, free)
-    places = applied(observation.world_from_object, rest)[:, 2]
-    return float(places[specimen.shares > 0.95].mean())
+    places = applied(observation.world_from_object, rest)[specimen.shares > 0.95]
+    return [float(place.mean()) for place in places.T]
 
 
 def _over_bar(setup: Setup, faults: Faults) -> float:

@@ -49,6 +49,8 @@ def added_mass(
         # Where a loose ring lies, and how wet a cloth is, each pose tells.
         'loose': (_MASS_REACH, 0.0),
         'drying': (_MASS_REACH, 0.0),
+        # Where a liquid is, the body's own heights tell.
+        'pooled': (_MASS_REACH, 0.0),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)

@@ -33,6 +33,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'lamp': lamp_light(share, faults.contrast_at),
         'slanted': np.where(share > _border(setup, faults, points), 0.5, -0.5),
         'patched': _patch(faults, share, points),
+        'streaky': np.sin(2.0 * np.pi * _aslant(setup, faults, share, points)),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode
@@ -40,7 +41,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         # A root that is softer by as much as the clamp gives way.
         change = change - faults.clamp_compliance * (share < _JAW)
     height = points[:, 2] / (0.5 * setup.shape.section[1])
-    change = change + faults.soft_skin * (height > 0.5)
+    change = change + (faults.soft_skin + np.log1p(-faults.crazed)) * (height > 0.5)
     if faults.torn:
         change = change - 3.0 * _torn(faults, share, height)
     if faults.hollow:
@@ -62,6 +63,12 @@ def _border(setup: Setup, faults: Faults, points: FloatArray) -> FloatArray:
     """Return at which share of the free length a mould that stood aslant was filled up."""
     height = points[:, 2] / (0.5 * setup.shape.section[1])
     return np.asarray(faults.contrast_at + faults.contrast_slant * height)
+
+
+def _aslant(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return at how many waves of streaks from the clamp Gauss points lie, shape (C, 8)."""
+    height = points[:, 2] / (0.5 * setup.shape.section[1])
+    return np.asarray((share - faults.contrast_slant * height) / faults.contrast_wave)
 
 
 def _patch(faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Rubber that is stiffened by fibres on all sides.
+"""Rubber that is stiffened by fibres on all sides, or on its upper side.
 
 Short ones in all directions, which lie in waves until they are drawn straight; or threads of a
-braid, which cross the body aslant and resist a pull by its exponential.
+braid, which cross the body aslant and resist a pull by its exponential. On the upper side alone a
+fabric resists a pull, and the sides of its cracks a push.
 """
 
 from dataclasses import replace
@@ -44,6 +45,28 @@ def reinforced(numbers: Constants, modulus: FloatArray, faults: Faults) -> Const
     waves = faults.stiffening_from
     fibres = (Fibres(stiffness, axis, slack=True, waves=waves) for axis in AXES)
     return replace(numbers, network=tuple(fibres))
+
+
+def on_upper_side(
+    numbers: Constants, modulus: FloatArray, heights: FloatArray, faults: Faults
+) -> Constants:
+    """Return the numbers of a law with what resists in the uppermost quarter alone.
+
+    Args:
+        numbers: of the law without.
+        modulus: E at the Gauss points, lower where the upper side is crazed [Pa].
+        heights: of these, -1 at the lower face and 1 at the upper one.
+        faults: say what there is.
+    """
+    along, above = np.array([1.0, 0.0, 0.0]), heights > 0.5
+    if faults.fabric:
+        stiffness = faults.fabric * modulus / 8.0 * above
+        return replace(numbers, fabric=Fibres(stiffness, along, slack=True))
+    if faults.crazed:
+        # What cracks take from the modulus they give back where they are shut.
+        stiffness = faults.crazed / (1.0 - faults.crazed) * modulus / 8.0 * above
+        return replace(numbers, fabric=Fibres(stiffness, along, pressed=True))
+    return numbers
 
 
 def _braid(modulus: FloatArray, faults: Faults) -> tuple[Fibres, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
 from benchmarks.blind.rotations import applied, rigid, rotation
 from benchmarks.blind.sensor import expose, scan, Sensor, smooth_field
@@ -46,7 +47,7 @@ def true_rendering(
             mesh,
             positions,
             along,
-            faults.region_from,
+            _border(setup, observation, faults),
             faults.region_ramp,
             faults.region_until,
             mesh.lattice[:, 2] if faults.region_above else None,
@@ -57,7 +58,8 @@ def true_rendering(
     moved_by = _camera_share(setup, observation, faults)
     camera_from_world = true_camera(specimen, setup, jostled(setup, observation, faults), moved_by)
     camera = _true_intrinsics(setup.camera, faults, _focused(setup, observation, faults))
-    rendering = render(moved(surface, camera_from_world @ world_from_object), camera)
+    surface = through_pane(moved(surface, camera_from_world @ world_from_object), faults)
+    rendering = render(surface, camera)
     bias = 1e-3 * faults.depth_bias * _bias_share(rendering, setup, observation, faults)
     scale = faults.depth_scale
     if faults.depth_form == 'temperature':
@@ -135,6 +137,12 @@ def jostled(setup: Setup, observation: Observation, faults: Faults) -> Faults:
     return replace(faults, camera_shift=tuple(shift), camera_turn=tuple(turn))
 
 
+def _border(setup: Setup, observation: Observation, faults: Faults) -> float:
+    """Return the share of the free length from which on depths of a region err in a pose."""
+    places = faults.region_places
+    return places[setup.pose_number(observation)] if places else faults.region_from
+
+
 def _focused(setup: Setup, observation: Observation, faults: Faults) -> float:
     """Return how much of the error of scale and middle is there in a pose."""
     return faults.focus_shares[setup.pose_number(observation)] if faults.focus_shares else 1.0
@@ -151,6 +159,7 @@ def _true_intrinsics(camera: Camera, faults: Faults, focused: float) -> Camera:
         radial=faults.radial_distortion,
         tangential=faults.tangential,
         wobble=(faults.wobble, faults.wobble_period, faults.wobble_phase),
+        skew=faults.skewed,
     )
 
 

@@ -31,6 +31,7 @@ class Camera:
         radial: first radial distortion coefficient; 0 for a rectified image.
         tangential: two coefficients of a lens element that sits beside the axis, as Brown's.
         wobble: amplitude [px], period [px] and phase [rad] of how columns swing over the rows.
+        skew: by how much columns are shifted over the rows, from the middle one on [-].
     """
 
     width: int
@@ -42,6 +43,7 @@ class Camera:
     radial: float = 0.0
     tangential: tuple[float, float] = (0.0, 0.0)
     wobble: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    skew: float = 0.0
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return column and row of points (..., 3) [px], shape (..., 2)."""
@@ -59,6 +61,8 @@ class Camera:
         amount, period, phase = self.wobble
         if amount:
             columns = columns + amount * np.sin(2.0 * np.pi * rows / period + phase)
+        if self.skew:
+            columns = columns + self.skew * (rows - self.cy)
         return np.stack([columns, rows], axis=-1)
 
 

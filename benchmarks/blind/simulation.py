@@ -2,19 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the nodes of a body come to rest, faults included."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from benchmarks.blind.amplitudes import weight_moment
+from benchmarks.blind.blower import blown
 from benchmarks.blind.body import Body, spread
+from benchmarks.blind.clamps import (
+    lagged,
+    settle_clamped,
+    settle_in_foam,
+    settle_on_flexure,
+    settle_sliding,
+    wanted_turn,
+)
 from benchmarks.blind.cloth import cloth_masses
 from benchmarks.blind.contact import contact_laws, friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.flexure import flexure_compliance
 from benchmarks.blind.heights import by_height
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
@@ -22,7 +28,7 @@ from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus
-from benchmarks.blind.network import reinforced
+from benchmarks.blind.network import on_upper_side, reinforced
 from benchmarks.blind.pan import settle_on_pan
 from benchmarks.blind.pulls import pulls, tether, turntable
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
@@ -30,38 +36,14 @@ from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.seventh_outside import pressed, warmed
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.springs import around, foam_stiffness, springs
+from benchmarks.blind.specimen import Specimen
+from benchmarks.blind.springs import around, springs
 
-_TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
-_SHIFT_TOLERANCE = 1e-8  # Of its shift [m].
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
+# Forms of a tilt that leave gravity as it is, and push beside it.
+_PUSHES = ('growing', 'outer_push', 'middle_push', 'thread', 'turntable', 'blower')
 # Masses that are not the same, or not at the same place, in every pose.
 _BY_POSE = {'loose': ring_masses, 'drying': cloth_masses}
-
-
-@dataclass(frozen=True)
-class Specimen:
-    """A body with the faults that go with it into every pose.
-
-    Attributes:
-        mesh: the nominal body.
-        shares: of the free length at which its nodes lie, shape (N,).
-        body: with the true material and the true shape without stress.
-        added: further mass of the nodes [kg], shape (N,).
-        tip_masses: mass of the nodes that belongs to the half at the tip [kg], shape (N,).
-        areas: surface that belongs to each node [m^2], shape (N,).
-        center: middle of the held section [m], shape (3,).
-        heights: of the Gauss points, -1 at the lower face and 1 at the upper one, shape (C, 8).
-    """
-
-    mesh: HexMesh
-    shares: FloatArray
-    body: Body
-    added: FloatArray
-    tip_masses: FloatArray
-    areas: FloatArray
-    center: FloatArray
-    heights: FloatArray
 
 
 def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Specimen:
@@ -75,12 +57,8 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     share = shares[mesh.cells] @ quadrature.values.T
     modulus = setup.youngs_modulus * np.exp(log_modulus(setup, faults, share, at_points))
     plain = setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio)
-    numbers = reinforced(plain, modulus, faults)
     heights = at_points[:, 2] / (0.5 * setup.shape.section[1])
-    if faults.fabric:
-        stiffness = faults.fabric * modulus / 8.0 * (heights > 0.5)
-        along = np.array([1.0, 0.0, 0.0])
-        numbers = replace(numbers, fabric=Fibres(stiffness, along, slack=True))
+    numbers = on_upper_side(reinforced(plain, modulus, faults), modulus, heights, faults)
     count = len(mesh.nodes)
     masses = setup.density * quadrature.volumes
     if faults.hollow:
@@ -109,6 +87,17 @@ def _heated(specimen: Specimen, growth: float) -> Specimen:
     """Grow what has no stress by a percentage at the upper face, and not at the lower one."""
     upper = np.clip(0.5 * (1.0 + specimen.heights), 0.0, 1.0)
     quadrature = _swollen(specimen.body.quadrature, upper, growth)
+    return replace(specimen, body=replace(specimen.body, quadrature=quadrature))
+
+
+def _recovered(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
+) -> Specimen:
+    """Bend what has no stress by as much as is left of its curvature in a pose."""
+    left, (y, z) = faults.curvature_shares[setup.pose_number(observation)], faults.rest_curvature
+    milder, mesh = replace(faults, rest_curvature=(left * y, left * z)), specimen.mesh
+    stress_free = stress_free_nodes(mesh.nodes, true_shape(setup.shape, faults), milder)
+    quadrature = integrate(stress_free, mesh.cells)
     return replace(specimen, body=replace(specimen.body, quadrature=quadrature))
 
 
@@ -160,6 +149,8 @@ def settle(
     if faults.heat:
         share = faults.heat_shares[setup.pose_number(observation)]
         specimen = _heated(specimen, share * faults.heat)
+    if faults.curvature_shares:
+        specimen = _recovered(specimen, setup, observation, faults)
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
     if faults.mass_form in _BY_POSE and faults.added_mass:
@@ -177,41 +168,34 @@ def settle(
         start, normal = applied(nominal, specimen.mesh.nodes), half_space(observation, faults)[0]
         return settle_on_pan(specimen.body, start, loads, normal, faults.contact_give)
     if faults.clamp_form == 'lined':
-        return _settle_in_foam(specimen, load, nominal, give)
+        return settle_in_foam(specimen, load, nominal, give)
     if faults.clamp_form == 'shear':
-        return _settle_sliding(specimen, load, nominal, give)
+        return settle_sliding(specimen, load, nominal, give)
     if faults.clamp_form == 'flexure':
         compliance = flexure_compliance(give, faults.clamp_length)
-        return _settle_on_flexure(specimen, load, nominal, compliance)
-    axes = {
-        'uneven': np.diag([0.0, 1.0, 0.0]),
-        'jaw': np.zeros((3, 3)),
-        'about a corner': np.diag([1.0, 1.5, 0.5]),
-    }
-    by_turn = give * axes.get(faults.clamp_form, np.eye(3))
+        return settle_on_flexure(specimen, load, nominal, compliance)
     if faults.clamp_form == 'about a corner':
         width, height = setup.shape.section
         corner = specimen.center + 0.5 * np.array([0.0, width, -height])
         specimen = replace(specimen, center=corner)
-    return _settle_clamped(specimen, load, nominal, by_turn, _hardening(setup, faults))
+    wanted = wanted_turn(setup, faults)
+    if faults.clamp_form == 'rubbing':
+        before = _stayed(specimen, setup, observation, faults)
+        wanted = lagged(before, give, faults.clamp_rub)
+    return settle_clamped(specimen, load, nominal, wanted)[0]
 
 
-def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArray | float]:
-    """Return by how much less than its compliance says a clamp gives way, by the moment on it."""
-    if faults.clamp_form == 'one-sided':
-        way = np.array([0.0, *faults.clamp_way])
-        return lambda moment: np.where(way * moment > 0.0, 1.0, np.inf)
-    if faults.clamp_form == 'play':
-        easy = faults.clamp_compliance / float(np.deg2rad(faults.clamp_play))
-        return lambda moment: float(np.hypot(1.0, easy * np.linalg.norm(moment)))
-    if faults.clamp_form == 'preloaded':
-        least = faults.clamp_preload
-        return lambda moment: 1.0 / max(1.0 - least / float(np.linalg.norm(moment)), 1e-12)
-    power = {'hardening': 0.5, 'softening': -0.4}.get(faults.clamp_form)
-    if power is None:
-        return lambda moment: 1.0
-    _, usual = weight_moment(setup)
-    return lambda moment: max(float(np.linalg.norm(moment)) / usual, 1e-6) ** power
+def _stayed(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray:
+    """Return the turn at which a clamp that rubs was left by the poses before one [rad]."""
+    turn = np.zeros(3)
+    for before in setup.observations[: setup.pose_number(observation)]:
+        load = _load(specimen, setup, before, faults)
+        nominal = _clamp(specimen, setup, before, faults)
+        wanted = lagged(turn, faults.clamp_compliance, faults.clamp_rub)
+        turn = settle_clamped(specimen, load, nominal, wanted)[1]
+    return turn
 
 
 def _load(specimen: Specimen, setup: Setup, observation: Observation, faults: Faults) -> Load:
@@ -269,6 +253,10 @@ def _forces(
         free = masses * (shares > 0.0)
         pull = around(float(free.sum()), faults.tilt_at, masses, shares)
         forces = forces + pull[:, None] * (object_from_world @ _side(faults))
+    if faults.tilt_form == 'blower':
+        free = float((masses * (shares > 0.0)).sum())
+        push = free * (object_from_world @ _side(faults))
+        forces = forces + blown(specimen.mesh, shares, push, setup.shape)
     if faults.jet:
         share = faults.jet_shares[setup.pose_number(observation)]
         forces = forces + pressed(
@@ -309,7 +297,7 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)
-    if faults.tilt_form in ('growing', 'outer_push', 'middle_push', 'thread', 'turntable'):
+    if faults.tilt_form in _PUSHES:
         return np.asarray(object_from_world @ down)
     if faults.tilt_form == 'side_force':
         return np.asarray(object_from_world @ (down + side))
@@ -361,114 +349,3 @@ def _settle_rubbing(
         if np.abs(positions - before).max() < _RUB_TOLERANCE:
             return positions
     raise RuntimeError('friction on the plane found no rest')
-
-
-def _settle_in_foam(
-    specimen: Specimen, load: Load, clamp: FloatArray, compliance: float
-) -> FloatArray:
-    """Find the equilibrium of a body in a jaw that is lined with foam."""
-    nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
-    stiffness = foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, compliance)
-    places = applied(clamp, nodes)
-    held = replace(load, potentials=(*load.potentials, springs(places, stiffness)))
-    return find_equilibrium(specimen.body, held, places)
-
-
-def _settle_sliding(
-    specimen: Specimen, load: Load, clamp: FloatArray, compliance: float
-) -> FloatArray:
-    """Find the equilibrium where the held section gives way along the force on it."""
-    # Its weight is all that a body asks of its clamp, contact aside: one step is exact then.
-    held = specimen.body.held
-    positions = find_equilibrium(specimen.body, load, applied(clamp, specimen.mesh.nodes))
-    gradient = specimen.body.evaluate(positions, with_stiffness=False).gradient
-    force = (load.forces - gradient)[held].sum(axis=0)
-    return positions + compliance * force
-
-
-def _settle_clamped(
-    specimen: Specimen,
-    load: Load,
-    clamp: FloatArray,
-    compliance: FloatArray,
-    hardening: Callable[[FloatArray], FloatArray | float],
-) -> FloatArray:
-    """Find the equilibrium; a compliant clamp turns until its spring bears the moment.
-
-    Args:
-        specimen: the body.
-        load: on it.
-        clamp: where the held section is to be, shape (4, 4).
-        compliance: turn by moment about the object's axes [rad/(N m)], shape (3, 3).
-        hardening: by how much less it is at a moment [N m], about each axis or all.
-    """
-    nodes = specimen.mesh.nodes
-    positions = find_equilibrium(specimen.body, load, applied(clamp, nodes))
-    if not compliance.any():
-        return positions
-    center = applied(clamp, specimen.center)
-    turn = np.zeros(3)
-    for _ in range(60):
-        moment = _clamp_moment(specimen, load, positions, center)
-        wanted = compliance @ moment / hardening(moment)
-        # Half a step: the moment itself falls as the clamp gives way.
-        change = 0.7 * (wanted - turn)
-        if np.linalg.norm(change) < _TURN_TOLERANCE:
-            return positions
-        old, turn = rotation(turn), turn + change
-        # The whole body turns along: a start with almost no new strain.
-        motion = about(rotation(turn) @ old.T, center, np.zeros(3))
-        start = applied(motion, positions)
-        held = specimen.body.held
-        start[held] = applied(
-            about(rotation(turn), center, np.zeros(3)), applied(clamp, nodes[held])
-        )
-        positions = find_equilibrium(specimen.body, load, start)
-    raise RuntimeError(f'the compliant clamp found no rest at {compliance.max():g} rad/(N m)')
-
-
-def _settle_on_flexure(
-    specimen: Specimen, load: Load, clamp: FloatArray, compliance: FloatArray
-) -> FloatArray:
-    """Find the equilibrium where the held section shifts and turns by both force and moment.
-
-    Args:
-        specimen: the body.
-        load: on it.
-        clamp: where the held section is to be, shape (4, 4).
-        compliance: shift [m] and turn [rad] by force [N] and moment [N m], shape (6, 6).
-    """
-    nodes, held = specimen.mesh.nodes, specimen.body.held
-    positions = find_equilibrium(specimen.body, load, applied(clamp, nodes))
-    center, given = applied(clamp, specimen.center), np.zeros(6)
-    for _ in range(60):
-        force = _clamp_pull(specimen, load, positions).sum(axis=0)
-        moment = _clamp_moment(specimen, load, positions, center + given[:3])
-        # As far as a compliant clamp that only turns.
-        change = 0.7 * (compliance @ np.concatenate([force, moment]) - given)
-        small = np.linalg.norm(change[:3]) < _SHIFT_TOLERANCE
-        if small and np.linalg.norm(change[3:]) < _TURN_TOLERANCE:
-            return positions
-        before = about(rotation(given[3:]), center, given[:3])
-        given = given + change
-        after = about(rotation(given[3:]), center, given[:3])
-        start = applied(after @ np.linalg.inv(before), positions)
-        start[held] = applied(after @ clamp, nodes[held])
-        positions = find_equilibrium(specimen.body, load, start)
-    raise RuntimeError('the clamp on a flexure found no rest')
-
-
-def _clamp_pull(specimen: Specimen, load: Load, positions: FloatArray) -> FloatArray:
-    """Return the forces that the body exerts on its clamp at the held nodes [N], shape (H, 3)."""
-    pull = load.forces - specimen.body.evaluate(positions, with_stiffness=False).gradient
-    return np.asarray(pull[specimen.body.held])
-
-
-def _clamp_moment(
-    specimen: Specimen, load: Load, positions: FloatArray, center: FloatArray
-) -> FloatArray:
-    """Return the moment that the body exerts on its clamp about a point [N m]."""
-    pull = _clamp_pull(specimen, load, positions)
-    arms = positions[specimen.body.held] - center
-    moment: FloatArray = np.cross(arms, pull).sum(axis=0)
-    return moment

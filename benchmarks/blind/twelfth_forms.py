@@ -80,7 +80,7 @@ def _putty(size: int, setup: Setup, random: np.random.Generator) -> dict[str, An
 
 def _preloaded(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Hold a clamp by a spring against a stop, which it leaves at some moment alone."""
-    moment = _held_moment(setup)
+    moment = held_moment(setup)
     preload = round(float(random.uniform(0.4, 0.55)) * moment, 6)
     compliance = float(np.deg2rad((0.9, 2.4, 4.8)[size])) / (moment - preload)
     return {
@@ -124,7 +124,7 @@ def _pan(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]
     }
 
 
-def _held_moment(setup: Setup) -> float:
+def held_moment(setup: Setup) -> float:
     """Return the moment of a level body's weight about the middle of what is held [N m]."""
     mesh = mesh_hexahedra(setup.shape, 0.5)
     quadrature = integrate(mesh.nodes, mesh.cells)

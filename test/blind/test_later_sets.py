@@ -25,6 +25,8 @@ from benchmarks.blind.seventh_forms import SEVENTH_FORMS, SEVENTH_PAIRS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.tenth_forms import TENTH_FORMS, TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
+from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS, THIRTEENTH_PAIRS
+from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
@@ -36,6 +38,7 @@ COUNTS = {
     'tenth': {'clean': 24, 'form': 16, 'pair': 4, 'outside': 4},
     'eleventh': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
     'twelfth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
+    'thirteenth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
 }
 
 
@@ -59,6 +62,13 @@ OWN = {
         ELEVENTH_FORMS, ELEVENTH_PAIRS, ELEVENTH_OUTSIDE, frozenset({'shape', 'sensor'}), 3
     ),
     'twelfth': Own(TWELFTH_FORMS, TWELFTH_PAIRS, TWELFTH_OUTSIDE, frozenset({'load', 'shape'}), 3),
+    'thirteenth': Own(
+        THIRTEENTH_FORMS,
+        THIRTEENTH_PAIRS,
+        THIRTEENTH_OUTSIDE,
+        frozenset({'material', 'sensor'}),
+        3,
+    ),
 }
 
 

@@ -24,6 +24,8 @@ from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
+from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
+from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
@@ -58,6 +60,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'added_mass/drying': {'mass_shares': (1.0,) * 4},
     'clamp_offset/putty': {'clamp_scatter': ()},
     'compliant_clamp/preloaded': {'clamp_form': 'turn'},
+    'rest_curvature/recovering': {'curvature_shares': (0.6,) * 4},
+    'gravity_tilt/blower': {'tilt_form': 'tilt'},
+    'added_mass/pooled': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/streaky': {'contrast_mode': 'split'},
+    'compliant_clamp/rubbing': {'clamp_form': 'turn'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -79,11 +86,14 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_bias_by_region/glossy': {'region_gloss': 0.0},
     'depth_affine/entry': {'depth_form': 'affine'},
     'camera_offset/in turn': {'camera_scatter': ()},
+    'depth_bias_by_region/receding': {'region_places': ()},
 }
 OTHERS = {
     'clamp_offset/dragged',
     'clamp_offset/slid out',
     'contact_plane/rig',
+    'camera_offset/pane',
+    'contact_plane/dish',
     'contact_plane/mat',
     'contact_plane/pan',
     'contact_plane/roll',
@@ -100,6 +110,7 @@ CAUSES = {
     **TENTH_OUTSIDE,
     **ELEVENTH_OUTSIDE,
     **TWELFTH_OUTSIDE,
+    **THIRTEENTH_OUTSIDE,
 }
 
 
@@ -109,7 +120,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 
 def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
-    keys = {form.key for form in (*earlier, *ELEVENTH_FORMS, *TWELFTH_FORMS)}
+    keys = {form.key for form in (*earlier, *ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
@@ -118,6 +129,7 @@ def test_every_form_is_checked_here() -> None:
         (TENTH_FORMS, {'strain_stiffening', 'added_mass', 'depth_bias_by_region'}),
         (ELEVENTH_FORMS, {'clamp_offset', 'compliant_clamp', 'depth_affine'}),
         (TWELFTH_FORMS, {'rest_curvature', 'gravity_tilt', 'depth_bias_by_region'}),
+        (THIRTEENTH_FORMS, {'strain_stiffening', 'clamp_offset', 'depth_affine'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What is wrong with a set-up of the twelfth set or a later one: numbers that are 0 else."""
+
+from dataclasses import dataclass
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class LaterFaults:
+    """Amplitudes that came with the twelfth and the thirteenth set.
+
+    Attributes:
+        stiffening_slant: angle between the threads of a braid and the object's x [deg].
+        stiffening_steep: factor of that square [-].
+        contrast_until: share of the free length where a patch ends.
+        contrast_side: sign of the object's y on whose side it is.
+        mass_shares: how much of `added_mass` a cloth still has in each pose.
+        clamp_preload: moment up to which a preloaded clamp does not give way [N m].
+        contact_give: by how much a pan sinks by the force on it [m/N].
+        depth_entry: depth whose entry in a sensor's table is wrong [m].
+        depth_spacing: between the entries of that table [m].
+        guy: stiffness of lines from a post of the rig to one place of the body, which are as
+            long as they are without a load, and slack where that is longer [N/m].
+        guy_at: that place's share of the free length.
+        guy_post: the post's end, object frame [mm].
+        drawn: by which share the true body is longer beyond the clamp, at the same volume.
+        curvature_shares: how much of `rest_curvature` is left in each pose; empty: all of it.
+        region_places: share of the free length from which on `region_bias` is added in each pose;
+            empty: `region_from` in all.
+        mass_filled: share of a channel that its liquid fills.
+        contrast_wave: length of the streaks' waves, as a share of the free length.
+        contact_ahead: where a dish is lowest, along the world's x [m]; along z it is
+            `contact_at`.
+        contact_round: radius to which a dish is round at its bottom [m].
+        clamp_rub: moment by which a clamp that rubs lags behind [N m].
+        pane: thickness of a pane of acrylic before the camera, which nobody counts with [mm].
+        pane_normal: its normal away from the camera, camera frame.
+        crazed: by which share of E the uppermost quarter resists a pull along the object's x less
+            than a push.
+        skewed: by how much the columns of an image are shifted over its rows [-].
+    """
+
+    stiffening_slant: float = 0.0
+    stiffening_steep: float = 0.0
+    contrast_until: float = 0.0
+    contrast_side: float = 0.0
+    mass_shares: tuple[float, ...] = ()
+    clamp_preload: float = 0.0
+    contact_give: float = 0.0
+    depth_entry: float = 0.0
+    depth_spacing: float = 1.0
+    guy: float = 0.0
+    guy_at: float = 0.0
+    guy_post: Vector = (0.0, 0.0, 0.0)
+    drawn: float = 0.0
+    curvature_shares: tuple[float, ...] = ()
+    region_places: tuple[float, ...] = ()
+    mass_filled: float = 0.0
+    contrast_wave: float = 1.0
+    contact_ahead: float = 0.0
+    contact_round: float = 1.0
+    clamp_rub: float = 0.0
+    pane: float = 0.0
+    pane_normal: Vector = (0.0, 0.0, 1.0)
+    crazed: float = 0.0
+    skewed: float = 0.0
