@@ -39,6 +39,15 @@ def too_far():
     return fit_nominal(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.002)], None)
 
 
+@pytest.fixture(scope='session')
+def scores(too_far):
+    """Scores of that bias and of a tilt."""
+    evaluator, nominal = too_far
+    wanted = ('depth_affine', 'gravity_tilt')
+    listed = [c for c in candidates(evaluator.model.scene) if c.identifier in wanted]
+    return screen(evaluator, nominal.coordinates, listed)
+
+
 def _screened(tilt: float):
     scene, seen = beam_scene((6, 2, 2)), watched(seed=3, tilt=tilt)
     settings = CalibrationSettings(with_mesh_error=False)

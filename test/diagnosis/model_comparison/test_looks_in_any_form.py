@@ -26,14 +26,6 @@ from support.watched import several_frames, watched, with_step
 _BENT = {'a': 0.0, 'b': 0.0, 'a_2': 7.0, 'a_5': -7.0}
 
 
-@pytest.fixture(scope='module')
-def scores(too_far):
-    evaluator, nominal = too_far
-    wanted = ('depth_affine', 'gravity_tilt')
-    listed = [c for c in candidates(evaluator.model.scene) if c.identifier in wanted]
-    return screen(evaluator, nominal.coordinates, listed)
-
-
 def test_effects_that_were_not_refitted_are_looked_at_where_much_is_left(too_far, scores):
     pool = RefitPool(*too_far)
     judge = judge_by(nominal_basis(pool))

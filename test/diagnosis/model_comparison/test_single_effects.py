@@ -10,7 +10,6 @@ from diffcal_ros.diagnosis.model_comparison.pair_search import halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.screening.candidates import candidates
-from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.diagnosis.screening.shortlist import shortlist
 import numpy as np
 import pytest
@@ -26,14 +25,6 @@ class _Pool(RefitPool):
     def finish_beside(self, requests, hypotheses, least):
         self.asked += [request.added for request in requests]
         return super().finish_beside(requests, hypotheses, least)
-
-
-@pytest.fixture(scope='module')
-def scores(too_far):
-    evaluator, nominal = too_far
-    wanted = ('depth_affine', 'gravity_tilt')
-    listed = [c for c in candidates(evaluator.model.scene) if c.identifier in wanted]
-    return screen(evaluator, nominal.coordinates, listed)
 
 
 @pytest.fixture(scope='module')
