@@ -65,12 +65,22 @@ def form_of(hypothesis: Hypothesis, candidate: Candidate) -> dict[str, float]:
 
 
 def of_another_form(hypothesis: Hypothesis) -> list[str]:
-    """Say which effects were fitted in another form than the library's."""
-    return [
-        f'{candidate.identifier} is of another form than the library has: {candidate.effect.form}'
-        for candidate in hypothesis.added
-        if form_of(hypothesis, candidate)
-    ]
+    """Say which effects were fitted in another form than the library's, and where it is most."""
+    said = []
+    for candidate in hypothesis.added:
+        form = form_of(hypothesis, candidate)
+        if form:
+            most = _largest_part(candidate, form)
+            words = f'{candidate.identifier} is of another form than the library has'
+            said.append(f'{words}: {candidate.effect.form} (most of all {most})')
+    return said
+
+
+def _largest_part(candidate: Candidate, form: Mapping[str, float]) -> str:
+    """Return the part of an effect's form that is most of its usual size, with how large it is."""
+    parts = {name: candidate.effect.component(name) for name in form}
+    name = max(form, key=lambda own: abs(form[own]) / parts[own].scale)
+    return f'{name} {parts[name].shown_factor * form[name]:.2g} {parts[name].shown_unit}'
 
 
 def spread_over_poses(hypothesis: Hypothesis) -> list[str]:

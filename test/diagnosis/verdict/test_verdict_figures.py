@@ -7,6 +7,8 @@ from typing import Any
 
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patches.whitened import Part
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.verdict import verdict_figures
 from diffcal_ros.diagnosis.verdict.verdict_figures import judged_part, named_effects
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
@@ -25,6 +27,15 @@ def test_no_name_is_surer_than_names_have_been_right(screened, name):
     # What is not sure already does not become less so.
     assert named_effects(found, {name: 0.3})[0].confidence == 0.3
     assert named_effects(found, {}) == ()
+
+
+def test_of_a_form_what_is_most_of_its_usual_size_is_told():
+    """Whatever the units: a focal length has another one than a distortion."""
+    candidate = Candidate('camera_offset', ('x', 'y', 'z', 'rx', 'ry', 'rz'))
+    first, second, *_ = candidate.effect.forms
+    form = {first.name: 2.0 * first.scale, second.name: -3.0 * second.scale}
+    most = f'{-3.0 * second.scale * second.shown_factor:.2g} {second.shown_unit}'
+    assert verdict_figures._largest_part(candidate, form) == f'{second.name} {most}'
 
 
 def test_what_a_known_cause_outside_the_library_imitates_is_less_sure_than_others():
