@@ -22,6 +22,9 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.process_pool import process_pool
 
+# What a start raises: where the first process of a pool died its pipes are closed while another
+# one begins.
+_NOT_STARTED = (OSError, ValueError)
 # What a process refits, once it has begun.
 _own: dict[str, Any] = {}
 
@@ -39,7 +42,7 @@ class Processes:
         self._folder = TemporaryDirectory(prefix='diffcal-')
         self._known = Path(self._folder.name) / 'nominal.pickle'
         self._pool = process_pool(jobs, threads=max(core_count() // jobs, 1))
-        with suppress(OSError, BrokenProcessPool):  # Whoever hands out work is told.
+        with suppress(*_NOT_STARTED, BrokenProcessPool):  # Whoever hands out work is told.
             for _ in range(jobs):
                 self._pool.submit(_begin)
 
@@ -61,7 +64,7 @@ class Processes:
         """
         try:
             return self._pool.submit(_fit, self._known, task)
-        except OSError as error:
+        except _NOT_STARTED as error:
             raise BrokenProcessPool(f'a process cannot be started: {error}') from error
 
     def end(self) -> None:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Refits in processes of their own are those of this one; what is lost is given up."""
 
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import spawn
@@ -14,6 +15,7 @@ from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import refit_pool
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.processes import Processes
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import finished
@@ -192,6 +194,20 @@ def test_work_goes_on_where_a_process_dies_before_it_has_begun(fitted, tmp_path,
         assert pool._fits([Death(os.getpid())] * 3) == [fitted[1]] * 3
         assert pool._processes is None
     assert any('a process died' in words for words in told)
+
+
+@pytest.mark.parametrize('error', [OSError('no memory'), ValueError('fds_to_keep')])
+def test_a_process_that_cannot_be_started_is_told_as_dead(monkeypatch, error):
+    """Pipes of a pool whose first process died may be closed while another one begins."""
+
+    def submit(*_):
+        raise error
+
+    processes = Processes(2)
+    monkeypatch.setattr(processes._pool, 'submit', submit)
+    with pytest.raises(BrokenProcessPool, match='cannot be started'):
+        processes.submit(Death(os.getpid()))
+    processes.end()
 
 
 def test_little_work_starts_no_process(fitted, added):
