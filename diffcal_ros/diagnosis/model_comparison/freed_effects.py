@@ -22,6 +22,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     best_of_each,
     by_evidence,
+    least_level,
     within_reach,
 )
 from diffcal_ros.diagnosis.screening.candidates import Candidate
@@ -32,8 +33,6 @@ import numpy as np
 _LEAST_SHARE = 0.09
 # Models that are fitted so at most, with one effect and with two, and evaluations of each.
 _MOST_SINGLES, _MOST_PAIRS, _MOST_EVALUATIONS = 2, 1, 6
-# How far behind in log evidence, per unit of noise scale, a rival of one of them may be.
-_NEAR_RIVAL = 40.0
 
 
 def with_those_freed(
@@ -80,11 +79,15 @@ def _with_its_rival_freed(
         basis: see `with_those_freed`.
     """
     first, *others = models
-    least = first.level - _NEAR_RIVAL * max(1.0, first.chi_square_per_patch)
+    if not first.freed:
+        return list(models)
+    least = least_level(first)
     for place, rival in enumerate(others):
-        is_another = rival.identifiers != first.identifiers
-        request = _request(rival, _LEAST_SHARE) if first.freed and is_another else None
-        if rival.level > least and not rival.is_at_bound and request and request.freed:
+        is_near = rival.level > least and not rival.is_at_bound
+        if not is_near or rival.identifiers == first.identifiers:
+            continue
+        request = _request(rival, _LEAST_SHARE)
+        if request.freed:
             both = judged([rival, *pool.refit_all([request])], basis, is_brief=True)
             others[place] = min(both, key=by_evidence)
             return sorted([first, *others], key=by_evidence)

@@ -148,11 +148,8 @@ class Hypothesis:
 
         One of several amplitudes may be absent alone, as where a clamp gives way about one axis.
         """
-        for candidate in self.added:
-            there = [own for own in self.amplitudes(candidate) if not own.is_absent]
-            if not there or any(own.at_bound for own in there):
-                return True
-        return False
+        listed = [self.amplitudes(candidate) for candidate in self.added]
+        return self.would_be_more or any(all(one.is_absent for one in own) for own in listed)
 
     @property
     def would_be_more(self) -> bool:

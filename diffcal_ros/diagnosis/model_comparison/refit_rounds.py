@@ -115,8 +115,13 @@ def are_in_reach(
     """
     judged = judge([*models, *rivals])
     best = min(judged, key=by_evidence)
-    least = best.level - _OUT_OF_REACH * max(1.0, best.chi_square_per_patch)
+    least = least_level(best)
     return [model.level >= least for model in judged[: len(models)]]
+
+
+def least_level(best: Hypothesis) -> float:
+    """Return the level below which judged models are out of reach of the best one."""
+    return best.level - _OUT_OF_REACH * max(1.0, best.chi_square_per_patch)
 
 
 def by_evidence(hypothesis: Hypothesis) -> tuple[bool, float]:
