@@ -88,11 +88,8 @@ def settle_sliding(
 ) -> FloatArray:
     """Find the equilibrium where the held section gives way along the force on it."""
     # Its weight is all that a body asks of its clamp, contact aside: one step is exact then.
-    held = specimen.body.held
     positions = find_equilibrium(specimen.body, load, applied(clamp, specimen.mesh.nodes))
-    gradient = specimen.body.evaluate(positions, with_stiffness=False).gradient
-    force = (load.forces - gradient)[held].sum(axis=0)
-    return positions + compliance * force
+    return positions + compliance * _clamp_pull(specimen, load, positions).sum(axis=0)
 
 
 def settle_clamped(
