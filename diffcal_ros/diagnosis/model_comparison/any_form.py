@@ -16,7 +16,7 @@ by half in its form is worse than one that is not, and better than another that 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways
@@ -34,6 +34,8 @@ FloatArray = NDArray[np.float64]
 USUAL = 0.1
 OF_FORM = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2])
 BY_POSE = np.array([0.0, 0.1, 0.3, 1.0])
+# By which weights of patches and the form of a model that comes near are found.
+_TURNS = 3
 
 
 @dataclass(frozen=True)
@@ -74,11 +76,12 @@ def tolerated(fit: Refit, ways: Ways, *, is_brief: bool = False) -> Tolerated:
         ways: in which its effects may differ from the library's form.
         is_brief: leave out what held-out patches say, which takes most of the time: NaN.
     """
-    groups = ways.joined(fit.groups)
+    groups = far_off_in_form(fit, ways)
     seen = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count)
     levels = seen.levels()
     total = float(logsumexp(levels))
     chances = np.exp(levels - total)
+    exact = _exactly(fit, ways)
     share, fraction = BY_POSE @ chances.sum(axis=1), chances.sum(axis=0) @ OF_FORM
     best = seen.best(levels)
     predicted = left = float('nan')
@@ -86,14 +89,15 @@ def tolerated(fit: Refit, ways: Ways, *, is_brief: bool = False) -> Tolerated:
         both = Sight.of(fit, whiten(groups, Part.ALL), ways.pose_count)
         predicted, left = both.level() - total, _left(fit, groups, best.weights)
     return Tolerated(
-        log_evidence=total,
+        # Of what no form takes near the patches the exact form is as good.
+        log_evidence=max(total, exact + float(log_prior(OF_FORM)[0] + log_prior(BY_POSE)[0])),
         log_prediction=predicted,
         fraction=float(fraction),
         by_pose=float(share),
         left=left,
         chi_square=best.chi_square,
         freedom=best.freedom,
-        exact=float(seen.densities(0.0, np.zeros(1))[0]),
+        exact=exact,
         coordinates=_led_from(fit, best.weights),
         covariance=best.covariance,
     )
@@ -253,6 +257,40 @@ def log_prior(shares: FloatArray) -> FloatArray:
     return np.asarray(np.log(np.diff(2.0 / np.pi * np.arctan(borders / USUAL))))
 
 
+def far_off_in_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> list[PatchGroup]:
+    """Return patches with the ways; what the likeliest form leaves far off counts less.
+
+    In the library's form a patch may be far off and count little. Counted so in a form that takes
+    it where it is seen, it would make forms explain the more the farther off a model is. Weights
+    and form are found by turns (iteratively reweighted least squares).
+
+    Args:
+        fit: of a model.
+        ways: in which its effects may differ from the library's form.
+        gone: names of parameters that are taken to zero.
+    """
+    groups = ways.joined(fit.groups)
+    for _ in range(_TURNS):
+        seen = whiten(groups, Part.FIT)
+        if not seen.has_far_off:
+            break
+        sight = Sight.of(fit, seen, ways.pose_count, gone)
+        step = _step(fit, sight.best(sight.levels()).weights, gone)
+        groups = [
+            replace(group, patches=replace(p, left=p.values - p.jacobian @ step))
+            for group in groups
+            for p in (group.patches,)
+        ]
+    return groups
+
+
+def _exactly(fit: Refit, ways: Ways) -> float:
+    """Return the log evidence of the exact form, patches counted by how far off it leaves them."""
+    groups = ways.joined(fit.groups)
+    sight = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count)
+    return float(sight.densities(0.0, np.zeros(1))[0])
+
+
 def led_by_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> FloatArray:
     """Return where parameters are likeliest if effects have the form that the data favour, (k,).
 
@@ -261,7 +299,8 @@ def led_by_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> FloatArray:
         ways: in which its effects may differ from the library's form.
         gone: names of parameters that are taken to zero.
     """
-    seen = Sight.of(fit, whiten(ways.joined(fit.groups), Part.FIT), ways.pose_count, gone)
+    groups = far_off_in_form(fit, ways, gone)
+    seen = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count, gone)
     found = _led_from(fit, seen.best(seen.levels()).weights)
     return np.where(np.isin(fit.parameters.names, gone), 0.0, found)
 
@@ -272,11 +311,12 @@ def _led_from(fit: Refit, weights: FloatArray) -> FloatArray:
     return np.clip(found, *fit.parameters.bounds())
 
 
-def _step(fit: Refit, weights: FloatArray) -> FloatArray:
+def _step(fit: Refit, weights: FloatArray, gone: Sequence[str] = ()) -> FloatArray:
     """Return weights, counted from where parameters are likeliest beforehand, from the fit."""
     offset, _ = fit.prior_offset()
     step = weights.copy()
-    step[: len(offset)] -= np.where(_is_free(fit), offset, 0.0)
+    moves = _is_free(fit) | np.isin(fit.parameters.names, gone)
+    step[: len(offset)] -= np.where(moves, offset, 0.0)
     return step
 
 

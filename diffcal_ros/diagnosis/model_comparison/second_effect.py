@@ -14,7 +14,7 @@ All is linear around each fit, those of single effects where forms lead them (`f
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.diagnosis.model_comparison.any_form import Sight
+from diffcal_ros.diagnosis.model_comparison.any_form import far_off_in_form, Sight
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -69,7 +69,7 @@ def most_added(one: Hypothesis, basis: FormBasis) -> float:
     """
     fit = one.fit
     ways = ways_of(one.evaluator.model, fit, basis, one.added)
-    seen = whiten(ways.joined(fit.groups), Part.FIT)
+    seen = whiten(far_off_in_form(fit, ways), Part.FIT)
     sight = Sight.of(fit, seen, ways.pose_count)
     noise = len(seen) - len(fit.coordinates)
     best = -0.5 * (noise + sight.known_volume)
@@ -119,8 +119,8 @@ def explained(
         kept: those that stay; the others are taken to zero.
         ways: in which those may differ from the library's form.
     """
-    groups = ways.joined(fit.groups)
     gone = parameters_of(fit.parameters, [own for own in added if own not in kept])
+    groups = far_off_in_form(fit, ways, gone)
     whole = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count, gone).level()
     seen = whiten(groups, Part.FIT, is_apart=True)
     apart = Sight.of(fit, seen, ways.pose_count, gone)

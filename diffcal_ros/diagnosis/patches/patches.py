@@ -41,6 +41,8 @@ class Patches:
         standing: error that all recordings have; in neither of them. None: there is none.
         uneven: what of the variance of each value its patch is uneven by [m^2], shape (n,); None:
             patches are even.
+        left: what counts of each value where it is told whether a patch is far off [m], shape
+            (n,); None: all of it.
     """
 
     values: FloatArray
@@ -52,6 +54,7 @@ class Patches:
     common: CommonError
     standing: CommonError | None = None
     uneven: FloatArray | None = None
+    left: FloatArray | None = None
 
     @property
     def variances(self) -> FloatArray:
@@ -81,6 +84,7 @@ class Patches:
             if self.standing is None
             else self.standing.of(self.standing.spread[own]),
             uneven=None if self.uneven is None else self.uneven[own],
+            left=None if self.left is None else self.left[own],
         )
 
 

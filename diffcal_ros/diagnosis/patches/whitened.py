@@ -46,12 +46,14 @@ class Whitened:
         views: number of the view of each, shape (n,).
         volumes: by how much the log determinant of their covariance exceeds that of even patches,
             shape (n,); what views have in common is in the last of them.
+        has_far_off: whether some are so far off that they count less.
     """
 
     values: FloatArray
     jacobian: FloatArray
     views: NDArray[np.int64]
     volumes: FloatArray
+    has_far_off: bool = False
 
     @property
     def volume(self) -> float:
@@ -106,6 +108,7 @@ def whiten(
         np.concatenate([part.jacobian for part in parts]),
         np.concatenate([part.views for part in parts]),
         np.concatenate([part.volumes for part in parts]),
+        any(part.has_far_off for part in parts),
     )
 
 
@@ -122,7 +125,7 @@ def precision_of(groups: Sequence[PatchGroup]) -> FloatArray:
         indices = np.concatenate(
             [np.arange(firsts[n], firsts[n + 1]) for n in (numbers[id(group)] for group in own)]
         )
-        covariance = _tolerant(recording.covariance, recording.values)
+        covariance = _tolerant(recording.covariance, recording.left)
         found[np.ix_(indices, indices)] = np.linalg.inv(covariance)
     return found
 
@@ -146,6 +149,7 @@ class _Recording:
         standing: what does.
         centers: in the image [px], shape (n, 2).
         uneven: what of the variances patches are uneven by [m^2], shape (n,).
+        left: what of the values tells how far off patches are [m], shape (n,).
     """
 
     values: FloatArray
@@ -155,6 +159,7 @@ class _Recording:
     standing: CommonError
     centers: FloatArray
     uneven: FloatArray
+    left: FloatArray
 
 
 def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recording:
@@ -176,6 +181,7 @@ def _recording(groups: Sequence[PatchGroup], part: Part, slack: float) -> _Recor
         uneven=np.concatenate(
             [np.zeros(len(p.values)) if p.uneven is None else p.uneven for p in patches]
         ),
+        left=np.concatenate([p.values if p.left is None else p.left for p in patches]),
     )
 
 
@@ -200,12 +206,13 @@ def _all_together(recordings: Sequence[_Recording]) -> _Recording:
         standing=one.of(np.concatenate([own.standing.spread for own in recordings])),
         centers=np.concatenate([recording.centers for recording in recordings]),
         uneven=np.concatenate([recording.uneven for recording in recordings]),
+        left=np.concatenate([recording.left for recording in recordings]),
     )
     return _with_own(whole)
 
 
 def _whitened(recording: _Recording) -> Whitened:
-    covariance = _tolerant(recording.covariance, recording.values)
+    covariance = _tolerant(recording.covariance, recording.left)
     factor = cholesky(covariance, lower=True)
     even = factor
     if recording.uneven.any():
@@ -213,7 +220,8 @@ def _whitened(recording: _Recording) -> Whitened:
     volumes = 2.0 * np.log(np.diag(factor) / np.diag(even))
     wide = np.hstack([recording.values[:, None], recording.jacobian])
     both = solve_triangular(factor, wide, lower=True)
-    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes)
+    has_far_off = bool(np.any(covariance != recording.covariance))
+    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, has_far_off)
 
 
 def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatArray:

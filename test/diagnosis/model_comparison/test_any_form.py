@@ -85,6 +85,37 @@ def test_another_form_is_tolerated_as_far_as_it_is_off(tilted, basis, share):
     assert judged.log_prediction > exact.log_prediction - 30.0
 
 
+@pytest.mark.parametrize(('share', 'gain'), [(3.0, 5.0), (6.0, 10.0)])
+def test_forms_explain_no_more_the_farther_off_a_model_stands(tilted, basis, share, gain):
+    """Far-off patches count less, but not in a form that takes the model near them.
+
+    The other route: the likeliest form leaves noise, and so no patch is counted less.
+    """
+    fit = _warped(tilted, share)
+    ways = _ways(tilted, fit, basis)
+    naive = whiten(ways.joined(fit.groups), Part.FIT)
+    assert naive.has_far_off
+    near = [
+        replace(own, patches=replace(own.patches, left=np.zeros(len(own.patches.values))))
+        for own in ways.joined(fit.groups)
+    ]
+    seen = whiten(near, Part.FIT)
+    assert not seen.has_far_off
+    expected = Sight.of(fit, seen, ways.pose_count).level()
+    assert tolerated(fit, ways).log_evidence == pytest.approx(expected, abs=0.5)
+    assert Sight.of(fit, naive, ways.pose_count).level() > expected + gain
+
+
+def test_what_no_form_takes_near_the_patches_is_as_good_as_in_its_own(tilted, basis):
+    """Counted by what a form leaves of them patches may be farther off than they were."""
+    far = [
+        np.where(np.arange(len(own.patches.values)) % 2, 0.05, -0.05) for own in tilted.fit.groups
+    ]
+    judged = _judge(tilted, _with(tilted, far), basis)
+    none = any_form.log_prior(any_form.OF_FORM)[0] + any_form.log_prior(any_form.BY_POSE)[0]
+    assert judged.log_evidence >= judged.exact + none - 1e-9
+
+
 def test_what_the_effect_does_not_move_is_not_tolerated(tilted, basis):
     # The same error of depth everywhere, at the clamp as well, where a tilt moves nothing.
     constant = [

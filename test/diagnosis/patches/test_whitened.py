@@ -99,3 +99,17 @@ def test_what_views_have_in_common_is_in_that_determinant():
     expected = _log_determinant(whole) - _log_determinant(even)
     assert whiten(groups, Part.ALL).volume == pytest.approx(expected)
     assert whiten(groups, Part.ALL, is_apart=True).volume != pytest.approx(expected, rel=1e-4)
+
+
+def test_a_patch_counts_less_by_what_is_left_of_it_where_that_is_told():
+    """Beyond five standard deviations, and then in proportion to how far off it is."""
+    far = group([20.0, 1.0])
+    seen = whiten([far], Part.ALL)
+    assert seen.has_far_off
+    np.testing.assert_allclose(seen.values, [20.0 / np.sqrt(20.0 / 5.0), 1.0])
+    near = replace(far, patches=replace(far.patches, left=np.array([4.0, 1.0])))
+    seen = whiten([near], Part.ALL)
+    assert not seen.has_far_off
+    np.testing.assert_allclose(seen.values, [20.0, 1.0])
+    part = near.patches.chosen(np.array([1]))
+    np.testing.assert_array_equal(part.left, [1.0])
