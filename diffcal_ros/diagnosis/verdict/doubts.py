@@ -105,7 +105,7 @@ def _off_in_form(hypothesis: Hypothesis) -> str | None:
     fraction = judged.fraction if asks_for_it else 0.0
     # What is of a free form already, and asks for another one yet, is hardly it.
     is_free = any(part.posture is None for part in hypothesis.freed)
-    if fraction > FARTHEST_FORM / (2 if is_free else len(hypothesis.added)):
+    if fraction > FARTHEST_FORM / (len(hypothesis.added) * (2 if is_free else 1)):
         return f'off by {fraction:.0%} of what it does'
     is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0
     if not is_moved and np.hypot(fraction, judged.by_pose) > FARTHEST_FORM:

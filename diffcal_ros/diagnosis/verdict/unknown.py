@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -74,7 +74,10 @@ def is_unexplained(
     if not is_measured:
         return not closure >= LEAST_CLOSURE
     gap = patch_gap(added.fit.groups, Part.REPORT)
-    left = gap.rms if added.judged is None else min(gap.rms, added.judged.left)
+    judged, left = added.judged, gap.rms
+    if judged is not None and judged.fraction <= FARTHEST_FORM:
+        # In a form that may have its name.
+        left = min(left, judged.left)
     is_far_above = left > FAR_ABOVE * gap.whole_floor
     owes_it_to_forms = added.fit.chance_of_noise < ALPHA
     if owes_it_to_forms and is_far_above and left**2 > gap.whole_floor**2 + margin**2:

@@ -8,7 +8,7 @@ from typing import Any
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import is_strained, unstrained
@@ -165,12 +165,14 @@ def closure_of(nominal: Refit, added: Refit, is_measured: bool, part: Part = Par
 def closed_in_its_form(nominal: Refit, added: Hypothesis, closure: float) -> float:
     """Return what a model closes on the report's patches in the form that the data favour.
 
+    A form that is another thing closes nothing for it.
+
     Args:
         nominal: fit of the model without its effects.
         added: the model.
         closure: what it closes in the library's form.
     """
-    if added.judged is None:
+    if added.judged is None or added.judged.fraction > FARTHEST_FORM:
         return closure
     before = patch_gap(unstrained(nominal), Part.REPORT)
     own = closed_fraction(before.rms, added.judged.left, before.whole_floor)

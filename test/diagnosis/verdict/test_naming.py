@@ -7,11 +7,13 @@ from dataclasses import replace
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import doubts, naming
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
+from diffcal_ros.diagnosis.verdict.unknown import is_unexplained
+from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form
 import numpy as np
 import pytest
 
@@ -129,6 +131,31 @@ def test_what_is_free_in_form_and_still_another_one_has_no_name(bent, fraction, 
     assert fixed is None
     assert (free is None) == is_named
     assert is_named or 'off by 40%' in free
+
+
+@pytest.mark.parametrize(('fraction', 'is_named'), [(0.1, True), (0.2, False)])
+def test_two_effects_one_of_which_is_free_in_form_share_what_is_left_to_that(
+    bent, fraction, is_named
+):
+    judged = _with_a_free_form(_judged(bent, fraction=fraction))
+    assert doubts._off_in_form(judged) is None
+    twice = doubts._off_in_form(replace(judged, added=(*judged.added, *judged.added)))
+    assert (twice is None) == is_named
+
+
+@pytest.mark.parametrize(('fraction', 'expected'), [(0.45, 1.0), (0.55, 0.3)])
+def test_a_form_that_may_not_be_named_closes_nothing(clearly_screened, tilted, fraction, expected):
+    """Where the library's form leaves noise on fitted patches its own closure counts, too."""
+    _, nominal, _ = clearly_screened
+    judged = _judged(tilted, fraction=fraction, left=0.0)
+    assert closed_in_its_form(nominal, judged, 0.3) == pytest.approx(expected)
+    far = [
+        replace(one, patches=replace(one.patches, values=one.patches.values + 3e-3))
+        for one in tilted.fit.groups
+    ]
+    open_gap = replace(judged, fit=replace(tilted.fit, groups=far))
+    is_open = is_unexplained(nominal, open_gap, 0.3, 5e-4, is_measured=True)
+    assert is_open == (fraction > FARTHEST_FORM)
 
 
 def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):

@@ -52,7 +52,7 @@ def model(chi_square_per_patch, rms=0.0002, left=None, in_its_form=None):
     own.chance_of_noise = chance_beyond(exact * (_PATCHES - _PARAMETERS), _PATCHES - _PARAMETERS)
     return SimpleNamespace(
         fit=own,
-        judged=None if left is None else SimpleNamespace(left=left),
+        judged=None if left is None else SimpleNamespace(left=left, fraction=0.3),
         chi_square_per_patch=own.chi_square_per_patch,
         chance_of_noise=chance_beyond(own.chi_square, _PATCHES - _PARAMETERS),
     )
