@@ -211,6 +211,14 @@ class Effect:
         """Return how much of it there is, about the same in all poses; None: no such thing."""
         return None
 
+    def weight_doubt(self, own: Numbers) -> float:
+        """Return what the cause that has its name may add to the weight, as a share of that.
+
+        A standard error. A body at rest is as stiff as it is heavy: so much is its modulus in
+        doubt beside this effect.
+        """
+        return 0.0
+
     # How a diagnosis finds it.
 
     def stand_ins(self, site: Site) -> tuple[Change, ...]:

@@ -41,6 +41,12 @@ class GravityTilt(Effect):
         """Return the tilted gravity [m/s^2], shape (3,)."""
         return rotation_matrix(pair_of(own) @ np.stack(tilt_axes(gravity))) @ gravity
 
+    def weight_doubt(self, own: Numbers) -> float:
+        """Return what a push adds, if it is one: along gravity as much as in each way across."""
+        across = np.tan(np.linalg.norm(pair_of(own)))
+        whole, along = np.hypot(1.0, across) - 1.0, across / np.sqrt(2.0)
+        return float(np.sqrt(1.0 - self.most_confidence) * np.hypot(whole, along))
+
     def change(self, component: str, own: Numbers, site: Site) -> Change:
         """Return a turn of gravity, to first order in the tilt, which is a few degrees."""
         axis = self.frame(own, site)[component]

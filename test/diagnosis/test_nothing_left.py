@@ -13,6 +13,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.screening.shortlist import shortlist, starts_of, with_tangents
+from diffcal_ros.diagnosis.verdict import verdict_figures
 from diffcal_ros.diagnosis.verdict.naming import conclude
 from diffcal_ros.report.tables.verdict_text import verdict_lines
 import pytest
@@ -69,6 +70,13 @@ def test_a_name_is_for_what_matters(clearly_screened):
     lines = verdict_lines(small)
     assert 'NEAREST   gravity_tilt' in lines
     assert any('nearest comes gravity_tilt: it closes' in line for line in lines)
+    followed = [
+        any('may have followed it' in note for note in own.notes) for own in (small, large)
+    ]
+    assert followed == [True, False]
+    # What has the name of a tilt may be a push, and that adds to the weight.
+    modulus = large.parameters['after']['youngs_modulus']
+    assert modulus['std_error'] > verdict_figures.weight_doubt(tried) * modulus['value'] > 0.0
 
 
 def test_what_comes_nearest_to_an_unknown_effect_is_told(clearly_screened):

@@ -43,6 +43,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     parameter_table,
     spread_over_poses,
     times_detectable,
+    weight_doubt,
 )
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 import numpy as np
@@ -60,6 +61,10 @@ _TOLD = 0.05
 _OF_THIS_CAUSE = (
     'the parameters are those beside just this cause: beside one that looks the same they would '
     'be others, by more than their errors'
+)
+_FOLLOWED = (
+    'it is small beside the parameters as they are: they may have followed it, by more than their '
+    'errors'
 )
 # Of what comes about as near as the nearest.
 _MOST_NEAR = 3
@@ -101,9 +106,10 @@ def conclude(
     outliers: Sequence[LocalOutlier] = (),
 ) -> Diagnosis:
     """Put the verdict together."""
-    added, fitted = nominal, nominal
+    added, fitted, doubt = nominal, nominal, 0.0
     if choice is not None:
         added, fitted = choice.hypothesis.fit, choice.hypothesis.in_any_form
+        doubt = weight_doubt(choice.hypothesis)
     singles = () if selection is None else selection.singles
     named = _name(evaluator, nominal, scores, disagreement, choice, singles)
     unknown = named.unknown
@@ -124,7 +130,9 @@ def conclude(
         closure=named.closure,
         parameters={
             'before': parameter_table(nominal, nominal),
-            'after': parameter_table(fitted, nominal, is_known=unknown is None),
+            'after': parameter_table(
+                fitted, nominal, weight_doubt=doubt, is_known=unknown is None
+            ),
         },
         times_detectable=times_detectable(scores),
         limits=upper_limits(scores),
@@ -266,6 +274,7 @@ def _notes(
         notes.append(f'{left_out} patches show something else than the body and were left out')
     if disagreement.verdict is Verdict.BELOW_MARGIN:
         notes.append('something is there, but it is too small to matter: no name for it')
+        notes.append(_FOLLOWED)
         notes += [] if named.is_open else _nearest(choice, named.closure)
     if disagreement.verdict is Verdict.CANNOT_TELL and disagreement.gap.mesh > _COARSE:
         notes.append(

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
@@ -179,8 +180,20 @@ def closed_in_its_form(nominal: Refit, added: Hypothesis, closure: float) -> flo
     return float(np.fmax(closure, own))
 
 
+def weight_doubt(hypothesis: Hypothesis) -> float:
+    """Return what causes that have a model's names may add to the weight, as a share of it.
+
+    What swings tells its stiffness by its mass, whatever pushes it.
+    """
+    if hypothesis.evaluator.model.is_moving:
+        return 0.0
+    known = hypothesis.evaluator.model.effects.amplitudes(hypothesis.fit.coordinates)
+    own = [c.effect.weight_doubt(known[c.identifier]) for c in hypothesis.added]
+    return float(np.linalg.norm(own))
+
+
 def parameter_table(
-    fit: Refit, asked: Refit, *, is_known: bool = True
+    fit: Refit, asked: Refit, *, weight_doubt: float = 0.0, is_known: bool = True
 ) -> dict[str, dict[str, float | str]]:
     """Return value, standard error and unit of the parameters that were asked for.
 
@@ -190,6 +203,8 @@ def parameter_table(
     Args:
         fit: where they are.
         asked: a fit of those that are wanted.
+        weight_doubt: standard error of the weight, as a share of it. A body at rest tells its
+            moduli by that.
         is_known: whether what the model lacks is; else it may have drawn them by any amount, and
             they have no standard error: NaN.
     """
@@ -200,6 +215,8 @@ def parameter_table(
             continue
         coordinate, std_error = fit.of_the_body(index)
         value = parameter.value(coordinate)
+        if parameter.kind is Kind.YOUNGS_MODULUS:
+            std_error = float(np.hypot(std_error, weight_doubt))
         std_error = std_error if is_known else float('nan')
         table[parameter.name] = {
             'value': value,

@@ -9,7 +9,12 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict import verdict_figures
-from diffcal_ros.diagnosis.verdict.verdict_figures import judged_part, named_effects
+from diffcal_ros.diagnosis.verdict.verdict_figures import (
+    judged_part,
+    named_effects,
+    parameter_table,
+    weight_doubt,
+)
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
@@ -40,6 +45,29 @@ def test_of_a_form_what_is_most_of_its_usual_size_is_told():
 
 def test_what_a_known_cause_outside_the_library_imitates_is_less_sure_than_others():
     assert EFFECTS['gravity_tilt'].most_confidence < EFFECTS['added_mass'].most_confidence
+
+
+@pytest.mark.parametrize(
+    ('values', 'is_wider'), [({'gravity_tilt.a': 0.2, 'gravity_tilt.b': -0.1}, True), ({}, False)]
+)
+def test_a_modulus_beside_a_tilt_is_no_surer_than_a_push_allows(screened, values, is_wider):
+    evaluator, fit, scores = screened
+    name = 'gravity_tilt' if values else 'added_mass'
+    candidate = next(s.candidate for s in scores.scores if s.candidate.identifier == name)
+    found = try_effects(evaluator, fit, [candidate], values, max_iterations=1)
+    own = found.evaluator.model.effects.amplitudes(found.fit.coordinates)[name]
+    doubt = weight_doubt(found)
+    assert doubt == EFFECTS[name].weight_doubt(own)
+    assert (doubt > 0.02) == is_wider
+    as_fitted, told = (
+        parameter_table(found.fit, fit, weight_doubt=share) for share in (0.0, doubt)
+    )
+    modulus = told['youngs_modulus']
+    before = as_fitted['youngs_modulus']
+    assert modulus['std_error'] == pytest.approx(
+        np.hypot(before['std_error'], doubt * modulus['value'])
+    )
+    assert modulus['value'] == before['value']
 
 
 class _Known(list[Any]):
