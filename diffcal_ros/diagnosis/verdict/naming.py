@@ -175,7 +175,7 @@ def _name(
     is_sure = choice is not None and _tells_class(nominal, choice.hypothesis, closure)
     unknown = None
     if nearest is not None:
-        unknown = describe_unknown(evaluator, nominal, nearest, is_sure=is_sure)
+        unknown = describe_unknown(evaluator, nominal, nearest, is_sure=is_sure, closes=closure)
     effects: tuple[NamedEffect, ...] = ()
     is_open = choice is None or unknown is not None or bool(doubts)
     # A name is for a disagreement: at the size of what sensor and forms are off by anyway several

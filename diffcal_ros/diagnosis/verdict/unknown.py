@@ -101,15 +101,24 @@ def is_unexplained(
 
 
 def describe_unknown(
-    evaluator: PatchEvaluator, nominal: Refit, nearest: str, *, is_sure: bool = False
+    evaluator: PatchEvaluator,
+    nominal: Refit,
+    nearest: str,
+    *,
+    is_sure: bool = False,
+    closes: float = 0.0,
 ) -> Unknown:
     """Tell what class an effect outside the library is most like.
+
+    That of the library's effect which comes nearest, or of the fields that predict poses best:
+    whichever closes more on patches that no fit has seen. Fields know small motions only.
 
     Args:
         evaluator: of the nominal model.
         nominal: its fit.
         nearest: class of the library's effect that comes nearest.
-        is_sure: whether that tells the class.
+        is_sure: whether that tells the class, whatever fields close.
+        closes: share of the held-out gap that it closes.
     """
     # Frames of a motion are no poses of which one could be predicted from the others.
     is_moving = any(seen.instant is not None for seen in evaluator.model.observations)
@@ -117,7 +126,7 @@ def describe_unknown(
     if not tested:
         return Unknown(nearest, None)
     best = tested[0]
-    if is_sure:
+    if is_sure or closes >= best.closes:
         best = next((score for score in tested if score.group == nearest), best)
     return Unknown(best.group, _stand_in(best, tested))
 

@@ -8,6 +8,8 @@ from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.diagnosis.verdict import unknown
+from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 from diffcal_ros.diagnosis.verdict.unknown import describe_unknown, is_unexplained
 import numpy as np
 import pytest
@@ -147,3 +149,24 @@ def test_one_view_has_the_class_of_the_effect_that_comes_nearest(screened):
     assert found.group == 'material'
     assert found.stand_in is None
     assert found.sentence.endswith('class material')
+
+
+@pytest.mark.parametrize(
+    ('closes', 'is_sure', 'expected'),
+    [
+        (0.55, False, 'sensor'),
+        (0.45, False, 'shape'),
+        (np.nan, False, 'shape'),
+        (0.1, True, 'sensor'),
+    ],
+)
+def test_the_class_is_that_of_what_closes_more_where_no_fit_has_seen_it(
+    screened, monkeypatch, closes, is_sure, expected
+):
+    evaluator, nominal, _ = screened
+    tested = (ClassScore('shape', 90.0, 1.0, 0.5), ClassScore('sensor', 80.0, 1.0, 0.2))
+    monkeypatch.setattr(unknown, 'frame_test', lambda *_: tested)
+    found = describe_unknown(evaluator, nominal, 'sensor', is_sure=is_sure, closes=closes)
+    assert found.group == expected
+    assert found.stand_in is not None
+    assert found.stand_in.group == expected
