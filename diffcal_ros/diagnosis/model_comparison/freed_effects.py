@@ -86,8 +86,9 @@ def _with_its_rival_freed(
         is_near = rival.level > least and not rival.is_at_bound
         if not is_near or rival.identifiers == first.identifiers:
             continue
-        request = _request(rival, _LEAST_SHARE)
-        if request.freed:
+        # One that is free already and at its best is as it would be.
+        if _freed(rival, _LEAST_SHARE) or (rival.freed and not rival.fit.is_converged):
+            request = _request(rival, _LEAST_SHARE)
             both = judged([rival, *pool.refit_all([request])], basis, is_brief=True)
             others[place] = min(both, key=by_evidence)
             return sorted([first, *others], key=by_evidence)

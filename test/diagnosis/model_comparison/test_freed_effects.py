@@ -258,6 +258,13 @@ def test_the_rival_of_one_that_is_free_is_free_as_well(
     assert found[0].identifiers == (
         ('rest_curvature',) if is_asked and gain > behind else ('camera_offset',)
     )
+    # One that has come to rest with a free form is not fitted again.
+    free = _with_parts(rival, freed_effects._request(rival, 0.1).freed)
+    for is_converged in (True, False):
+        again = _Refits((-90.0,))
+        again.model = replace(free, fit=replace(free.fit, is_converged=is_converged))
+        freed_effects._with_its_rival_freed(again, [first, again.model], basis)
+        assert len(again.asked) == (is_asked and not is_converged)
     # One that is in the library's form asks no other for another.
     assert freed_effects._with_its_rival_freed(refits, [camera, rival], basis) == [camera, rival]
 
