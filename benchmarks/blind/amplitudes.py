@@ -265,6 +265,8 @@ OUTSIDE_CLASS = {
     'drawn': 'shape',
     'crazed': 'material',
     'skewed': 'sensor',
+    'worn': 'material',
+    'clipped': 'sensor',
 }
 
 

@@ -14,6 +14,8 @@ from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_forms import ELEVENTH_PAIRS
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.forms import FORMS, PAIRS
+from benchmarks.blind.fourteenth_forms import FOURTEENTH_PAIRS
+from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.ninth_forms import NINTH_PAIRS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
@@ -112,6 +114,7 @@ LAWS_SETS = {
     'eleventh': Contents(ELEVENTH_PAIRS, tuple(ELEVENTH_OUTSIDE), 60),
     'twelfth': Contents(TWELFTH_PAIRS, tuple(TWELFTH_OUTSIDE), 60),
     'thirteenth': Contents(THIRTEENTH_PAIRS, tuple(THIRTEENTH_OUTSIDE), 60),
+    'fourteenth': Contents(FOURTEENTH_PAIRS, tuple(FOURTEENTH_OUTSIDE), 300),
 }
 
 
@@ -168,8 +171,8 @@ def list_motion_form_cases(set_name: str, salt: str = '') -> list[Case]:
 def list_form_cases(set_name: str, salt: str = '') -> list[Case]:
     """List the cases of other forms: 60 clean, and each form of the set in two sizes.
 
-    The sixth set has 300 clean ones, and it and those after it have pairs of forms and causes
-    outside the library as well, and bodies of several laws.
+    The sixth set and the fourteenth have 300 clean ones. From the sixth on, sets have pairs of
+    forms and causes outside the library as well, and bodies of several laws.
     """
     if set_name not in FORM_SETS:
         raise ValueError(f'set is {set_name!r}: {" or ".join(FORM_SETS)}')

@@ -54,6 +54,19 @@ def lagged(
     return wanted
 
 
+def crept(
+    before: FloatArray, compliance: float, part: float
+) -> Callable[[FloatArray], FloatArray]:
+    """Return the turn of a clamp that creeps, by the moment on it, shape (3,) each.
+
+    Args:
+        before: where it was left [rad], shape (3,).
+        compliance: of its spring, once all has crept [rad/(N m)].
+        part: of the way to there that it goes in a pose.
+    """
+    return lambda moment: before + part * (compliance * moment - before)
+
+
 def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArray | float]:
     """Return by how much less than its compliance says a clamp gives way, by the moment on it."""
     if faults.clamp_form == 'one-sided':

@@ -21,10 +21,11 @@ _STICKING = 1e-4  # Over which friction sets in [m].
 _ROLL_STIFFNESS = 3.0e8  # Of a roll of foam [Pa/m^2]: by some millimetres.
 BAR = 0.010  # Radius of a bar [m].
 _ROLL = 0.018  # Of a roll of foam [m].
+_ROPE = 0.006  # Of a rubber rope [m].
 # Share of the free length at which what lies below the outer part alone begins.
 OUTER = {'step': 0.45, 'dish': 0.6}
 # Radius of what is round, along the world's z [m].
-ROUND = {'edge': BAR, 'roll': _ROLL}
+ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE}
 
 
 def contact_laws(
@@ -41,7 +42,7 @@ def contact_laws(
     if faults.contact_height is None:
         return ()
     stiffness = _CONTACT_STIFFNESS * areas
-    if faults.contact_form == 'edge':
+    if faults.contact_form in ('edge', 'rope'):
         return (_bar(observation, faults, stiffness, 1),)
     if faults.contact_form == 'roll':
         return (_bar(observation, faults, _ROLL_STIFFNESS * areas, 2),)

@@ -43,17 +43,19 @@ class Faults(LaterFaults):
             end, from where it falls by the exponential of the place, of what lies below a
             `lamp`, above `contrast_at`, against all that is far from it, of two pours whose
             border at `contrast_at` is `slanted`: farther out on the upper side, of what is
-            `patched`, from there to `contrast_until` on one side, against all else, or `streaky`:
-            by the sine of the place, aslant.
+            `patched`, from there to `contrast_until` on one side, against all else, `streaky`:
+            by the sine of the place, aslant, or of a tube that is `cored` into the middle of the
+            section, up to `contrast_at`, against all else.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `recruited`: of fibres
-            that lie in waves until they are drawn straight, or `braided`: of threads aslant to
-            the body's length, by the exponential of the square of their growth.
+            that lie in waves until they are drawn straight, `braided`: of threads aslant to
+            the body's length, by the exponential of the square of their growth, or `knitted`: of
+            loops along it near the surface, by the cube of that.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's or of Veronda's and Westmann's,
             C3 / C1, the share of the shear modulus at rest that the form has, the modulus of
             all fibres, were they straight and not slack, or that at first of a braid along the
-            body, over E [-].
+            body, or of loops whose square grew by a tenth, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -72,8 +74,9 @@ class Faults(LaterFaults):
             mouth: in all as much as is given, where the body is rigid; on a `flexure`, which
             shifts and turns it by force and moment as the end of a leaf spring; with a `play`
             through which it turns at first as is given, and then no more; `preloaded`: not at
-            all up to a moment of `clamp_preload`, and as is given by what goes beyond that; or
-            `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind.
+            all up to a moment of `clamp_preload`, and as is given by what goes beyond that;
+            `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind; or
+            `creeping`: in each pose by a part `clamp_crept` of what it lacks to that.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -93,8 +96,9 @@ class Faults(LaterFaults):
             clamp: its tip moves as far as an arc's), a `kink`: ten times as much in a tenth
             of the free length alone, around `curvature_at`, that of a mould on two
             `trestles`, which sagged by its weight between and beyond them (the tip moves as far
-            as an arc's), or `coiled`: a spiral, whose radius falls evenly to three tenths at the
-            tip (which moves as far as an arc's).
+            as an arc's), `coiled`: a spiral, whose radius falls evenly to three tenths at the
+            tip (which moves as far as an arc's), or `draped` over a rail at `curvature_at`, from
+            which both ends hung (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -104,7 +108,8 @@ class Faults(LaterFaults):
             yields to the pressure the less the thinner it is pressed, a `roll` of foam along
             the world's z, a block with a `step`, which begins below the outer half and is
             lower beyond `contact_share`, a `vee`: a groove along the world's x, the `pan` of a
-            balance, which sinks by all of the force on it, or a round `dish` below the outer part.
+            balance, which sinks by all of the force on it, a round `dish` below the outer part, or
+            a rubber `rope` along the world's z between two posts.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -115,7 +120,8 @@ class Faults(LaterFaults):
             which falls with the square of the depth and that angle's cosine; `upper rows`: it
             falls by the exponential of the row, from the image's upper edge on; or that of an
             `entry` of the table by which a sensor corrects depths: it falls evenly to nothing
-            over `depth_spacing` on either side of `depth_entry`.
+            over `depth_spacing` on either side of `depth_entry`; or that of a `veil` of light from
+            `depth_veil`, by the light that returns.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -135,7 +141,8 @@ class Faults(LaterFaults):
         creep_share: g of a Prony pair: all stresses relax to 1 - g of what they were [-].
         creep_time: tau of that pair [s].
         creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
-        contact_share: share of the free length that lies over a bar, or over the edge of a step.
+        contact_share: share of the free length that lies over a bar, a rope or the edge of a
+            step.
         contact_at: where the bar's axis is along the world's x, or the groove's bottom along z
             [m].
         camera_drifts: whether the camera's error grows from pose to pose.
@@ -195,7 +202,7 @@ class Faults(LaterFaults):
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws.
-        curvature_at: share of the free length of the middle of a kink.
+        curvature_at: share of the free length of the middle of a kink, or of a rail.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
         mass_drop: height above the table at which `added_mass` hangs [m].
         bath: share of the weight of what is below a liquid's level that the liquid bears.
@@ -211,8 +218,8 @@ class Faults(LaterFaults):
         clamp_drag: shear of the held section: by how much its parts are shifted along the
             object's x, over their y and z from its middle [-].
         clamp_play: turn at which a clamp with play gives way no more [deg].
-        contrast_at: share of the free length above which a lamp stands, or where a border lies,
-            or a patch begins.
+        contrast_at: share of the free length above which a lamp stands, where a border lies or a
+            patch begins, or up to which a tube reaches.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the

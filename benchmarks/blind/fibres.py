@@ -10,7 +10,8 @@ A = a a a a in addition to the stiffness, a . S a of the compliance goes from 1/
 
 Fibres in waves have g^3 / (g + w) in place of the square of g = a . C a - 1: next to nothing
 before they are drawn straight, and the square far beyond w. Steep ones have (exp(q g^2) - 1) / q
-(Holzapfel, Gasser and Ogden 2000, J. Elasticity 61).
+(Holzapfel, Gasser and Ogden 2000, J. Elasticity 61). Loops of a knit have g^3: they bear nothing
+at first, and the more the straighter they are.
 """
 
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ class Fibres:
         waves: w [-]; 0 of fibres that are straight at rest.
         steep: q [-]; 0 of those that go with the square.
         pressed: whether they resist a push alone, as the sides of a crack do.
+        knit: whether their energy goes with the cube, as that of loops does.
     """
 
     stiffness: FloatArray
@@ -41,6 +43,7 @@ class Fibres:
     waves: float = 0.0
     steep: float = 0.0
     pressed: bool = False
+    knit: bool = False
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
@@ -82,6 +85,8 @@ class Fibres:
     def _resisted(self, growth: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return energy over K, and its two derivatives by how much a fibre's square grew."""
         g, w = growth, self.waves
+        if self.knit:
+            return g**3, 3.0 * g**2, 6.0 * g
         if self.steep:
             grown = np.exp(np.minimum(self.steep * g**2, _MOST))
             curve = (2.0 + 4.0 * self.steep * g**2) * grown

@@ -28,6 +28,7 @@ from benchmarks.blind.form import (
     stiffening_form,
     tilt_form,
 )
+from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS
 from benchmarks.blind.ninth_forms import NINTH_FORMS
 from benchmarks.blind.rotations import rigid, rotation
 from benchmarks.blind.sensor import DRAWN
@@ -187,6 +188,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'eleventh': ELEVENTH_FORMS,
     'twelfth': TWELFTH_FORMS,
     'thirteenth': THIRTEENTH_FORMS,
+    'fourteenth': FOURTEENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -40,6 +40,7 @@ from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
+from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.labels import label_of, write_json
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.motion_forms import MOTION_FORMS
@@ -102,7 +103,8 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
-    drawers = {**LIBRARY, **MOTION, **earlier, **later, **THIRTEENTH_OUTSIDE, **forms}
+    last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE}
+    drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth and the thirteenth set.
+    """Amplitudes that came with the twelfth to the fourteenth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -40,6 +40,18 @@ class LaterFaults:
         crazed: by which share of E the uppermost quarter resists a pull along the object's x less
             than a push.
         skewed: by how much the columns of an image are shifted over its rows [-].
+        clamp_pinch: share of its height that the held section loses between jaws.
+        clamp_wedge: by how much that is more at the side of positive y.
+        clamp_crept: share of its way that a clamp which creeps goes in each pose.
+        contact_span: half the distance between a rope's posts [m].
+        contact_drawn: by which share the rope is longer between them than if it were loose.
+        contact_tension: force that draws it then [N].
+        depth_veil: depth of what spreads its light over an image [m].
+        region_bands: distance from band to band of tape, as a share of the free length, and
+            which share of that a band has; from `region_from` on; (0, 0): all is one band.
+        worn: share of E that rubber loses at most by strains of the poses before.
+        clipped: how far the least depth that a sensor tells lies beyond `clipped_near` [mm].
+        clipped_near: depth of the nearest place on a body's middle line [m].
     """
 
     stiffening_slant: float = 0.0
@@ -66,3 +78,14 @@ class LaterFaults:
     pane_normal: Vector = (0.0, 0.0, 1.0)
     crazed: float = 0.0
     skewed: float = 0.0
+    clamp_pinch: float = 0.0
+    clamp_wedge: float = 0.0
+    clamp_crept: float = 0.0
+    contact_span: float = 0.0
+    contact_drawn: float = 0.0
+    contact_tension: float = 0.0
+    depth_veil: float = 0.0
+    region_bands: tuple[float, float] = (0.0, 0.0)
+    worn: float = 0.0
+    clipped: float = 0.0
+    clipped_near: float = 0.0

@@ -3,6 +3,7 @@
 """How stiff a body is from place to place."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import Setup
@@ -11,6 +12,7 @@ from benchmarks.blind.shapes import FloatArray
 _JAW = 0.15  # Share of the free length over which a soft root gives way.
 _TORN = 0.05  # Half the share of the free length of a torn piece.
 DECAY = 0.2  # Share of the free length over which what comes from the clamp falls to a third.
+_CORE = 0.5  # Share of width and height of a tube that is cast in.
 _LAMP = 0.15  # Share of the free length over which a lamp's light falls to a half.
 _CAVITY = 5.0  # By which log E falls where there is no matter.
 
@@ -34,6 +36,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'slanted': np.where(share > _border(setup, faults, points), 0.5, -0.5),
         'patched': _patch(faults, share, points),
         'streaky': np.sin(2.0 * np.pi * _aslant(setup, faults, share, points)),
+        'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
     change = faults.contrast * mode
@@ -57,6 +60,12 @@ def lamp_light(share: FloatArray, at: float) -> FloatArray:
         at: share above which it stands, as high as `_LAMP`.
     """
     return np.asarray(1.0 / (1.0 + ((share - at) / _LAMP) ** 2))
+
+
+def in_core(setup: Setup, points: FloatArray) -> NDArray[np.bool_]:
+    """Return which Gauss points lie in the core of the section, shape (C, 8)."""
+    outward = np.abs(points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
+    return np.asarray(outward.max(axis=1) < _CORE)
 
 
 def _border(setup: Setup, faults: Faults, points: FloatArray) -> FloatArray:

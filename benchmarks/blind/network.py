@@ -3,7 +3,8 @@
 """Rubber that is stiffened by fibres on all sides, or on its upper side.
 
 Short ones in all directions, which lie in waves until they are drawn straight; or threads of a
-braid, which cross the body aslant and resist a pull by its exponential. On the upper side alone a
+braid, which cross the body aslant and resist a pull by its exponential; or loops of a knitted
+sleeve, along the body and near its surface. On the upper side alone a
 fabric resists a pull, and the sides of its cracks a push.
 """
 
@@ -24,18 +25,27 @@ _AXES = np.array(
     + [[way * _GOLDEN, 0.0, 1.0] for way in (1.0, -1.0)]
 )
 AXES = _AXES / np.linalg.norm(_AXES[0])
+_ALONG = np.array([1.0, 0.0, 0.0])
+_KNIT_FROM = 0.6  # Of the way from the section's middle to its surface.
+_DRAWN = 0.1  # Growth of a loop's square at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
 _SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
 
 
-def reinforced(numbers: Constants, modulus: FloatArray, faults: Faults) -> Constants:
+def reinforced(
+    numbers: Constants, modulus: FloatArray, faults: Faults, outward: FloatArray | float = 0.0
+) -> Constants:
     """Return the numbers of a law with what stiffens it in other forms than the library's.
 
     Args:
         numbers: of the law without.
         modulus: E at the Gauss points [Pa].
         faults: say in which form, and how much.
+        outward: of these, 0 in the section's middle and 1 at its surface.
     """
+    if faults.stiffening_form == 'knitted' and faults.stiffening:
+        knit = faults.stiffening * modulus / (24.0 * _DRAWN) * (np.asarray(outward) > _KNIT_FROM)
+        return replace(numbers, network=(Fibres(knit, _ALONG, slack=True, knit=True),))
     if faults.stiffening_form == 'braided' and faults.stiffening:
         return replace(numbers, network=_braid(modulus, faults))
     if faults.stiffening_form != 'recruited' or not faults.stiffening:
@@ -58,14 +68,14 @@ def on_upper_side(
         heights: of these, -1 at the lower face and 1 at the upper one.
         faults: say what there is.
     """
-    along, above = np.array([1.0, 0.0, 0.0]), heights > 0.5
+    above = heights > 0.5
     if faults.fabric:
         stiffness = faults.fabric * modulus / 8.0 * above
-        return replace(numbers, fabric=Fibres(stiffness, along, slack=True))
+        return replace(numbers, fabric=Fibres(stiffness, _ALONG, slack=True))
     if faults.crazed:
         # What cracks take from the modulus they give back where they are shut.
         stiffness = faults.crazed / (1.0 - faults.crazed) * modulus / 8.0 * above
-        return replace(numbers, fabric=Fibres(stiffness, along, pressed=True))
+        return replace(numbers, fabric=Fibres(stiffness, _ALONG, pressed=True))
     return numbers
 
 

@@ -24,6 +24,7 @@ from benchmarks.blind.surface import (
     moved,
     tip_part,
 )
+from benchmarks.blind.veil import veiled
 
 FRAMES = 8
 _SAGS = 0.8  # What a mount has yet to sag falls by so much of its logarithm from pose to pose.
@@ -51,6 +52,7 @@ def true_rendering(
             faults.region_ramp,
             faults.region_until,
             mesh.lattice[:, 2] if faults.region_above else None,
+            faults.region_bands,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -69,6 +71,7 @@ def true_rendering(
     depth = depth + _jump(rendering, faults)
     tip = tip_part(rendering.labels) * rendering.facing**faults.region_gloss
     depth = depth + 1e-3 * faults.region_bias * tip
+    depth = np.maximum(depth, _least_depth(faults))
     return replace(rendering, depth=_in_steps(depth, faults))
 
 
@@ -107,6 +110,11 @@ def _jump(rendering: Rendering, faults: Faults) -> FloatArray | float:
     if not faults.jump:
         return 0.0
     return np.asarray(1e-3 * faults.jump * (rendering.depth > faults.jump_from))
+
+
+def _least_depth(faults: Faults) -> float:
+    """Return the least depth that a sensor tells, which it tells of all that is nearer [m]."""
+    return faults.clipped_near + 1e-3 * faults.clipped if faults.clipped else 0.0
 
 
 def _in_steps(depth: FloatArray, faults: Faults) -> FloatArray:
@@ -178,19 +186,10 @@ def _bias_share(
         distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
         return np.asarray((seen / distance) ** 2)
-    if faults.depth_form == 'near field':
-        # Where the camera looks at it is all there.
-        distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
-        seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
-        return np.asarray(np.exp((distance - seen) / _NEAR))
     if faults.depth_form == 'incidence':
         return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
-    if faults.depth_form == 'walk':
-        # Of what is met squarely where the camera looks at it is all there.
-        distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
-        seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
-        light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
-        return np.asarray(1.0 - np.log(light))
+    if faults.depth_form in ('near field', 'walk', 'veil'):
+        return _share_by_distance(rendering, setup, faults)
     if faults.depth_form == 'entry':
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, faults.depth_entry)
         away = np.abs(seen - faults.depth_entry) / faults.depth_spacing
@@ -212,6 +211,20 @@ def _bias_share(
         through = (setup.pose_number(observation) + 0.5) / len(setup.observations)
         share = float(np.sin(np.pi * through))
     return np.full((height, width, 1), share)
+
+
+def _share_by_distance(rendering: Rendering, setup: Setup, faults: Faults) -> FloatArray:
+    """Return how much of an error of depth is there that is stated where the camera looks."""
+    distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
+    seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
+    if faults.depth_form == 'near field':
+        return np.asarray(np.exp((distance - seen) / _NEAR))
+    # The others are stated of what is met squarely.
+    if faults.depth_form == 'veil':
+        errors = veiled(seen, rendering.facing, distance, faults)
+        return np.asarray(errors / (1e-3 * faults.depth_bias))
+    light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
+    return np.asarray(1.0 - np.log(light))
 
 
 def true_camera(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The pan of a balance, which sinks in proportion to all of the force on it."""
+"""What sinks as a whole by all of the force on it, as the pan of a balance does."""
 
 from collections.abc import Callable
 
@@ -16,16 +16,16 @@ def settle_on_pan(
     start: FloatArray,
     loads: Callable[[float], Load],
     normal: FloatArray,
-    give: float,
+    give: Callable[[float], float],
 ) -> FloatArray:
-    """Return node positions at rest on a pan that has sunk as its spring asks, shape (N, 3).
+    """Return node positions at rest on a pan that has sunk as its force asks, shape (N, 3).
 
     Args:
         body: the elastic body.
         start: first guess [m], shape (N, 3); its held nodes stay.
         loads: on it by how far the pan has sunk [m]; the pan's push is the first potential.
         normal: of the pan, object frame, shape (3,).
-        give: by how much it sinks by force [m/N].
+        give: by how much it sinks [m] by force [N].
     """
     positions, sunk = start, 0.0
     for _ in range(60):
@@ -33,8 +33,8 @@ def settle_on_pan(
         positions = find_equilibrium(body, load, positions)
         force = -float((load.potentials[0](positions).gradient @ normal).sum())
         # Part of a step: the body pushes less the farther the pan has sunk.
-        change = 0.6 * (give * force - sunk)
+        change = 0.6 * (give(force) - sunk)
         if abs(change) < _TOLERANCE:
             return positions
         sunk += change
-    raise RuntimeError(f'the pan found no rest at {give:g} m/N')
+    raise RuntimeError('the pan found no rest')

@@ -53,6 +53,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'kink':
         begin, end = faults.curvature_at - 0.5 * _KINK, faults.curvature_at + 0.5 * _KINK
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
+    if faults.curvature_form == 'draped':
+        return _bent_in_parts(nodes, shape, _draped(curvature, faults.curvature_at))
     if faults.curvature_form in ('S', 'middle', 'helix', 'set', 'trestles', 'coiled'):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
@@ -80,6 +82,24 @@ def _parts(curvature: FloatArray, form: str) -> list[tuple[float, float, FloatAr
             continue
         turn = rotation(np.array([_HELIX_TURN * (middle - 0.5), 0.0, 0.0]))
         found.append((begin, end, _HELIX_MORE * turn @ curvature))
+    return found
+
+
+def _draped(curvature: FloatArray, at: float) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that hung from a rail, the tip as far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        at: share of the free length that lay on the rail.
+    """
+    # Both ends pull by their even load: moments go with the square of the way from an end.
+    lever = at * (1.0 / 3.0 - 0.25 * at) + 0.25 * (1.0 - at) ** 2
+    found = []
+    for number in reversed(range(_PARTS)):
+        begin, end = number / _PARTS, (number + 1) / _PARTS
+        middle = 0.5 * (begin + end)
+        moment = min(middle / at, (1.0 - middle) / (1.0 - at)) ** 2
+        found.append((begin, end, 0.5 / lever * moment * curvature))
     return found
 
 

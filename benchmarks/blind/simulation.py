@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the nodes of a body come to rest, faults included."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -10,6 +11,7 @@ import numpy as np
 from benchmarks.blind.blower import blown
 from benchmarks.blind.body import Body, spread
 from benchmarks.blind.clamps import (
+    crept,
     lagged,
     settle_clamped,
     settle_in_foam,
@@ -24,6 +26,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.flexure import flexure_compliance
 from benchmarks.blind.heights import by_height
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
+from benchmarks.blind.jaws import pinched
 from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
@@ -32,18 +35,30 @@ from benchmarks.blind.network import on_upper_side, reinforced
 from benchmarks.blind.pan import settle_on_pan
 from benchmarks.blind.pulls import pulls, tether, turntable
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
+from benchmarks.blind.rope import rope_give
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.seventh_outside import pressed, warmed
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.springs import around, springs
+from benchmarks.blind.wear import worn
 
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
 # Forms of a tilt that leave gravity as it is, and push beside it.
 _PUSHES = ('growing', 'outer_push', 'middle_push', 'thread', 'turntable', 'blower')
 # Masses that are not the same, or not at the same place, in every pose.
 _BY_POSE = {'loose': ring_masses, 'drying': cloth_masses}
+# How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
+_LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
+    'rubbing': lambda turn, faults: lagged(turn, faults.clamp_compliance, faults.clamp_rub),
+    'creeping': lambda turn, faults: crept(turn, faults.clamp_compliance, faults.clamp_crept),
+}
+# By how much that sinks on which a body lies [m]: rules by the force on it [N].
+_SINKING: dict[str, Callable[[Faults], Callable[[float], float]]] = {
+    'pan': lambda faults: lambda force: faults.contact_give * force,
+    'rope': rope_give,
+}
 
 
 def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Specimen:
@@ -58,7 +73,9 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     modulus = setup.youngs_modulus * np.exp(log_modulus(setup, faults, share, at_points))
     plain = setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio)
     heights = at_points[:, 2] / (0.5 * setup.shape.section[1])
-    numbers = on_upper_side(reinforced(plain, modulus, faults), modulus, heights, faults)
+    outward = np.abs(at_points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
+    numbers = reinforced(plain, modulus, faults, outward.max(axis=1))
+    numbers = on_upper_side(numbers, modulus, heights, faults)
     count = len(mesh.nodes)
     masses = setup.density * quadrature.volumes
     if faults.hollow:
@@ -107,6 +124,14 @@ def _softened(specimen: Specimen, factor: float) -> Specimen:
     return replace(specimen, body=replace(specimen.body, numbers=numbers))
 
 
+def _worn(specimen: Specimen, setup: Setup, observation: Observation, faults: Faults) -> Specimen:
+    """Make a body softer where the poses before one strained it."""
+    fresh = replace(faults, worn=0.0)
+    views = setup.observations[: setup.pose_number(observation)]
+    rests = [partial(settle, setup=setup, observation=view, faults=fresh) for view in views]
+    return worn(specimen, lambda body, number: rests[number](body), len(rests), faults.worn)
+
+
 def _dragged(specimen: Specimen, faults: Faults) -> Specimen:
     """Shear the held section along x; all else starts from where that turns it."""
     mesh, (by_y, by_z) = specimen.mesh, faults.clamp_drag
@@ -142,10 +167,10 @@ def _node_areas(mesh: HexMesh) -> FloatArray:
     return areas
 
 
-def settle(
+def _in_pose(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
-) -> FloatArray:
-    """Return node positions in one pose, object frame [m], shape (N, 3)."""
+) -> Specimen:
+    """Return a body as it is in one pose, where that is not the same in all."""
     if faults.heat:
         share = faults.heat_shares[setup.pose_number(observation)]
         specimen = _heated(specimen, share * faults.heat)
@@ -153,20 +178,31 @@ def settle(
         specimen = _recovered(specimen, setup, observation, faults)
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
-    if faults.mass_form in _BY_POSE and faults.added_mass:
-        masses, shares = specimen.body.masses, specimen.shares
-        added = _BY_POSE[faults.mass_form](masses, shares, setup, observation, faults)
-        specimen = replace(specimen, added=added)
+    if faults.worn:
+        specimen = _worn(specimen, setup, observation, faults)
+    if faults.mass_form not in _BY_POSE or not faults.added_mass:
+        return specimen
+    masses, shares = specimen.body.masses, specimen.shares
+    added = _BY_POSE[faults.mass_form](masses, shares, setup, observation, faults)
+    return replace(specimen, added=added)
+
+
+def settle(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray:
+    """Return node positions in one pose, object frame [m], shape (N, 3)."""
+    specimen = _in_pose(specimen, setup, observation, faults)
     load = _load(specimen, setup, observation, faults)
-    specimen = _dragged(specimen, faults)
+    specimen = pinched(_dragged(specimen, faults), faults)
     nominal = _clamp(specimen, setup, observation, faults)
     give = faults.clamp_compliance
     if faults.contact_height is not None and faults.contact_form == 'friction':
         return _settle_rubbing(specimen, load, nominal, *half_space(observation, faults))
-    if faults.contact_height is not None and faults.contact_form == 'pan':
+    if faults.contact_height is not None and faults.contact_form in _SINKING:
         loads = partial(_load_on_pan, specimen, setup, observation, faults)
         start, normal = applied(nominal, specimen.mesh.nodes), half_space(observation, faults)[0]
-        return settle_on_pan(specimen.body, start, loads, normal, faults.contact_give)
+        sinks = _SINKING[faults.contact_form](faults)
+        return settle_on_pan(specimen.body, start, loads, normal, sinks)
     if faults.clamp_form == 'lined':
         return settle_in_foam(specimen, load, nominal, give)
     if faults.clamp_form == 'shear':
@@ -179,21 +215,21 @@ def settle(
         corner = specimen.center + 0.5 * np.array([0.0, width, -height])
         specimen = replace(specimen, center=corner)
     wanted = wanted_turn(setup, faults)
-    if faults.clamp_form == 'rubbing':
+    if faults.clamp_form in _LASTING:
         before = _stayed(specimen, setup, observation, faults)
-        wanted = lagged(before, give, faults.clamp_rub)
+        wanted = _LASTING[faults.clamp_form](before, faults)
     return settle_clamped(specimen, load, nominal, wanted)[0]
 
 
 def _stayed(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
 ) -> FloatArray:
-    """Return the turn at which a clamp that rubs was left by the poses before one [rad]."""
+    """Return the turn at which a clamp that rubs or creeps was left by the poses before [rad]."""
     turn = np.zeros(3)
     for before in setup.observations[: setup.pose_number(observation)]:
         load = _load(specimen, setup, before, faults)
         nominal = _clamp(specimen, setup, before, faults)
-        wanted = lagged(turn, faults.clamp_compliance, faults.clamp_rub)
+        wanted = _LASTING[faults.clamp_form](turn, faults)
         turn = settle_clamped(specimen, load, nominal, wanted)[1]
     return turn
 

@@ -51,6 +51,7 @@ def body_triangles(
     ramp: float = 0.0,
     tip_until: float = 1.0,
     heights: FloatArray | None = None,
+    bands: tuple[float, float] = (0.0, 0.0),
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -62,6 +63,8 @@ def body_triangles(
         ramp: share over which, around that, the labels go over from root to tip.
         tip_until: share beyond which they are the root's again, with the same ramp; 1: none.
         heights: of its nodes; what lies at or below 0 is the root's, shape (N,). None: nothing.
+        bands: distance between the tip's bands from `tip_from` on, and which share of that each
+            has; (0, 0): it is one.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -77,6 +80,9 @@ def body_triangles(
         corners.append(points[:, triangles].reshape(-1, 3, 3))
         places = along[:, triangles, 0].mean(axis=-1)
         sides = _side(places, tip_from, ramp, tip_until)
+        if bands[0]:
+            within = (places - tip_from) % bands[0] < bands[0] * bands[1]
+            sides = np.where(within, sides, ROOT)
         if heights is not None:
             above = (values @ heights[nodes][..., None])[:, triangles, 0].mean(axis=-1)
             sides = np.where(above > 0.0, sides, ROOT)

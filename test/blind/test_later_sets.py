@@ -17,6 +17,8 @@ from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS, ELEVENTH_PAIRS
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.form import Form
 from benchmarks.blind.forms import BY_KEY, FORMS
+from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS, FOURTEENTH_PAIRS
+from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.ninth_forms import NINTH_FORMS, NINTH_PAIRS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.rubber import LAWS
@@ -39,6 +41,7 @@ COUNTS = {
     'eleventh': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
     'twelfth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
     'thirteenth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
+    'fourteenth': {'clean': 300, 'form': 16, 'pair': 4, 'outside': 4},
 }
 
 
@@ -66,6 +69,13 @@ OWN = {
         THIRTEENTH_FORMS,
         THIRTEENTH_PAIRS,
         THIRTEENTH_OUTSIDE,
+        frozenset({'material', 'sensor'}),
+        3,
+    ),
+    'fourteenth': Own(
+        FOURTEENTH_FORMS,
+        FOURTEENTH_PAIRS,
+        FOURTEENTH_OUTSIDE,
         frozenset({'material', 'sensor'}),
         3,
     ),
@@ -103,8 +113,9 @@ def test_every_set_of_several_laws_is_checked_here() -> None:
 def test_worlds_are_of_all_laws_sensors_and_shapes(set_name: str, cases: list[Case]) -> None:
     clean = [case for case in cases if case.kind == 'clean']
     whole = Counter((case.law, case.sensor, case.family) for case in clean)
-    assert len(whole) == min(len(LAWS) * len(DRAWN) * 4, COUNTS[set_name]['clean'])
-    assert set(whole.values()) == {1}
+    kinds, count = len(LAWS) * len(DRAWN) * 4, COUNTS[set_name]['clean']
+    assert len(whole) == min(kinds, count)
+    assert set(whole.values()) == {max(count // kinds, 1)}
     assert {law for law, _, _ in whole} == set(LAWS)
     assert {sensor for _, sensor, _ in whole} == set(DRAWN)
     assert len({family for _, _, family in whole}) == 4

@@ -17,6 +17,8 @@ from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import BY_KEY
+from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS
+from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.ninth_forms import NINTH_FORMS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.setups import Setup
@@ -65,6 +67,8 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'added_mass/pooled': {'mass_form': 'hat', 'added_mass_at': 0.7},
     'stiffness_contrast/streaky': {'contrast_mode': 'split'},
     'compliant_clamp/rubbing': {'clamp_form': 'turn'},
+    'rest_curvature/draped': {'curvature_form': 'arc'},
+    'compliant_clamp/creeping': {'clamp_form': 'turn'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -87,9 +91,12 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/entry': {'depth_form': 'affine'},
     'camera_offset/in turn': {'camera_scatter': ()},
     'depth_bias_by_region/receding': {'region_places': ()},
+    'depth_affine/veil': {'depth_form': 'affine'},
+    'depth_bias_by_region/banded': {'region_bands': (0.0, 0.0)},
 }
 OTHERS = {
     'clamp_offset/dragged',
+    'clamp_offset/pinched',
     'clamp_offset/slid out',
     'contact_plane/rig',
     'camera_offset/pane',
@@ -97,9 +104,12 @@ OTHERS = {
     'contact_plane/mat',
     'contact_plane/pan',
     'contact_plane/roll',
+    'contact_plane/rope',
     'contact_plane/step',
     'contact_plane/vee',
+    'stiffness_contrast/cored',
     'strain_stiffening/braided',
+    'strain_stiffening/knitted',
     'strain_stiffening/recruited',
     'strain_stiffening/veronda_westmann',
 }
@@ -111,6 +121,7 @@ CAUSES = {
     **ELEVENTH_OUTSIDE,
     **TWELFTH_OUTSIDE,
     **THIRTEENTH_OUTSIDE,
+    **FOURTEENTH_OUTSIDE,
 }
 
 
@@ -120,7 +131,8 @@ def _drawn(key: str, setup: Setup) -> Faults:
 
 def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
-    keys = {form.key for form in (*earlier, *ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS)}
+    later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
+    keys = {form.key for form in (*earlier, *later)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
@@ -130,6 +142,7 @@ def test_every_form_is_checked_here() -> None:
         (ELEVENTH_FORMS, {'clamp_offset', 'compliant_clamp', 'depth_affine'}),
         (TWELFTH_FORMS, {'rest_curvature', 'gravity_tilt', 'depth_bias_by_region'}),
         (THIRTEENTH_FORMS, {'strain_stiffening', 'clamp_offset', 'depth_affine'}),
+        (FOURTEENTH_FORMS, {'gravity_tilt', 'added_mass', 'camera_offset'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking
