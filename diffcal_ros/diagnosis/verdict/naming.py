@@ -175,7 +175,10 @@ def _name(
     is_sure = choice is not None and _tells_class(nominal, choice.hypothesis, closure)
     unknown = None
     if nearest is not None:
-        unknown = describe_unknown(evaluator, nominal, nearest, is_sure=is_sure, closes=closure)
+        # A form that is free may close anything.
+        is_free = choice is not None and bool(choice.hypothesis.freed)
+        closes = float('nan') if is_free else closure
+        unknown = describe_unknown(evaluator, nominal, nearest, is_sure=is_sure, closes=closes)
     effects: tuple[NamedEffect, ...] = ()
     is_open = choice is None or unknown is not None or bool(doubts)
     # A name is for a disagreement: at the size of what sensor and forms are off by anyway several
