@@ -5,15 +5,18 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters
+from diffcal_ros.diagnosis.answers import Verdict
+from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
+from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import doubts, naming
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
-from diffcal_ros.diagnosis.verdict.unknown import is_unexplained
-from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form
+from diffcal_ros.diagnosis.verdict.unknown import is_unexplained, Unknown
+from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form, closure_of
 import numpy as np
 import pytest
 
@@ -189,6 +192,35 @@ def test_what_closes_the_gap_in_about_its_form_tells_the_class(
 ):
     _, nominal, _ = clearly_screened
     assert naming._tells_class(nominal, _judged(tilted, **changes), closure) is expected
+
+
+def test_a_free_form_closes_nothing_for_the_class(clearly_screened, bent, monkeypatch):
+    evaluator, nominal, scores = clearly_screened
+    told = []
+
+    def described(*_, closes, **__):
+        told.append(closes)
+        return Unknown('shape', None)
+
+    monkeypatch.setattr(naming, 'describe_unknown', described)
+    judged = measure_disagreement(nominal, scores, margin=1e-5)
+    judged = replace(judged, verdict=Verdict.DISAGREE)
+    free = try_effects(
+        evaluator,
+        nominal,
+        bent.added,
+        bent.fit.values_by_name(),
+        max_iterations=1,
+        freed=tuple(form_parameters(bent.added[0].effect, 0.3)),
+    )
+    # By a form that is another thing: it has no name.
+    models = [_judged(model, fraction=0.9) for model in (bent, free)]
+    for own in models:
+        choice = Choice(own, dict.fromkeys(own.identifiers, 1.0), own.identifiers, None)
+        naming._name(evaluator, nominal, scores, judged, choice, ())
+    closes, free = told
+    assert closes == closure_of(nominal, models[0].fit, is_measured=True)
+    assert np.isnan(free)
 
 
 def test_no_shape_is_another_one_in_each_pose(clearly_screened, tilted, bent):
