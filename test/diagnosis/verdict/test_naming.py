@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A name says what the library says of it: what is far from that has none."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.form_parameters import form_parameters
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
+from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
@@ -12,6 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import doubts, naming
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
@@ -114,7 +117,11 @@ def test_what_leaves_far_more_than_the_floors_asks_for_its_form(
 
 def _with_a_free_form(model: Hypothesis) -> Hypothesis:
     """Return a model whose effect may be of other forms by its parameters, and is of none."""
-    parts = tuple(form_parameters(model.added[0].effect, 0.3))
+    return _with_parts(model, form_parameters(model.added[0].effect, 0.3))
+
+
+def _with_parts(model: Hypothesis, parts: Sequence[Parameter]) -> Hypothesis:
+    """Return a model that knows of further parameters, all of them zero."""
     fit, parameters = model.fit, model.fit.parameters
     covariance = np.eye(len(fit.coordinates) + len(parts))
     covariance[: len(fit.coordinates), : len(fit.coordinates)] = fit.covariance
@@ -122,9 +129,29 @@ def _with_a_free_form(model: Hypothesis) -> Hypothesis:
         fit,
         parameters=replace(parameters, parameters=(*parameters.parameters, *parts)),
         coordinates=np.append(fit.coordinates, np.zeros(len(parts))),
+        shifts=np.append(fit.shifts, np.zeros(len(parts))),
         covariance=covariance,
     )
     return replace(model, fit=fit)
+
+
+def _with_poses(model: Hypothesis) -> Hypothesis:
+    """Return a model whose effect may be another one in each posture."""
+    known = model.fit.parameters
+    own = [known.parameters[known.names.index(name)] for name in model.added[0].names]
+    return _with_parts(model, [posture_parameter(part, 0, 0.1) for part in own])
+
+
+def test_what_is_free_in_form_and_in_each_pose_may_be_anything(clearly_screened, bent):
+    _, nominal, _ = clearly_screened
+    model = _judged(bent, fraction=0.0, by_pose=0.0)
+    form, poses = _with_a_free_form(model), _with_poses(model)
+    free = [doubts._may_be_anything(own) for own in (model, form, poses, _with_poses(form))]
+    assert free == [False, False, False, True]
+    other = replace(_with_poses(form), added=(Candidate('gravity_tilt', ('a', 'b')),))
+    assert not doubts._may_be_anything(other), 'the parts are of another effect'
+    (doubt,) = doubts_about(_with_poses(form), nominal)
+    assert 'may be anything' in doubt
 
 
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
