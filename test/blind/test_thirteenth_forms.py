@@ -31,29 +31,10 @@ from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 
 CRAZED = Faults(crazed=0.6)
 Depths = Callable[[Faults, int], np.ndarray]
-# Forms that move the body, contacts aside.
-ON_THE_BODY = (
-    'rest_curvature/recovering',
-    'added_mass/pooled',
-    'stiffness_contrast/streaky',
-    'compliant_clamp/rubbing',
-)
 
 
 def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
     return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-
-
-@pytest.mark.parametrize('key', ON_THE_BODY)
-def test_the_second_and_third_size_move_a_tip_by_some_5_and_10_mm(
-    setup: Setup, plain: Specimen, key: str
-) -> None:
-    moves = [
-        max(tip_moves(setup, plain, _drawn(key, setup, size), plain.shares > 0.99))
-        for size in (1, 2)
-    ]
-    assert 0.003 < moves[0] < 0.008
-    assert 0.007 < moves[1] < 0.016
 
 
 def test_a_body_off_its_reel_straightens_by_a_power_of_time(setup: Setup) -> None:

@@ -27,13 +27,6 @@ from benchmarks.blind.simulation import make_specimen, Specimen
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 
 Depths = Callable[[Faults, int], np.ndarray]
-# Forms that move the body, contacts and what asks for a softer body aside.
-ON_THE_BODY = (
-    'stiffness_contrast/patched',
-    'added_mass/drying',
-    'clamp_offset/putty',
-    'compliant_clamp/preloaded',
-)
 BRAID = Faults(
     stiffening_form='braided', stiffening=0.7, stiffening_slant=30.0, stiffening_steep=40.0
 )
@@ -47,18 +40,6 @@ def _turns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     return 0.5 * np.array(
         [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
     )
-
-
-@pytest.mark.parametrize('key', ON_THE_BODY)
-def test_the_second_and_third_size_move_a_tip_by_some_5_and_10_mm(
-    setup: Setup, plain: Specimen, key: str
-) -> None:
-    moves = []
-    for size in (1, 2):
-        faults = Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-        moves.append(max(tip_moves(setup, plain, faults, plain.shares > 0.99)))
-    assert 0.0025 < moves[0] < 0.009
-    assert 0.005 < moves[1] < 0.015
 
 
 def test_a_braid_adds_its_share_at_first_and_the_more_the_more_it_is_drawn() -> None:

@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Forms that move the body do so by about what their sizes say.
+
+Contacts and laws are told by tests of their own: they ask for a softer body.
+"""
+
+import numpy as np
+import pytest
+from support.blind_rests import tip_moves
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.forms import BY_KEY
+from benchmarks.blind.setups import Setup
+from benchmarks.blind.simulation import Specimen
+
+# By the set that has them first: how far the second and third size may move a tip [mm].
+ON_THE_BODY = {
+    'tenth': (
+        (
+            'clamp_offset/dragged',
+            'compliant_clamp/play',
+            'rest_curvature/trestles',
+            'stiffness_contrast/lamp',
+            'gravity_tilt/turntable',
+        ),
+        ((3.0, 8.0), (6.0, 15.0)),
+    ),
+    'eleventh': (
+        (
+            'added_mass/loose',
+            'rest_curvature/coiled',
+            'stiffness_contrast/slanted',
+            'gravity_tilt/castors',
+        ),
+        ((2.5, 9.0), (5.0, 15.0)),
+    ),
+    'twelfth': (
+        (
+            'stiffness_contrast/patched',
+            'added_mass/drying',
+            'clamp_offset/putty',
+            'compliant_clamp/preloaded',
+        ),
+        ((2.5, 9.0), (5.0, 15.0)),
+    ),
+    'thirteenth': (
+        (
+            'rest_curvature/recovering',
+            'added_mass/pooled',
+            'stiffness_contrast/streaky',
+            'compliant_clamp/rubbing',
+        ),
+        ((3.0, 8.0), (7.0, 16.0)),
+    ),
+    'fourteenth': (
+        ('rest_curvature/draped', 'clamp_offset/pinched', 'compliant_clamp/creeping'),
+        ((3.0, 8.0), (7.0, 16.0)),
+    ),
+}
+CASES = [
+    pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
+]
+
+
+@pytest.mark.parametrize(('key', 'limits'), CASES)
+def test_the_second_and_third_size_move_a_tip_by_some_5_and_10_mm(
+    setup: Setup, plain: Specimen, key: str, limits: tuple[tuple[float, float], ...]
+) -> None:
+    at_tip = plain.shares > 0.99
+    for size, (least, most) in enumerate(limits, start=1):
+        faults = Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
+        assert least < 1e3 * max(tip_moves(setup, plain, faults, at_tip)) < most
