@@ -75,6 +75,7 @@ def test_a_name_is_for_what_matters(clearly_screened):
     ]
     assert followed == [True, False]
     # What has the name of a tilt may be a push, and that adds to the weight.
+    assert any('may add to the weight' in note for note in large.notes)
     modulus = large.parameters['after']['youngs_modulus']
     assert modulus['std_error'] > verdict_figures.weight_doubt(tried) * modulus['value'] > 0.0
 

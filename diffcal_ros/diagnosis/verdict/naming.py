@@ -142,7 +142,7 @@ def conclude(
             *(outlier.sentence for outlier in outliers),
             *named.doubts,
             *(EFFECTS[name].imitated_by for name in named.imitated),
-            *([_OF_THIS_CAUSE] if named.imitated else []),
+            *([_of_this_cause(doubt)] if named.imitated else []),
             *(of_another_form(choice.hypothesis) if choice and named.effects else ()),
             *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
             *_beside(choice, named.effects),
@@ -151,6 +151,17 @@ def conclude(
         ),
         details=details_of(nominal, scores, selection, choice),
     )
+
+
+def _of_this_cause(doubt: float) -> str:
+    """Say what parameters are worth beside a cause that another one imitates.
+
+    Args:
+        doubt: what that may add to the weight, as a share of it; 0: what it does is not known.
+    """
+    if doubt == 0.0:
+        return _OF_THIS_CAUSE
+    return f'what looks the same may add to the weight: {doubt:.0%} of the moduli, in their errors'
 
 
 def _name(
