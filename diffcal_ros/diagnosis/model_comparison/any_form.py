@@ -76,12 +76,12 @@ def tolerated(fit: Refit, ways: Ways, *, is_brief: bool = False) -> Tolerated:
         ways: in which its effects may differ from the library's form.
         is_brief: leave out what held-out patches say, which takes most of the time: NaN.
     """
-    groups = far_off_in_form(fit, ways)
-    seen = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count)
+    counted = in_form(fit, ways)
+    groups, seen = counted.groups, counted.sight
     levels = seen.levels()
     total = float(logsumexp(levels))
     chances = np.exp(levels - total)
-    exact = _exactly(fit, ways)
+    exact = float(counted.exactly.densities(0.0, np.zeros(1))[0])
     share, fraction = BY_POSE @ chances.sum(axis=1), chances.sum(axis=0) @ OF_FORM
     best = seen.best(levels)
     predicted = left = float('nan')
@@ -257,8 +257,23 @@ def log_prior(shares: FloatArray) -> FloatArray:
     return np.asarray(np.log(np.diff(2.0 / np.pi * np.arctan(borders / USUAL))))
 
 
-def far_off_in_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> list[PatchGroup]:
-    """Return patches with the ways; what the likeliest form leaves far off counts less.
+@dataclass(frozen=True)
+class InForm:
+    """Patches of a fitted model, counted by what the likeliest form leaves of them.
+
+    Attributes:
+        groups: with tangents of parameters and ways.
+        exactly: those that were fitted, counted by how far off the fit leaves them.
+        sight: those, counted by what the form leaves of them.
+    """
+
+    groups: list[PatchGroup]
+    exactly: Sight
+    sight: Sight
+
+
+def in_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> InForm:
+    """Count patches of a fitted model: what the likeliest form leaves far off counts less.
 
     In the library's form a patch may be far off and count little. Counted so in a form that takes
     it where it is seen, it would make forms explain the more the farther off a model is. Weights
@@ -270,25 +285,20 @@ def far_off_in_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> list[Pa
         gone: names of parameters that are taken to zero.
     """
     groups = ways.joined(fit.groups)
+    seen = whiten(groups, Part.FIT)
+    sight = exactly = Sight.of(fit, seen, ways.pose_count, gone)
     for _ in range(_TURNS):
-        seen = whiten(groups, Part.FIT)
         if not seen.has_far_off:
             break
-        sight = Sight.of(fit, seen, ways.pose_count, gone)
         step = _step(fit, sight.best(sight.levels()).weights, gone)
         groups = [
             replace(group, patches=replace(p, left=p.values - p.jacobian @ step))
             for group in groups
             for p in (group.patches,)
         ]
-    return groups
-
-
-def _exactly(fit: Refit, ways: Ways) -> float:
-    """Return the log evidence of the exact form, patches counted by how far off it leaves them."""
-    groups = ways.joined(fit.groups)
-    sight = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count)
-    return float(sight.densities(0.0, np.zeros(1))[0])
+        seen = whiten(groups, Part.FIT)
+        sight = Sight.of(fit, seen, ways.pose_count, gone)
+    return InForm(groups, exactly, sight)
 
 
 def led_by_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> FloatArray:
@@ -299,8 +309,7 @@ def led_by_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> FloatArray:
         ways: in which its effects may differ from the library's form.
         gone: names of parameters that are taken to zero.
     """
-    groups = far_off_in_form(fit, ways, gone)
-    seen = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count, gone)
+    seen = in_form(fit, ways, gone).sight
     found = _led_from(fit, seen.best(seen.levels()).weights)
     return np.where(np.isin(fit.parameters.names, gone), 0.0, found)
 

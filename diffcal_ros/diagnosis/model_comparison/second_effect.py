@@ -14,7 +14,7 @@ All is linear around each fit, those of single effects where forms lead them (`f
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.diagnosis.model_comparison.any_form import far_off_in_form, Sight
+from diffcal_ros.diagnosis.model_comparison.any_form import in_form, Sight
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -69,9 +69,8 @@ def most_added(one: Hypothesis, basis: FormBasis) -> float:
     """
     fit = one.fit
     ways = ways_of(one.evaluator.model, fit, basis, one.added)
-    seen = whiten(far_off_in_form(fit, ways), Part.FIT)
-    sight = Sight.of(fit, seen, ways.pose_count)
-    noise = len(seen) - len(fit.coordinates)
+    sight = in_form(fit, ways).sight
+    noise = len(sight.values) - len(fit.coordinates)
     best = -0.5 * (noise + sight.known_volume)
     return best - sight.level()
 
@@ -120,9 +119,9 @@ def explained(
         ways: in which those may differ from the library's form.
     """
     gone = parameters_of(fit.parameters, [own for own in added if own not in kept])
-    groups = far_off_in_form(fit, ways, gone)
-    whole = Sight.of(fit, whiten(groups, Part.FIT), ways.pose_count, gone).level()
-    seen = whiten(groups, Part.FIT, is_apart=True)
+    counted = in_form(fit, ways, gone)
+    whole = counted.sight.level()
+    seen = whiten(counted.groups, Part.FIT, is_apart=True)
     apart = Sight.of(fit, seen, ways.pose_count, gone)
     views = np.unique(apart.views)
     transfer = 0.0

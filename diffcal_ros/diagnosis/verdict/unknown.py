@@ -106,7 +106,7 @@ def describe_unknown(
     nearest: str,
     *,
     is_sure: bool = False,
-    closes: float = 0.0,
+    closes: float = float('nan'),
 ) -> Unknown:
     """Tell what class an effect outside the library is most like.
 
@@ -118,7 +118,7 @@ def describe_unknown(
         nominal: its fit.
         nearest: class of the library's effect that comes nearest.
         is_sure: whether that tells the class, whatever fields close.
-        closes: share of the held-out gap that it closes.
+        closes: share of the held-out gap that it closes; NaN: not to be told by that.
     """
     # Frames of a motion are no poses of which one could be predicted from the others.
     is_moving = any(seen.instant is not None for seen in evaluator.model.observations)
