@@ -14,6 +14,7 @@ from diffcal_ros.depth import (
 )
 from diffcal_ros.depth.area_image import AreaImage
 from diffcal_ros.depth.buffers import TracerBuffers
+from diffcal_ros.depth.facing import facing_cosines
 from diffcal_ros.depth.silhouette_segments import make_segments, Segments
 from diffcal_ros.warp_runtime.device_array import (
     download,
@@ -101,6 +102,11 @@ class Trace:
     def faces(self) -> IntArray:
         """Triangle seen at each pixel of the window, -1 beside the body."""
         return download(self.device_faces).reshape(self.shape)
+
+    @cached_property
+    def facing(self) -> FloatArray:
+        """Cosine between each triangle's normal and its line of sight, shape (F,)."""
+        return facing_cosines(download(self.points), download(self.buffers.triangles))
 
     def full_depth(self) -> FloatArray:
         """Return z over the whole image [m], shape (H, W); NaN beside the body."""

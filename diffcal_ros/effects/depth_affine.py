@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The depth camera reads (1 + scale) z + bias, or another bias over its picture."""
+"""The depth camera reads (1 + scale) z + bias, or another bias over its picture or by angle.
+
+What is met aslant throws back less light, and cameras that time light or see its phase read other
+depths from what is darker (Lindner, Schiller, Kolb and Koch, *Time-of-Flight sensor calibration
+for accurate range sensing*, Computer Vision and Image Understanding 114, 2010).
+"""
 
 from diffcal_ros.effects.effect import Component, Effect, FloatArray
 from diffcal_ros.effects.site import SeenPixels
@@ -15,12 +20,16 @@ _POWERS = {
     for across in (degree - down,)
 }
 _EDGE = 0.3
+# Powers of one less the cosine of the angle at which a surface is met, which is a half where it is
+# met at 60 degrees: there a usual amount is as much as a usual bias.
+_ASLANT = {'aslant': 1, 'aslant_2': 2}
+_HALF = 0.5
 _BIAS = Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3)
 
 
-def _over_picture(name: str, degree: int) -> Component:
+def _power(name: str, degree: int, edge: float) -> Component:
     """Return an amount of a power, which may be ten times a usual one."""
-    usual = _BIAS.scale / _EDGE**degree
+    usual = _BIAS.scale / edge**degree
     return Component(name, 'm', -10.0 * usual, 10.0 * usual, usual, 'mm', 1e3)
 
 
@@ -33,8 +42,11 @@ class DepthAffine(Effect):
         Component('scale', '1', -0.1, 0.1, 0.03, '%', 100.0),
         _BIAS,
     )
-    forms = tuple(_over_picture(name, sum(powers)) for name, powers in _POWERS.items())
-    form = 'the error is another one over the picture'
+    forms = (
+        *(_power(name, sum(powers), _EDGE) for name, powers in _POWERS.items()),
+        *(_power(name, degree, _HALF) for name, degree in _ASLANT.items()),
+    )
+    form = 'the error is another one over the picture, or by the angle at which a surface is met'
     sentence = 'the depth camera reads too far or too near'
     settles = ('a rigid target at two known distances',)
     twins = ('camera_offset',)
@@ -48,6 +60,9 @@ class DepthAffine(Effect):
             return seen.depth
         if component == 'bias':
             return np.ones_like(seen.depth)
+        if component in _ASLANT:
+            aslant = np.zeros_like(seen.depth) if seen.facing is None else 1.0 - seen.facing
+            return aslant ** _ASLANT[component]
         if seen.directions is None:
             return np.zeros_like(seen.depth)
         across, down = _POWERS[component]

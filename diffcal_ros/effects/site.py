@@ -90,12 +90,14 @@ class SeenPixels(NamedTuple):
         places: where on the body at rest they are, see `BodyAxes.places`, shape (..., 3); None:
             they show something else, or nobody asks.
         directions: in which they are seen, x / z and y / z, shape (..., 2); None: nobody asks.
+        facing: cosine of the angle at which the surface is met, as `depth`; None: nobody asks.
     """
 
     depth: FloatArray
     is_second: BoolArray
     places: FloatArray | None = None
     directions: FloatArray | None = None
+    facing: FloatArray | None = None
 
 
 class FitsSeen(Protocol):

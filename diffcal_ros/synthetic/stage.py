@@ -4,8 +4,8 @@
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.observations.pixel_masks import facing_cosines
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.depth.facing import facing_cosines
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
 from diffcal_ros.marker import Marker
 from diffcal_ros.rigid_transform import apply, inverse, rotation_matrix

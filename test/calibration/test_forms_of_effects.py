@@ -125,12 +125,40 @@ def test_an_error_over_the_picture_is_a_polynomial_of_the_direction_it_is_seen_i
     x, y = rays[..., 0], rays[..., 1]
     expected = 0.002 - 0.015 * x + 0.01 * y + 0.04 * x * y - 0.03 * y**2 + 0.2 * x**2 * y
     np.testing.assert_allclose(read - trace.depth, np.where(trace.faces < 0, np.nan, expected))
-    assert len(effect.forms) == 9
-    # At the edge of a usual picture each usual amount is a usual bias.
-    edge = SeenPixels(np.ones(1), np.zeros(1, dtype=bool), directions=np.full((1, 2), 0.3))
+    # At the edge of a usual picture, and at 60 degrees, each usual amount is a usual bias.
+    directions, facing = np.full((1, 2), 0.3), np.cos(np.deg2rad([60.0]))
+    edge = SeenPixels(np.ones(1), np.zeros(1, dtype=bool), directions=directions, facing=facing)
     for part in effect.forms:
         usual = part.scale * effect.depth_error_mode(part.name, edge)
         np.testing.assert_allclose(usual, 0.005, rtol=1e-12)
+
+
+def test_an_error_by_angle_is_that_of_the_surface_that_the_depths_show():
+    scene = beam_scene((6, 2, 2))
+    model = ForwardModel(
+        replace(scene, effects={'depth_affine': {'aslant': 0.01, 'aslant_2': -0.02}}),
+        [observation(true_depth())],
+        make_parameters(scene, ('youngs_modulus',), with_edge_bias=False),
+    )
+    here = model.parameters.start()
+    trace, sensor = model.views(here)[0].trace, model.sensor(here, 0)
+    error = make_comparers(model)[0].read(trace, sensor) - trace.depth
+    rays = CAMERA.rays()[trace.rows, trace.columns]
+    points = rays * trace.depth[..., None]
+    # By the points of neighbouring pixels of one triangle, whatever its corners are.
+    normals = np.cross(points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1])
+    own = trace.faces[1:-1, 1:-1]
+    around = [trace.faces[1:-1, 2:], trace.faces[1:-1, :-2]]
+    around += [trace.faces[2:, 1:-1], trace.faces[:-2, 1:-1]]
+    inside = (own >= 0) & np.all([other == own for other in around], axis=0)
+    towards = rays[1:-1, 1:-1]
+    lengths = np.linalg.norm(normals, axis=-1) * np.linalg.norm(towards, axis=-1)
+    aslant = 1.0 - np.abs((normals * towards).sum(axis=-1)[inside]) / lengths[inside]
+    # From one triangle's middle to its corners the ray turns by half a degree.
+    np.testing.assert_allclose(
+        error[1:-1, 1:-1][inside], 0.01 * aslant - 0.02 * aslant**2, atol=2e-4
+    )
+    assert np.ptp(aslant) > 0.1
 
 
 def test_errors_of_all_places_are_an_error_of_all_and_none_of_a_fixture(random):

@@ -70,7 +70,11 @@ class SurfacePlaces:
     places: FloatArray | None = None
 
     def seen(
-        self, depth: FloatArray, faces: NDArray[np.int32], directions: FloatArray
+        self,
+        depth: FloatArray,
+        faces: NDArray[np.int32],
+        directions: FloatArray,
+        facing: FloatArray,
     ) -> SeenPixels:
         """Return pixels as errors of a sensor see them.
 
@@ -78,10 +82,11 @@ class SurfacePlaces:
             depth: of each [m].
             faces: triangle that each shows; -1: any.
             directions: in which each is seen, see `SeenPixels`.
+            facing: cosine at which each triangle is met, shape (F,).
         """
         shown = np.maximum(faces, 0)
         places = None if self.places is None else self.places[shown]
-        return SeenPixels(depth, self.is_second[shown], places, directions)
+        return SeenPixels(depth, self.is_second[shown], places, directions, facing[shown])
 
 
 class EffectModel:

@@ -20,7 +20,6 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import (
-    facing_cosines,
     make_view_mask,
     ViewMask,
 )
@@ -218,7 +217,10 @@ class ViewComparer:
         """Return the rendered depth as the sensor would read it [m], NaN beside the body."""
         if sensor.is_exact:
             return trace.depth
-        return sensor.reading(self.surface.seen(trace.depth, trace.faces, self._directions(trace)))
+        directions = self._directions(trace)
+        return sensor.reading(
+            self.surface.seen(trace.depth, trace.faces, directions, trace.facing)
+        )
 
     def pixels(self, view: View) -> tuple[BoolArray, BoolArray]:
         """Tell which pixels of the window are unmasked body, and which of them are compared.
@@ -266,9 +268,12 @@ class ViewComparer:
     def seen(self, view: View, indices: IntArray) -> SeenPixels:
         """Return what errors of the sensor may know of some pixels of the window, (M,) each."""
         trace = view.trace
-        directions = self._directions(trace).reshape(-1, 2)[indices]
-        shown = trace.faces.ravel()[indices]
-        return self.surface.seen(trace.depth.ravel()[indices], shown, directions)
+        return self.surface.seen(
+            trace.depth.ravel()[indices],
+            trace.faces.ravel()[indices],
+            self._directions(trace).reshape(-1, 2)[indices],
+            trace.facing,
+        )
 
     def _directions(self, trace: Trace) -> FloatArray:
         return self._tracer.camera.directions(trace.rows, trace.columns)
@@ -296,8 +301,7 @@ class ViewComparer:
 
     def _seen_too_flat(self, view: View, faces: IntArray) -> BoolArray:
         """Tell which pixels of the window show a surface that is too flat for a good depth."""
-        cosines = facing_cosines(view.points, self._tracer.triangles)
-        flat: BoolArray = cosines[faces] <= np.cos(self._masks.grazing_angle)
+        flat: BoolArray = view.trace.facing[faces] <= np.cos(self._masks.grazing_angle)
         return flat & (view.trace.faces >= 0)
 
     def edge_doubt(self, view: View, indices: IntArray) -> FloatArray:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from itertools import product
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.fem.terms.conditions import Conditions
@@ -22,6 +23,8 @@ FloatArray = NDArray[np.float64]
 # Middles of the hat functions along the body, and their half width.
 _PLACES, _HALF_WIDTH = (1.0 / 3.0, 2.0 / 3.0, 1.0), 1.0 / 3.0
 _IMAGE_DEGREE = 3
+# Of one less the cosine at which a surface is met.
+_SLANTS = (1, 2)
 _BINS = 8
 # Of the places along the body that a bend at rest moves as.
 _DEGREES = (1, 2, 3, 4)
@@ -42,7 +45,7 @@ def free_fields(model: ForwardModel, coordinates: FloatArray) -> dict[str, list[
         'load': model.tangents_of(_forces(model), coordinates),
         'material': model.tangents_of(_moduli(model, coordinates), coordinates),
         'boundary': model.tangents_of(_clamp_motions, coordinates),
-        'sensor': [_image_fields(view.points) for view in model.views(coordinates)],
+        'sensor': [_image_fields(view) for view in model.views(coordinates)],
         'shape': [
             _shape_fields(model, number, view.points)
             for number, view in enumerate(model.views(coordinates))
@@ -105,15 +108,32 @@ def _clamp_motions(index: int, body: StaticBody) -> list[Change]:
     return [*motions, *(Change(conditions=Conditions(clamp_compliance=way)) for way in ways)]
 
 
-def _image_fields(points: FloatArray) -> FloatArray:
-    """Return polynomials of the picture, fixed to the camera, shape (k, N, 3)."""
+def _image_fields(view: View) -> FloatArray:
+    """Return what is fixed to the camera, shape (k, N, 3).
+
+    Polynomials of the picture, and depths that are read wrong by the angle at which it meets a
+    surface.
+    """
+    points = view.points
     across, down = (points[:, :2] / points[:, 2:]).T
     powers = [
         across**i * down**j
         for i, j in product(range(_IMAGE_DEGREE + 1), repeat=2)
         if i + j <= _IMAGE_DEGREE
     ]
-    return np.stack([power[:, None] * axis for power, axis in product(powers, np.eye(3))])
+    moved = [power[:, None] * axis for power, axis in product(powers, np.eye(3))]
+    aslant = 1.0 - _facing(view)
+    read = [(aslant**degree)[:, None] * points for degree in _SLANTS]
+    return np.stack([*moved, *read])
+
+
+def _facing(view: View) -> FloatArray:
+    """Return the cosine at which what is seen around each node is met, shape (N,); 1 elsewhere."""
+    is_met = view.trace.facing > 0.0
+    corners, count = view.tracer.triangles[is_met].ravel(), len(view.points)
+    met = np.bincount(corners, minlength=count)
+    total = np.bincount(corners, np.repeat(view.trace.facing[is_met], 3), minlength=count)
+    return np.where(met > 0, total / np.maximum(met, 1), 1.0)
 
 
 def _shape_fields(model: ForwardModel, number: int, points: FloatArray) -> FloatArray:

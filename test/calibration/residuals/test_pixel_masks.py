@@ -4,11 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.observations.pixel_masks import (
-    facing_cosines,
-    make_view_mask,
-    pixels_left_out,
-)
+from diffcal_ros.calibration.observations.pixel_masks import make_view_mask, pixels_left_out
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.elements.element import Element
 from diffcal_ros.fem.statics.static_body import StaticBody
@@ -63,19 +59,3 @@ def test_the_clamp_hides_what_touches_it_and_its_margin_more(body) -> None:
     assert further == pytest.approx(2.0 * cell)
     assert more > edges > 0
     assert _hidden_reach(body, Masks(held=False, held_margin=1.0)) == (0.0, 0)
-
-
-def test_a_triangle_faces_the_camera_as_much_as_it_is_turned() -> None:
-    angle = np.deg2rad(40.0)
-    across, along = np.array([np.cos(angle), 0.0, np.sin(angle)]), np.array([0.0, 1.0, 0.0])
-    middle = np.array([0.0, 0.0, 0.5])
-    corners = 0.01 * np.array([-across - along, 2.0 * along, across - along])
-    corners += middle - corners.mean(axis=0)
-    front = np.array([[0, 1, 2]], dtype=np.int32)
-    there = facing_cosines(corners, front)
-    back = facing_cosines(corners, front[:, ::-1])
-    np.testing.assert_allclose(np.abs(there), np.cos(angle), rtol=1e-9)
-    np.testing.assert_allclose(back, -there)
-    # Its outward normal is that of corners that go round to the left as seen from outside.
-    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-    assert np.sign(there[0]) == -np.sign(normal[2])

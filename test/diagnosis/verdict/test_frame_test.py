@@ -55,3 +55,30 @@ def test_shape_fields_turn_with_the_body(screened):
 def test_one_view_tells_no_class(screened):
     evaluator, fit, _ = screened
     assert frame_test(evaluator, fit) == ()
+
+
+def test_depths_that_are_read_by_angle_move_along_their_rays(screened):
+    evaluator, fit, _ = screened
+    (fields,) = free_fields(evaluator.model, fit.coordinates)['sensor']
+    view = evaluator.model.views(fit.coordinates)[0]
+    once, twice = fields[-2:]
+    np.testing.assert_allclose(np.cross(once, view.points), 0.0, atol=1e-12)
+    # By the vectors of area of the triangles around a node inside a face, all of one direction.
+    triangles = view.tracer.triangles
+    a, b, c = (view.points[triangles[:, corner]] for corner in range(3))
+    areas = np.cross(b - a, c - a)
+    whole, sizes = np.zeros_like(view.points), np.zeros(len(view.points))
+    for corner in range(3):
+        np.add.at(whole, triangles[:, corner], areas)
+        np.add.at(sizes, triangles[:, corner], np.linalg.norm(areas, axis=1))
+    towards = -view.points
+    facing = (whole * towards).sum(axis=1) / np.linalg.norm(towards, axis=1)
+    seen = (np.linalg.norm(whole, axis=1) > 0.99 * sizes) & (facing > 0.0)
+    aslant = 1.0 - facing[seen] / sizes[seen]
+    away = np.linalg.norm(towards, axis=1)
+    told = [(np.linalg.norm(field, axis=1) / away)[seen] for field in (once, twice)]
+    assert seen.sum() > 20
+    assert np.ptp(aslant) > 0.05
+    slope = (told[0] @ aslant) / (aslant @ aslant)
+    np.testing.assert_allclose(told[0], slope * aslant, atol=0.02 * told[0].max())
+    assert np.ptp(told[1] / told[0] ** 2) < 1e-6 * (told[1] / told[0] ** 2).max()
