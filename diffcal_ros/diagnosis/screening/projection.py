@@ -19,6 +19,7 @@ class Projection:
             precision: of their priors, shape (k, k).
         """
         information = nuisances.T @ nuisances + precision
+        self._pull, self._information = nuisances.T, information
         # Symmetric square root of I - N (N'N + P)^-1 N', so that inner products come out right.
         basis, triangle = np.linalg.qr(nuisances)
         values, turns = np.linalg.eigh(triangle @ np.linalg.inv(information) @ triangle.T)
@@ -32,3 +33,7 @@ class Projection:
         inside = self._vectors.T @ columns
         scaled = self._shrink[:, None] * inside if columns.ndim == 2 else self._shrink * inside
         return columns - self._vectors @ scaled
+
+    def followed(self, columns: FloatArray) -> FloatArray:
+        """Return by how much a fit of the nuisances follows whitened columns, shape (k, ...)."""
+        return np.asarray(np.linalg.solve(self._information, self._pull @ columns))

@@ -48,6 +48,8 @@ class Score:
         columns: what its amplitudes do, likewise, shape (n, k).
         plain_columns: the same without allowance for the error of tangents.
         plain_residual: what there is to explain, likewise, shape (n,).
+        follows: by how much a fit without it moves the parameters by unit of its amplitudes, where
+            tangents tell, shape (p, k).
     """
 
     candidate: Candidate
@@ -61,6 +63,7 @@ class Score:
     columns: FloatArray
     plain_columns: FloatArray
     plain_residual: FloatArray
+    follows: FloatArray
 
     @property
     def times_detectable(self) -> float:
@@ -172,7 +175,11 @@ def screen(
 def _seen_both_ways(candidate: Candidate, held: '_Sight', plain: '_Sight') -> Score:
     score, other = _score(candidate, held), _score(candidate, plain)
     return replace(
-        score, plain_gain=other.gain, plain_columns=other.columns, plain_residual=plain.residual
+        score,
+        plain_gain=other.gain,
+        plain_columns=other.columns,
+        plain_residual=plain.residual,
+        follows=other.follows,
     )
 
 
@@ -184,6 +191,7 @@ class _Sight:
         names: of the columns.
         residual: shape (n,).
         columns: shape (n, k).
+        follows: by how much a fit of the parameters follows each column, shape (p, k).
         views: number of the view of each patch, shape (n,).
         project: takes out what nuisances explain.
     """
@@ -191,21 +199,29 @@ class _Sight:
     names: tuple[str, ...]
     residual: FloatArray
     columns: FloatArray
+    follows: FloatArray
     views: NDArray[np.int64]
     project: Callable[[FloatArray], FloatArray]
 
     def of(self, candidate: Candidate) -> FloatArray:
         """Return the columns of a candidate's amplitudes, shape (n, c)."""
+        return self._own(candidate, self.columns)
+
+    def follows_of(self, candidate: Candidate) -> FloatArray:
+        """Return how parameters follow a candidate's amplitudes, shape (p, c)."""
+        return self._own(candidate, self.follows)
+
+    def _own(self, candidate: Candidate, columns: FloatArray) -> FloatArray:
         effect = candidate.effect
         own = [index for index, name in enumerate(self.names) if name == effect.identifier]
         if not effect.has_tangent:
-            return self.columns[:, own]
+            return columns[:, own]
         if effect.screened_at and candidate.at is not None:
             # Where nothing is there, its time changes nothing.
-            found = np.zeros((len(self.residual), len(candidate.components)))
-            found[:, 0] = self.columns[:, own[effect.screened_at.index(candidate.at)]]
+            found = np.zeros((len(columns), len(candidate.components)))
+            found[:, 0] = columns[:, own[effect.screened_at.index(candidate.at)]]
             return found
-        return self.columns[:, [self.names.index(name) for name in candidate.names]]
+        return columns[:, [self.names.index(name) for name in candidate.names]]
 
 
 def _seen_through(
@@ -221,10 +237,11 @@ def _seen_through(
     own, beside = seen.jacobian[:, : len(nominal)], seen.jacobian[:, count:]
     known = block_diag(precision, np.eye(beside.shape[1]))
     project = Projection(np.hstack([own, beside]), known)
-    columns = project(seen.jacobian[:, len(nominal) : count])
+    missing = seen.jacobian[:, len(nominal) : count]
+    columns, follows = project(missing), project.followed(missing)[: len(nominal)]
     # Seen from the priors' means, so that what strains a prior has to be explained, too.
     residual = project(seen.values + own @ beyond)
-    return _Sight(names, residual, columns, seen.views, project)
+    return _Sight(names, residual, columns, follows, seen.views, project)
 
 
 def _beyond_prior(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
@@ -273,6 +290,7 @@ def _score(candidate: Candidate, sight: _Sight) -> Score:
         columns=own,
         plain_columns=own,
         plain_residual=sight.residual,
+        follows=sight.follows_of(candidate),
     )
 
 
@@ -346,6 +364,7 @@ def _one_sided_score(candidate: Candidate, sight: _Sight) -> Score:
         columns=own,
         plain_columns=own,
         plain_residual=sight.residual,
+        follows=np.zeros((len(sight.follows), 0)),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement
-from diffcal_ros.diagnosis.detection.limits import upper_limits
+from diffcal_ros.diagnosis.detection.limits import drawn_parameters, upper_limits
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
@@ -136,6 +136,7 @@ def conclude(
         },
         times_detectable=times_detectable(scores),
         limits=upper_limits(scores),
+        drawn=drawn_parameters(scores, nominal.parameters),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
         notes=(

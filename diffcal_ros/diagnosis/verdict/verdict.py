@@ -103,6 +103,8 @@ class Diagnosis:
         parameters: before and after, by name: value, std_error, unit.
         times_detectable: expected amplitude over the smallest detectable one, by effect.
         limits: how large each effect may be without standing out, see `limits.upper_limits`.
+        drawn: how far what hides may have drawn each parameter as it was before, as a share, by
+            parameter and effect, see `limits.drawn_parameters`.
         largest_cosine: how alike another effect could look, by effect, 0 to 1.
         seconds: that the diagnosis took.
         notes: what else a person should know.
@@ -124,6 +126,7 @@ class Diagnosis:
     parameters: dict[str, dict[str, dict[str, float | str]]]
     times_detectable: dict[str, float]
     limits: dict[str, dict[str, float]]
+    drawn: dict[str, dict[str, float]]
     largest_cosine: dict[str, float]
     seconds: float
     when: TimeCourse | None = None

@@ -18,26 +18,13 @@ _WORDS = {
 _WIDTH = 10
 # Parameters whose change a person asks for first.
 _MATERIAL = ('youngs_modulus', 'density')
+# Effects of which it is told by how much they may draw a parameter.
+_MOST_DRAWN = 3
 
 
 def verdict_lines(diagnosis: Diagnosis) -> list[str]:
     """Write what a person should read first: one line a question."""
-    lines = [_gap_line(diagnosis)]
-    if diagnosis.effects:
-        names = ' and '.join(effect_words(effect) for effect in diagnosis.effects)
-        confidence = min(effect.confidence for effect in diagnosis.effects)
-        groups = ', '.join(dict.fromkeys(effect.group for effect in diagnosis.effects))
-        lines.append(_line('NAME', f'{names}   confidence {confidence:.2f}   [{groups}]'))
-    elif diagnosis.unknown_class is not None:
-        lines.append(
-            _line('NAME', f'unknown effect, most like one of the class {diagnosis.unknown_class}')
-        )
-    elif diagnosis.ambiguity_set and diagnosis.verdict is not Verdict.DISAGREE:
-        lines.append(_line('NEAREST', ', '.join(diagnosis.ambiguity_set)))
-    elif diagnosis.ambiguity_set:
-        lines.append(_line('NAME', f'one of {", ".join(diagnosis.ambiguity_set)}'))
-    elif hidden := _hidden(diagnosis):
-        lines.append(_line('HIDDEN', f'at most {hidden} (95 %)'))
+    lines = [_gap_line(diagnosis), *_name_lines(diagnosis)]
     if diagnosis.runner_up is not None:
         lines.append(_line('NEXT', diagnosis.runner_up))
     if diagnosis.ambiguity_set:
@@ -72,6 +59,29 @@ def _line(word: str, text: str) -> str:
     return f'{word:<{_WIDTH}}{text}'
 
 
+def _name_lines(diagnosis: Diagnosis) -> list[str]:
+    """Say what is missing, what may be, or what may hide."""
+    lines = []
+    if diagnosis.effects:
+        names = ' and '.join(effect_words(effect) for effect in diagnosis.effects)
+        confidence = min(effect.confidence for effect in diagnosis.effects)
+        groups = ', '.join(dict.fromkeys(effect.group for effect in diagnosis.effects))
+        lines.append(_line('NAME', f'{names}   confidence {confidence:.2f}   [{groups}]'))
+    elif diagnosis.unknown_class is not None:
+        lines.append(
+            _line('NAME', f'unknown effect, most like one of the class {diagnosis.unknown_class}')
+        )
+    elif diagnosis.ambiguity_set and diagnosis.verdict is not Verdict.DISAGREE:
+        lines.append(_line('NEAREST', ', '.join(diagnosis.ambiguity_set)))
+    elif diagnosis.ambiguity_set:
+        lines.append(_line('NAME', f'one of {", ".join(diagnosis.ambiguity_set)}'))
+    elif hidden := _hidden(diagnosis):
+        lines.append(_line('HIDDEN', f'at most {hidden} (95 %)'))
+    if not diagnosis.effects and diagnosis.verdict is not Verdict.DISAGREE:
+        lines += [_line('DRAWN', words) for words in _drawn(diagnosis)]
+    return lines
+
+
 def _gap_line(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap_mm
     chance = 'p < 0.001' if diagnosis.p_value < 0.001 else f'p = {diagnosis.p_value:.3f}'
@@ -97,6 +107,22 @@ def _hidden(diagnosis: Diagnosis) -> str:
         if effect.group != 'sensor' and len(units) == 1 and math.isfinite(largest):
             found.append(f'{identifier} {largest:.2g} {units.pop()}')
     return ', '.join(found)
+
+
+def _drawn(diagnosis: Diagnosis) -> list[str]:
+    """Say by how much what does not show may have drawn parameters, where that is more than known.
+
+    A load that hides, and a modulus that has followed it, look as if there were none.
+    """
+    lines = []
+    for name, by_effect in diagnosis.drawn.items():
+        known = diagnosis.parameters['before'][name]
+        error = float(known['std_error']) / float(known['value'])
+        most = sorted(by_effect.items(), key=lambda own: -own[1])[:_MOST_DRAWN]
+        told = [f'{share:.0%} ({effect})' for effect, share in most if share > 2.0 * error]
+        if told:
+            lines.append(f'{title(name)} by what does not show, at most {", ".join(told)} (95 %)')
+    return lines
 
 
 def _not_known(diagnosis: Diagnosis) -> list[str]:

@@ -23,6 +23,7 @@ def score(identifier, components, log_evidence, gain, gain_by_pose=None):
         columns=column,
         plain_columns=column,
         plain_residual=np.zeros(1),
+        follows=np.zeros((1, len(components))),
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from html import unescape
 import re
 
+from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.report.pages.diagnosis_page import write_diagnosis_page
 from diffcal_ros.report.tables.verdict_text import verdict_lines
@@ -42,3 +43,16 @@ def test_a_parameter_beside_something_unknown_is_not_known(tmp_path) -> None:
     assert diagnosis.as_dict()['parameters']['after']['youngs_modulus']['std_error'] is None
     write_diagnosis_page(tmp_path / 'report.html', 'beam', replace(trace, diagnosis=diagnosis))
     assert '>not known<' in (tmp_path / 'report.html').read_text()
+
+
+def test_it_says_what_may_have_drawn_a_modulus_where_nothing_shows() -> None:
+    found = diagnose(beam_scene((6, 2, 2)), [watched(seed=1)]).diagnosis
+    diagnosis = replace(found, verdict=Verdict.AGREE, effects=(), unknown_class=None)
+    shares = {'gravity_tilt': 0.001, 'added_mass': 0.31, 'rest_curvature': 0.12}
+    drawn = replace(diagnosis, drawn={'youngs_modulus': shares})
+    (said,) = (line for line in verdict_lines(drawn) if line.startswith('DRAWN'))
+    assert "Young's modulus by what does not show" in said
+    assert said.endswith('at most 31% (added_mass), 12% (rest_curvature) (95 %)')
+    sure = replace(diagnosis, drawn={'youngs_modulus': {'added_mass': 1e-9}})
+    assert not any(line.startswith('DRAWN') for line in verdict_lines(sure))
+    assert diagnosis.drawn['youngs_modulus']['added_mass'] > 0.1
