@@ -10,7 +10,13 @@ import numpy as np
 
 from benchmarks.blind.answers import Answer
 from benchmarks.blind.metric_rows import median, row, share
-from benchmarks.blind.outcomes import is_of_class, outcome, said_names, wrong_names
+from benchmarks.blind.outcomes import (
+    is_of_class,
+    may_be_of_class,
+    outcome,
+    said_names,
+    wrong_names,
+)
 
 _CLEAR = 3.0  # Times the smallest amplitude that can be detected.
 _BINS = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -41,6 +47,7 @@ def form_metrics(answers: Sequence[Answer]) -> list[dict[str, Any]]:
         share('outside: unknown or class', outside, lambda a: a.is_told_unknown, '80 %', '95 %'),
         share('the same, of those that disagree', gaps, lambda a: a.is_unknown, '', ''),
         share('class of the unknown right', unknown, is_of_class, '', ''),
+        share('the same, of one or two classes', unknown, may_be_of_class, '', ''),
         share('pairs: both named', pair, _names_all, '70 %', '90 %'),
         share('pairs: one named, and no other', pair, _names_one, '', ''),
         _healing(single),

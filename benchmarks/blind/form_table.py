@@ -73,6 +73,7 @@ def row(answer: Answer) -> dict[str, Any]:
         'said': [[e['identifier'], e['confidence']] for e in verdict.get('effects') or ()],
         'set': sorted(answer.reported),
         'unknown_class': verdict.get('unknown_class'),
+        'unknown_classes': list(verdict.get('unknown_classes') or ()),
         'gap_mm': [verdict['gap_mm']['nominal'], verdict['gap_mm']['added']],
         'seconds': verdict['seconds'],
     }
@@ -89,7 +90,8 @@ def _cells(answer: Answer) -> tuple[str, ...]:
     forms = [', '.join(filter(None, (e['identifier'], _form(e)))) for e in answer.label['effects']]
     said = [f'{e["identifier"]} {e["confidence"]:.2f}' for e in verdict.get('effects') or ()]
     others = sorted(answer.reported - {e['identifier'] for e in verdict.get('effects') or ()})
-    words = ' and '.join(said) or verdict.get('unknown_class') or ''
+    classes = verdict.get('unknown_classes') or filter(None, [verdict.get('unknown_class')])
+    words = ' and '.join(said) or ' or '.join(classes)
     if others:
         words += f' (or {", ".join(others)})'
     gap = verdict['gap_mm']

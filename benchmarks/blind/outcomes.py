@@ -40,6 +40,12 @@ def is_of_class(answer: Answer) -> bool:
     return answer.verdict.get('unknown_class') in {CLASS[name] for name in answer.truth}
 
 
+def may_be_of_class(answer: Answer) -> bool:
+    """Tell whether a true effect is of one of the classes that an unknown one is told to be of."""
+    told = answer.verdict.get('unknown_classes') or [answer.verdict.get('unknown_class')]
+    return not {CLASS[name] for name in answer.truth}.isdisjoint(told)
+
+
 def outcome(answer: Answer) -> str:
     """Say how right an answer is, in a few words."""
     names, truth = said_names(answer), set(answer.truth)

@@ -120,6 +120,13 @@ def test_metrics_count_what_they_say() -> None:
     assert _of(answers, 'spurious second names') == (2, 13)
     assert _of(answers, 'outside: unknown or class') == (2, 4)
     assert _of(answers, 'class of the unknown right') == (1, 2)
+    assert _of(answers, 'the same, of one or two', 'class of the unknown') == (1, 2)
+    for answer in answers:
+        # Two classes of which the second is the cause's, wherever there was one.
+        told = answer.verdict['unknown_class']
+        answer.verdict['unknown_classes'] = [told, 'load'] if told else []
+    assert _of(answers, 'class of the unknown right') == (1, 2)
+    assert _of(answers, 'the same, of one or two', 'class of the unknown') == (2, 2)
     assert _of(answers, 'pairs: both named') == (1, 5)
     assert _of(answers, 'pairs: one named') == (1, 5)
 

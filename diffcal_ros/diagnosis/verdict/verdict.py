@@ -94,6 +94,7 @@ class Diagnosis:
         ambiguity_set: identifiers that explain the data as well.
         runner_up: the next best one, or None.
         unknown_class: class of an effect outside the library, or None.
+        unknown_classes: the same with the other one that it may be of.
         stand_in: fields in place of an effect outside the library, where several views tell them.
         separating_recording: what to record to settle a doubt, or None.
         where: where the gap is largest, in words.
@@ -129,6 +130,7 @@ class Diagnosis:
     drawn: dict[str, dict[str, float]]
     largest_cosine: dict[str, float]
     seconds: float
+    unknown_classes: tuple[str, ...] = ()
     when: TimeCourse | None = None
     notes: tuple[str, ...] = ()
     details: dict[str, Any] = field(default_factory=dict)

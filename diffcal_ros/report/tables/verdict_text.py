@@ -68,9 +68,8 @@ def _name_lines(diagnosis: Diagnosis) -> list[str]:
         groups = ', '.join(dict.fromkeys(effect.group for effect in diagnosis.effects))
         lines.append(_line('NAME', f'{names}   confidence {confidence:.2f}   [{groups}]'))
     elif diagnosis.unknown_class is not None:
-        lines.append(
-            _line('NAME', f'unknown effect, most like one of the class {diagnosis.unknown_class}')
-        )
+        classes = ' or '.join(diagnosis.unknown_classes or (diagnosis.unknown_class,))
+        lines.append(_line('NAME', f'unknown effect, most like one of the class {classes}'))
     elif diagnosis.ambiguity_set and diagnosis.verdict is not Verdict.DISAGREE:
         lines.append(_line('NEAREST', ', '.join(diagnosis.ambiguity_set)))
     elif diagnosis.ambiguity_set:

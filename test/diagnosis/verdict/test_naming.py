@@ -227,7 +227,7 @@ def test_a_free_form_closes_nothing_for_the_class(clearly_screened, bent, monkey
 
     def described(*_, closes, **__):
         told.append(closes)
-        return Unknown('shape', None)
+        return Unknown(('shape',), None)
 
     monkeypatch.setattr(naming, 'describe_unknown', described)
     judged = measure_disagreement(nominal, scores, margin=1e-5)

@@ -146,7 +146,7 @@ def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
 def test_one_view_has_the_class_of_the_effect_that_comes_nearest(screened):
     evaluator, nominal, _ = screened
     found = describe_unknown(evaluator, nominal, 'material')
-    assert found.group == 'material'
+    assert found.groups == ('material',)
     assert found.stand_in is None
     assert found.sentence.endswith('class material')
 
@@ -154,10 +154,10 @@ def test_one_view_has_the_class_of_the_effect_that_comes_nearest(screened):
 @pytest.mark.parametrize(
     ('closes', 'is_sure', 'expected'),
     [
-        (0.55, False, 'sensor'),
-        (0.45, False, 'shape'),
-        (np.nan, False, 'shape'),
-        (0.1, True, 'sensor'),
+        (0.55, False, ('sensor', 'shape')),
+        (0.45, False, ('shape', 'sensor')),
+        (np.nan, False, ('shape', 'sensor')),
+        (0.1, True, ('sensor',)),
     ],
 )
 def test_the_class_is_that_of_what_closes_more_where_no_fit_has_seen_it(
@@ -167,6 +167,14 @@ def test_the_class_is_that_of_what_closes_more_where_no_fit_has_seen_it(
     tested = (ClassScore('shape', 90.0, 1.0, 0.5), ClassScore('sensor', 80.0, 1.0, 0.2))
     monkeypatch.setattr(unknown, 'frame_test', lambda *_: tested)
     found = describe_unknown(evaluator, nominal, 'sensor', is_sure=is_sure, closes=closes)
-    assert found.group == expected
+    assert found.groups == expected
     assert found.stand_in is not None
-    assert found.stand_in.group == expected
+    assert found.stand_in.group == expected[0]
+    assert ' or '.join(expected) in found.sentence
+
+
+def test_two_that_tell_the_same_class_tell_one(screened, monkeypatch):
+    evaluator, nominal, _ = screened
+    tested = (ClassScore('shape', 90.0, 1.0, 0.5), ClassScore('sensor', 80.0, 1.0, 0.2))
+    monkeypatch.setattr(unknown, 'frame_test', lambda *_: tested)
+    assert describe_unknown(evaluator, nominal, 'shape', closes=0.4).groups == ('shape',)
