@@ -267,6 +267,8 @@ OUTSIDE_CLASS = {
     'skewed': 'sensor',
     'worn': 'material',
     'clipped': 'sensor',
+    'magnetized': 'load',
+    'necked': 'shape',
 }
 
 

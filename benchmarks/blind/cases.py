@@ -13,6 +13,8 @@ from benchmarks.blind.eighth_forms import EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_forms import ELEVENTH_PAIRS
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
+from benchmarks.blind.fifteenth_forms import FIFTEENTH_PAIRS
+from benchmarks.blind.fifteenth_outside import FIFTEENTH_OUTSIDE
 from benchmarks.blind.forms import FORMS, PAIRS
 from benchmarks.blind.fourteenth_forms import FOURTEENTH_PAIRS
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
@@ -115,6 +117,7 @@ LAWS_SETS = {
     'twelfth': Contents(TWELFTH_PAIRS, tuple(TWELFTH_OUTSIDE), 60),
     'thirteenth': Contents(THIRTEENTH_PAIRS, tuple(THIRTEENTH_OUTSIDE), 60),
     'fourteenth': Contents(FOURTEENTH_PAIRS, tuple(FOURTEENTH_OUTSIDE), 300),
+    'fifteenth': Contents(FIFTEENTH_PAIRS, tuple(FIFTEENTH_OUTSIDE), 40),
 }
 
 

@@ -8,6 +8,7 @@ from benchmarks.blind.dish import dish, dish_tops
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.groove import groove, groove_tops
+from benchmarks.blind.knob import knob, rounded
 from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
 
@@ -50,6 +51,8 @@ def contact_laws(
         return (groove(observation, faults.contact_height, faults.contact_at, stiffness),)
     if faults.contact_form == 'dish':
         return (dish(observation, faults, stiffness * (shares > OUTER['dish'])),)
+    if faults.contact_form == 'knob':
+        return (knob(faults, stiffness),)
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
@@ -178,23 +181,7 @@ def _bar(
     turn, shift = observation.world_from_object[:3, :3], observation.world_from_object[:3, 3]
     on_axis = turn.T @ (np.array([at, top - radius, 0.0]) - shift)
     across = np.eye(3) - np.outer(turn[2], turn[2])
-
-    def penalty(positions: FloatArray) -> Potential:
-        away = (positions - on_axis) @ across
-        distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
-        outward = away / distance[:, None]
-        depth = np.maximum(radius - distance, 0.0)
-        push = stiffness * depth**power
-        slope = power * stiffness * depth ** (power - 1) * (depth > 0.0)
-        straight = outward[:, :, None] * outward[:, None, :]
-        round_it = across - straight
-        return Potential(
-            energy=float((push * depth).sum()) / (power + 1),
-            gradient=-push[:, None] * outward,
-            diagonal=slope[:, None, None] * straight - (push / distance)[:, None, None] * round_it,
-        )
-
-    return penalty
+    return rounded(on_axis, across, radius, stiffness, power)
 
 
 def friction(normal: FloatArray, pushes: FloatArray, touched: FloatArray) -> PotentialLaw:

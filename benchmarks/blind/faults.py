@@ -44,18 +44,19 @@ class Faults(LaterFaults):
             `lamp`, above `contrast_at`, against all that is far from it, of two pours whose
             border at `contrast_at` is `slanted`: farther out on the upper side, of what is
             `patched`, from there to `contrast_until` on one side, against all else, `streaky`:
-            by the sine of the place, aslant, or of a tube that is `cored` into the middle of the
-            section, up to `contrast_at`, against all else.
+            by the sine of the place, aslant, of a tube that is `cored` into the middle of the
+            section, up to `contrast_at`, against all else, or of a root that is `plugged` by a
+            cone, which fills the section at the clamp and comes to its point there.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
-            `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `recruited`: of fibres
-            that lie in waves until they are drawn straight, `braided`: of threads aslant to
-            the body's length, by the exponential of the square of their growth, or `knitted`: of
-            loops along it near the surface, by the cube of that.
-        stiffening: 1 / Jm of Gent's law, the exponent of Fung's or of Veronda's and Westmann's,
-            C3 / C1, the share of the shear modulus at rest that the form has, the modulus of
-            all fibres, were they straight and not slack, or that at first of a braid along the
-            body, or of loops whose square grew by a tenth, over E [-].
+            `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
+            `recruited`: of fibres that lie in waves until they are drawn straight, `braided`: of
+            threads aslant to the body's length, by the exponential of the square of their
+            growth, or `knitted`: of loops along it near the surface, by the cube of that.
+        stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
+            Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
+            modulus of all fibres, were they straight and not slack, or that at first of a braid
+            along the body, or of loops whose square grew by a tenth, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -63,8 +64,8 @@ class Faults(LaterFaults):
             of it there, half evenly from the clamp to there, both on the upper side; or what
             hangs of a `trailing` cable between the side of positive y and a table: more where
             that place is higher; a `loose` ring, which slides as far as `mass_stops`; a wet
-            cloth around all between these, which is `drying`; or a liquid `pooled` where a channel
-            between them is lowest.
+            cloth around all between these, which is `drying`; a liquid `pooled` where a channel
+            between them is lowest; or a film that `drained` down the surface from the clamp on.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -75,8 +76,9 @@ class Faults(LaterFaults):
             shifts and turns it by force and moment as the end of a leaf spring; with a `play`
             through which it turns at first as is given, and then no more; `preloaded`: not at
             all up to a moment of `clamp_preload`, and as is given by what goes beyond that;
-            `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind; or
-            `creeping`: in each pose by a part `clamp_crept` of what it lacks to that.
+            `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind;
+            `creeping`: in each pose by a part `clamp_crept` of what it lacks to that; or on a
+            `post`, which shifts and turns it by force and moment as the end of an upright rod.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -85,9 +87,10 @@ class Faults(LaterFaults):
             30 % of its mean from pose to pose; a `thread` that draws one place with the force
             of all the body's mass; a `turntable`, which draws every part away from its axis
             in proportion to the distance, and where the camera looks as is given; a tilt on
-            `castors`, whose way turns about the world's y by `tilt_turn` from pose to pose; or a
+            `castors`, whose way turns about the world's y by `tilt_turn` from pose to pose; a
             `blower`, which presses what faces it by the square of the cosine, as hard as would
-            draw all the body's mass, did its largest side face it squarely.
+            draw all the body's mass, did its largest side face it squarely; or a `draught`: a
+            round stream through `tilt_point`, as is given on its axis, which falls beside that.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -97,8 +100,9 @@ class Faults(LaterFaults):
             of the free length alone, around `curvature_at`, that of a mould on two
             `trestles`, which sagged by its weight between and beyond them (the tip moves as far
             as an arc's), `coiled`: a spiral, whose radius falls evenly to three tenths at the
-            tip (which moves as far as an arc's), or `draped` over a rail at `curvature_at`, from
-            which both ends hung (the tip moves as far as an arc's).
+            tip (which moves as far as an arc's), `draped` over a rail at `curvature_at`, from
+            which both ends hung (the tip moves as far as an arc's), or `buckled` between two
+            walls: by the sine of the place (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -108,8 +112,9 @@ class Faults(LaterFaults):
             yields to the pressure the less the thinner it is pressed, a `roll` of foam along
             the world's z, a block with a `step`, which begins below the outer half and is
             lower beyond `contact_share`, a `vee`: a groove along the world's x, the `pan` of a
-            balance, which sinks by all of the force on it, a round `dish` below the outer part, or
-            a rubber `rope` along the world's z between two posts.
+            balance, which sinks by all of the force on it, a round `dish` below the outer part,
+            a rubber `rope` along the world's z between two posts, or the round `knob` at the
+            end of a screw that goes with the rig.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -120,8 +125,9 @@ class Faults(LaterFaults):
             which falls with the square of the depth and that angle's cosine; `upper rows`: it
             falls by the exponential of the row, from the image's upper edge on; or that of an
             `entry` of the table by which a sensor corrects depths: it falls evenly to nothing
-            over `depth_spacing` on either side of `depth_entry`; or that of a `veil` of light from
-            `depth_veil`, by the light that returns.
+            over `depth_spacing` on either side of `depth_entry`; that of a `veil` of light from
+            `depth_veil`, by the light that returns; or of an imager of a stereo pair that is
+            `toed` in and rolled: with the square of the depth, and evenly over the rows.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -141,10 +147,10 @@ class Faults(LaterFaults):
         creep_share: g of a Prony pair: all stresses relax to 1 - g of what they were [-].
         creep_time: tau of that pair [s].
         creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
-        contact_share: share of the free length that lies over a bar, a rope or the edge of a
-            step.
-        contact_at: where the bar's axis is along the world's x, or the groove's bottom along z
-            [m].
+        contact_share: share of the free length that lies over a bar, a rope, a knob or the edge of
+            a step.
+        contact_at: where the bar's axis is along the world's x, the groove's bottom along z, or a
+            knob's top along the object's y [m].
         camera_drifts: whether the camera's error grows from pose to pose.
         clamp_scatter: further shift [mm] and turn [deg] of the clamp in each pose.
         region_ramp: share of the free length over which `region_bias` comes up.
@@ -198,7 +204,7 @@ class Faults(LaterFaults):
         tangential: two coefficients of tangential distortion, of x y and y^2 in the columns and
             rows, and of x^2 and x y.
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
-        clamp_length: of a flexure [m].
+        clamp_length: of a flexure, or of a post [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws.
@@ -219,7 +225,7 @@ class Faults(LaterFaults):
             object's x, over their y and z from its middle [-].
         clamp_play: turn at which a clamp with play gives way no more [deg].
         contrast_at: share of the free length above which a lamp stands, where a border lies or a
-            patch begins, or up to which a tube reaches.
+            patch begins, or up to which a tube or a plug reaches.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the

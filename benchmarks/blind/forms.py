@@ -15,6 +15,7 @@ import numpy as np
 from benchmarks.blind.amplitudes import direction, number, signed
 from benchmarks.blind.eighth_forms import EIGHTH_FORMS
 from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS
+from benchmarks.blind.fifteenth_forms import FIFTEENTH_FORMS
 from benchmarks.blind.form import (
     border_form,
     camera_form,
@@ -189,6 +190,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'twelfth': TWELFTH_FORMS,
     'thirteenth': THIRTEENTH_FORMS,
     'fourteenth': FOURTEENTH_FORMS,
+    'fifteenth': FIFTEENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

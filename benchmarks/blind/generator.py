@@ -38,6 +38,7 @@ from benchmarks.blind.cases import (
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.fifteenth_outside import FIFTEENTH_OUTSIDE
 from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
@@ -103,7 +104,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
-    last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE}
+    last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE, **FIFTEENTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the fourteenth set.
+    """Amplitudes that came with the twelfth to the fifteenth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -31,8 +31,8 @@ class LaterFaults:
             empty: `region_from` in all.
         mass_filled: share of a channel that its liquid fills.
         contrast_wave: length of the streaks' waves, as a share of the free length.
-        contact_ahead: where a dish is lowest, along the world's x [m]; along z it is
-            `contact_at`.
+        contact_ahead: where a dish is lowest, along the world's x [m], and along z at
+            `contact_at`; or a knob highest, along the object's x, and along y at that.
         contact_round: radius to which a dish is round at its bottom [m].
         clamp_rub: moment by which a clamp that rubs lags behind [N m].
         pane: thickness of a pane of acrylic before the camera, which nobody counts with [mm].
@@ -52,6 +52,17 @@ class LaterFaults:
         worn: share of E that rubber loses at most by strains of the poses before.
         clipped: how far the least depth that a sensor tells lies beyond `clipped_near` [mm].
         clipped_near: depth of the nearest place on a body's middle line [m].
+        clamp_growth: factor by which what a clamp slips grows from pose to pose; 0: it does not.
+        depth_roll: by how much more of an error of depth there is at the image's lower edge than
+            in its middle, as a share of what is there.
+        imager_tilt: of an imager behind its lens, about its x and y [rad].
+        tilt_point: of the world, on the axis of a draught [m].
+        tilt_width: distance from that axis at which a draught has fallen to a third [m].
+        magnetized: density of the energy of a body that is magnetized along its x, where it
+            points against a steady field [J/m^3].
+        magnetic_way: direction of that field in the world.
+        necked: share by which the true section is smaller in the middle of a neck.
+        necked_at: share of the free length of that middle.
     """
 
     stiffening_slant: float = 0.0
@@ -89,3 +100,12 @@ class LaterFaults:
     worn: float = 0.0
     clipped: float = 0.0
     clipped_near: float = 0.0
+    clamp_growth: float = 0.0
+    depth_roll: float = 0.0
+    imager_tilt: tuple[float, float] = (0.0, 0.0)
+    tilt_point: Vector = (0.0, 0.0, 0.0)
+    tilt_width: float = 1.0
+    magnetized: float = 0.0
+    magnetic_way: Vector = (0.0, 0.0, 0.0)
+    necked: float = 0.0
+    necked_at: float = 0.0

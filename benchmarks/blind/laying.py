@@ -8,12 +8,14 @@ import numpy as np
 
 from benchmarks.blind.contact import highest_tops, lowered, OUTER, ROUND
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.knob import knob_tops
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import make_specimen, settle
 
 _CLEARANCE = 0.008  # Of a body that does not touch the plane [m].
+_KNOB_REACH = 0.08  # Half the share of the free length whose middle comes to lie over a knob.
 
 
 def softer(setup: Setup, factor: float) -> Setup:
@@ -32,6 +34,8 @@ def lay_on_plane(
     assert faults.contact_height is not None
     if faults.contact_form == 'rig':
         return _stopped_by_rig(setup, faults)
+    if faults.contact_form == 'knob':
+        return _stopped_by_knob(setup, faults)
     lift = 1e-3 * faults.contact_height
     normal = np.array(faults.contact_normal)
     if faults.contact_form == 'vee':
@@ -71,6 +75,24 @@ def _stopped_by_rig(setup: Setup, faults: Faults) -> tuple[Setup, Faults]:
         is_at_tip = specimen.shares[heights.argmin()] > 0.5
         if is_at_tip and float(root.min()) > low + lift + 0.001:
             return setup, replace(faults, contact_height=low + lift)
+        setup = softer(setup, 0.75)
+
+
+def _stopped_by_knob(setup: Setup, faults: Faults) -> tuple[Setup, Faults]:
+    """Put the end of a screw so that it lifts the body in the first pose; others follow."""
+    assert faults.contact_height is not None
+    lift = 1e-3 * faults.contact_height
+    free = replace(faults, contact_height=None)
+    while True:
+        specimen = make_specimen(setup, free)
+        rest = settle(specimen, setup, setup.observations[0], free)
+        over = rest[np.abs(specimen.shares - faults.contact_share) < _KNOB_REACH]
+        ahead, aside = (float(place) for place in over.mean(axis=0)[:2])
+        placed = replace(faults, contact_ahead=ahead, contact_at=aside)
+        low = float(knob_tops(rest, placed).min())
+        # A body that is not loaded must stay above it.
+        if float(knob_tops(specimen.mesh.nodes, placed).min()) > low + lift + 0.001:
+            return setup, replace(placed, contact_height=low + lift)
         setup = softer(setup, 0.75)
 
 

@@ -49,6 +49,8 @@ def added_mass(
         # Where a loose ring lies, and how wet a cloth is, each pose tells.
         'loose': (_MASS_REACH, 0.0),
         'drying': (_MASS_REACH, 0.0),
+        # From the clamp to the tip: how thick it is there is set below.
+        'drained': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
         # Where a liquid is, the body's own heights tell.
         'pooled': (_MASS_REACH, 0.0),
     }[faults.mass_form]
@@ -62,6 +64,8 @@ def added_mass(
     if faults.mass_form == 'coat':
         away = np.where(share > faults.added_mass_at, 0.0, away)
     nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
+    if faults.mass_form == 'drained':
+        nearness = film_thickness(share)
     volumes = where * (share > 0.0) * quadrature.volumes
     masses = _shared(faults.added_mass, nearness * volumes)
     if faults.mass_form == 'cable':
@@ -70,6 +74,17 @@ def added_mass(
     if faults.mass_form == 'arm':
         masses = masses * _carried(masses, np.array([0.0, *faults.mass_arm]), quadrature, mesh)
     return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
+
+
+def film_thickness(share: FloatArray) -> FloatArray:
+    """Return how thick a film is that drained down a body which hung by its clamp, 1 at the tip.
+
+    By the root of the way from where it began (Jeffreys 1930, Proc. Camb. Phil. Soc. 26).
+
+    Args:
+        share: of the free length, any shape.
+    """
+    return np.asarray(np.sqrt(np.maximum(share, 0.0)))
 
 
 def _shared(grams: float, weights: FloatArray) -> FloatArray:

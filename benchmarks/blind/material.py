@@ -14,10 +14,12 @@ forms of stiffening in place of c (I - 3)^2, each without stress at rest:
     Mooney-Rivlin      s mu/2 (II - 3 - 4 (J - 1)),   II = (I^2 - tr (F^T F)^2) / 2
     Ogden, power 4     s mu/8 (tr (F^T F)^2 - 3 - 4 (J - 1))
     Veronda-Westmann   mu / k (exp(k (I - 3)) - 1) - mu (I - 3) - mu/2 (II - 3 - 4 (J - 1))
+    Hart-Smith         mu/2 int_3^I exp(k (i - 3)^2) di - mu/2 (I - 3),   0 where I < 3
 
 Mooney-Rivlin's and Ogden's take the share s of the shear modulus at rest. Veronda's and Westmann's
 (1970) comes on a law of twice the shear modulus, whose first term it cancels. The others stiffen
-changes of volume as well, as the term with c does.
+changes of volume as well, as the term with c does. Hart-Smith's (1966, J. Appl. Math. Phys. 17)
+is that of his first constant.
 
 The plain neo-Hookean law has, in place of the terms with a and b,
 
@@ -29,11 +31,21 @@ The plain neo-Hookean law has, in place of the terms with a and b,
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import erfi
 
 from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.shapes import FloatArray
 
-STIFFENINGS = ('gent', 'fung', 'cubic', 'mooney_rivlin', 'ogden', 'veronda_westmann')
+STIFFENINGS = (
+    'gent',
+    'fung',
+    'cubic',
+    'mooney_rivlin',
+    'ogden',
+    'veronda_westmann',
+    'hart_smith',
+)
+_MOST = 50.0  # Exponent that a line search may try; no body comes near it.
 
 
 @dataclass(frozen=True)
@@ -47,6 +59,7 @@ class Constants:
         cubic: d [Pa].
         gent: mu [Pa] and k [-]; a k of 0: none.
         fung: likewise.
+        hart_smith: likewise.
         invariant: factor of II [Pa].
         squares: factor of tr (F^T F)^2, that of II included [Pa].
         rest: of J - 1, so that nothing is stressed at rest [Pa].
@@ -62,6 +75,7 @@ class Constants:
     cubic: FloatArray | float = 0.0
     gent: tuple[FloatArray | float, float] = (0.0, 0.0)
     fung: tuple[FloatArray | float, float] = (0.0, 0.0)
+    hart_smith: tuple[FloatArray | float, float] = (0.0, 0.0)
     invariant: FloatArray | float = 0.0
     squares: FloatArray | float = 0.0
     rest: FloatArray | float = 0.0
@@ -98,13 +112,13 @@ def stiffened(numbers: Constants, form: str, amount: float) -> Constants:
 
     Args:
         numbers: of the law without.
-        form: `gent`, `fung`, `cubic`, `mooney_rivlin`, `ogden` or `veronda_westmann`.
+        form: one of `STIFFENINGS`.
         amount: k, d over half the shear modulus, or s.
     """
     mu = 0.75 * numbers.shear
     if amount == 0.0:
         return numbers
-    if form in ('gent', 'fung'):
+    if form in ('gent', 'fung', 'hart_smith'):
         return replace(numbers, **{form: (mu, amount)})
     if form == 'cubic':
         return replace(numbers, cubic=0.5 * amount * mu)
@@ -145,6 +159,7 @@ def softened(numbers: Constants, factor: float) -> Constants:
         cubic=factor * numbers.cubic,
         gent=(factor * numbers.gent[0], numbers.gent[1]),
         fung=(factor * numbers.fung[0], numbers.fung[1]),
+        hart_smith=(factor * numbers.hart_smith[0], numbers.hart_smith[1]),
         invariant=factor * numbers.invariant,
         squares=factor * numbers.squares,
         rest=factor * numbers.rest,
@@ -254,6 +269,14 @@ def _stiffening(
         grown = np.exp(k * strain)
         energy = energy + 0.5 * mu * ((grown - 1.0) / k - strain)
         slope, curve = slope + 0.5 * mu * (grown - 1.0), curve + 0.5 * mu * k * grown
+    mu, k = numbers.hart_smith
+    if k:
+        # Beyond what a line search may try the slope stays as it is there.
+        part = np.minimum(drawn, np.sqrt(_MOST / k))
+        grown = np.exp(k * part**2)
+        whole = 0.5 * np.sqrt(np.pi / k) * erfi(np.sqrt(k) * part) + grown * (drawn - part)
+        energy = energy + 0.5 * mu * (whole - drawn)
+        slope, curve = slope + 0.5 * mu * (grown - 1.0), curve + mu * k * part * grown
     mu, k = numbers.gent
     if not k:
         return energy, slope, curve

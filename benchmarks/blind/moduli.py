@@ -14,6 +14,7 @@ _TORN = 0.05  # Half the share of the free length of a torn piece.
 DECAY = 0.2  # Share of the free length over which what comes from the clamp falls to a third.
 _CORE = 0.5  # Share of width and height of a tube that is cast in.
 _LAMP = 0.15  # Share of the free length over which a lamp's light falls to a half.
+_PLUG_SKIN = 0.2  # Share of the half section over which a plug's rubber goes over to a body's.
 _CAVITY = 5.0  # By which log E falls where there is no matter.
 
 
@@ -36,6 +37,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'slanted': np.where(share > _border(setup, faults, points), 0.5, -0.5),
         'patched': _patch(faults, share, points),
         'streaky': np.sin(2.0 * np.pi * _aslant(setup, faults, share, points)),
+        'plugged': plug_share(share, outward.max(axis=1), faults.contrast_at),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
@@ -60,6 +62,19 @@ def lamp_light(share: FloatArray, at: float) -> FloatArray:
         at: share above which it stands, as high as `_LAMP`.
     """
     return np.asarray(1.0 / (1.0 + ((share - at) / _LAMP) ** 2))
+
+
+def plug_share(share: FloatArray, outward: FloatArray, end: float) -> FloatArray:
+    """Return which places lie in a cone that fills a body at its clamp: 1, 0, or a part near it.
+
+    Args:
+        share: of the free length, any shape.
+        outward: 0 in the section's middle and 1 at its surface, the same shape.
+        end: share at which the cone comes to its point.
+    """
+    radius = 1.0 - share / max(end, 1e-9)
+    # Over a fifth of the half section: Gauss points are few, and rubber creeps into a plug's skin.
+    return np.asarray(np.clip(0.5 + (radius - outward) / _PLUG_SKIN, 0.0, 1.0) * (radius > 0.0))
 
 
 def in_core(setup: Setup, points: FloatArray) -> NDArray[np.bool_]:

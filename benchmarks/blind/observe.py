@@ -168,6 +168,7 @@ def _true_intrinsics(camera: Camera, faults: Faults, focused: float) -> Camera:
         tangential=faults.tangential,
         wobble=(faults.wobble, faults.wobble_period, faults.wobble_phase),
         skew=faults.skewed,
+        tilt=faults.imager_tilt,
     )
 
 
@@ -182,10 +183,11 @@ def _bias_share(
         # One half of the image's height away it is all there.
         return ((rows**2 + columns**2) / (0.5 * setup.camera.height) ** 2)[..., None]
     if faults.depth_form == 'disparity':
-        # At the body it is about all there.
-        distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
-        seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
-        return np.asarray((seen / distance) ** 2)
+        return _squared_depth(rendering, setup)
+    if faults.depth_form == 'toed':
+        rows = (rendering.row + np.arange(height) - setup.camera.cy) / (0.5 * setup.camera.height)
+        by_row = (1.0 + faults.depth_roll * rows)[:, None, None]
+        return by_row * _squared_depth(rendering, setup)
     if faults.depth_form == 'incidence':
         return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
     if faults.depth_form in ('near field', 'walk', 'veil'):
@@ -211,6 +213,13 @@ def _bias_share(
         through = (setup.pose_number(observation) + 0.5) / len(setup.observations)
         share = float(np.sin(np.pi * through))
     return np.full((height, width, 1), share)
+
+
+def _squared_depth(rendering: Rendering, setup: Setup) -> FloatArray:
+    """Return how much there is of an error of disparity, about all at the body, (h, w, 9)."""
+    distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
+    seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
+    return np.asarray((seen / distance) ** 2)
 
 
 def _share_by_distance(rendering: Rendering, setup: Setup, faults: Faults) -> FloatArray:

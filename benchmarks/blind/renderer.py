@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.surface import IntArray, Triangles
 
@@ -32,6 +33,7 @@ class Camera:
         tangential: two coefficients of a lens element that sits beside the axis, as Brown's.
         wobble: amplitude [px], period [px] and phase [rad] of how columns swing over the rows.
         skew: by how much columns are shifted over the rows, from the middle one on [-].
+        tilt: of the imager behind its lens, about its x and y [rad].
     """
 
     width: int
@@ -44,6 +46,7 @@ class Camera:
     tangential: tuple[float, float] = (0.0, 0.0)
     wobble: tuple[float, float, float] = (0.0, 1.0, 0.0)
     skew: float = 0.0
+    tilt: tuple[float, float] = (0.0, 0.0)
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return column and row of points (..., 3) [px], shape (..., 2)."""
@@ -57,6 +60,8 @@ class Camera:
             x, y = x * stretch, y * stretch
         if one or two:
             x, y = x + aside, y + down
+        if any(self.tilt):
+            x, y = on_tilted(x, y, self.tilt)
         columns, rows = self.fx * x + self.cx, self.fy * y + self.cy
         amount, period, phase = self.wobble
         if amount:
@@ -64,6 +69,28 @@ class Camera:
         if self.skew:
             columns = columns + self.skew * (rows - self.cy)
         return np.stack([columns, rows], axis=-1)
+
+
+def on_tilted(
+    x: FloatArray, y: FloatArray, tilt: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Return where rays meet an imager that stands aslant behind its lens.
+
+    It goes through where the axis meets the plane at distance 1 (the model of a tilted sensor of
+    OpenCV's calib3d; Louhichi et al. 2007, Meas. Sci. Technol. 18).
+
+    Args:
+        x: of rays where z is 1 [-], any shape.
+        y: likewise.
+        tilt: about x, then about y [rad].
+
+    Returns:
+        Places in the imager's own plane [-], the shape of x each.
+    """
+    imager = rotation(np.array([0.0, -tilt[1], 0.0])) @ rotation(np.array([-tilt[0], 0.0, 0.0]))
+    ahead, aside, along = (row[0] * x + row[1] * y + row[2] for row in imager)
+    scale = imager[2, 2] / along
+    return scale * ahead - imager[0, 2], scale * aside - imager[1, 2]
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,8 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         trimmed=1e-3 * faults.trimmed,
         rack=faults.racked,
         drawn=faults.drawn,
+        neck=faults.necked,
+        neck_at=faults.necked_at,
     )
 
 
@@ -55,7 +57,7 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
     if faults.curvature_form == 'draped':
         return _bent_in_parts(nodes, shape, _draped(curvature, faults.curvature_at))
-    if faults.curvature_form in ('S', 'middle', 'helix', 'set', 'trestles', 'coiled'):
+    if faults.curvature_form in ('S', 'middle', 'helix', *_RATES):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
         rate = float(np.linalg.norm(curvature)) * np.sign(curvature[1] or 1.0)
@@ -72,13 +74,12 @@ def _parts(curvature: FloatArray, form: str) -> list[tuple[float, float, FloatAr
         return [(0.5, 1.0, -2.0 * curvature), (0.0, 0.5, 2.0 * curvature)]
     if form == 'middle':
         return [(1 / 3, 2 / 3, 3.0 * curvature)]
-    rates = {'set': _hung, 'trestles': _sagged, 'coiled': _coiled}
     found = []
     for number in reversed(range(_PARTS)):
         begin, end = number / _PARTS, (number + 1) / _PARTS
         middle = 0.5 * (begin + end)
-        if form in rates:
-            found.append((begin, end, rates[form](middle) * curvature))
+        if form in _RATES:
+            found.append((begin, end, _RATES[form](middle) * curvature))
             continue
         turn = rotation(np.array([_HELIX_TURN * (middle - 0.5), 0.0, 0.0]))
         found.append((begin, end, _HELIX_MORE * turn @ curvature))
@@ -114,11 +115,20 @@ def _coiled(share: float) -> float:
     return float(0.5 / lever / (1.0 - _UNCOILED * share))
 
 
+def _buckled(share: float) -> float:
+    """Return the curvature of Euler's column between two hinges: its tip is as far as an arc's."""
+    return float(0.5 * np.pi * np.sin(np.pi * share))
+
+
 def _sagged(share: float) -> float:
     """Return the moment of a mould's weight on two trestles at a place, over its mean."""
     one, other = max(share - _TRESTLE, 0.0), max(share - 1.0 + _TRESTLE, 0.0)
     mean = 0.25 * ((1.0 - _TRESTLE) ** 2 + _TRESTLE**2) - 1.0 / 6.0
     return 0.5 * (one + other - share**2) / mean
+
+
+# How much of a curvature is there at a share of the free length.
+_RATES = {'set': _hung, 'trestles': _sagged, 'coiled': _coiled, 'buckled': _buckled}
 
 
 def _bent_in_parts(

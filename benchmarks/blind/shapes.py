@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 
 _RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
 _NECK = 0.15  # Share over which a body that was drawn grows thinner.
+_HALF_NECK = 0.15  # Share from the middle of a neck to either of its ends.
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Shape:
         trimmed: length that is cut off at the tip: what is left keeps its shape [m].
         rack: shift along y over z, which comes up over the first part of the free length.
         drawn: share by which the free length was drawn longer, and its section smaller.
+        neck: share by which the section is smaller in the middle of a neck.
+        neck_at: share of the free length of that middle.
     """
 
     family: str
@@ -45,6 +48,8 @@ class Shape:
     trimmed: float = 0.0
     rack: float = 0.0
     drawn: float = 0.0
+    neck: float = 0.0
+    neck_at: float = 0.0
 
     @property
     def length(self) -> float:
@@ -68,11 +73,24 @@ class Shape:
         narrow = 1.0 - self.waist * np.sin(np.pi * share) ** 2
         if self.drawn:
             narrow = narrow * (1.0 + self.drawn) ** (-0.5 * np.minimum(share / _NECK, 1.0))
+        if self.neck:
+            narrow = narrow * (1.0 - self.neck * necking(share, self.neck_at))
         points = lattice.copy()
         points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
         points[..., 2] *= (1.0 - self.taper[1] * share) * narrow
         points[..., 1] += self.rack * np.minimum(share / _RACKED, 1.0) * points[..., 2]
         return bend(points, self.clamp, np.array([0.0, 0.0, self.arch]))
+
+
+def necking(share: FloatArray, at: float) -> FloatArray:
+    """Return a bell that is 1 in the middle of a neck and 0 at its ends, none in the clamp.
+
+    Args:
+        share: of the free length, any shape.
+        at: that of the middle.
+    """
+    away = np.clip((share - at) / _HALF_NECK, -1.0, 1.0)
+    return np.asarray(0.5 * (1.0 + np.cos(np.pi * away)))
 
 
 def bend(points: FloatArray, start: float, curvature: FloatArray) -> FloatArray:

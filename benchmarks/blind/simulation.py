@@ -21,13 +21,15 @@ from benchmarks.blind.clamps import (
 )
 from benchmarks.blind.cloth import cloth_masses
 from benchmarks.blind.contact import contact_laws, friction, half_space
+from benchmarks.blind.draught import stream_share
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.flexure import flexure_compliance
+from benchmarks.blind.flexure import flexure_compliance, post_compliance
 from benchmarks.blind.heights import by_height
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
 from benchmarks.blind.jaws import pinched
 from benchmarks.blind.loose import ring_masses
+from benchmarks.blind.magnetism import magnetic_forces
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus
@@ -46,7 +48,15 @@ from benchmarks.blind.wear import worn
 
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
 # Forms of a tilt that leave gravity as it is, and push beside it.
-_PUSHES = ('growing', 'outer_push', 'middle_push', 'thread', 'turntable', 'blower')
+_PUSHES = (
+    'growing',
+    'outer_push',
+    'middle_push',
+    'thread',
+    'turntable',
+    'blower',
+    'draught',
+)
 # Masses that are not the same, or not at the same place, in every pose.
 _BY_POSE = {'loose': ring_masses, 'drying': cloth_masses}
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
@@ -54,6 +64,8 @@ _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatA
     'rubbing': lambda turn, faults: lagged(turn, faults.clamp_compliance, faults.clamp_rub),
     'creeping': lambda turn, faults: crept(turn, faults.clamp_compliance, faults.clamp_crept),
 }
+# What a clamp stands on, by how it gives way to force and moment.
+_BEAMS = {'flexure': flexure_compliance, 'post': post_compliance}
 # By how much that sinks on which a body lies [m]: rules by the force on it [N].
 _SINKING: dict[str, Callable[[Faults], Callable[[float], float]]] = {
     'pan': lambda faults: lambda force: faults.contact_give * force,
@@ -207,8 +219,8 @@ def settle(
         return settle_in_foam(specimen, load, nominal, give)
     if faults.clamp_form == 'shear':
         return settle_sliding(specimen, load, nominal, give)
-    if faults.clamp_form == 'flexure':
-        compliance = flexure_compliance(give, faults.clamp_length)
+    if faults.clamp_form in _BEAMS:
+        compliance = _BEAMS[faults.clamp_form](give, faults.clamp_length)
         return settle_on_flexure(specimen, load, nominal, compliance)
     if faults.clamp_form == 'about a corner':
         width, height = setup.shape.section
@@ -293,6 +305,13 @@ def _forces(
         free = float((masses * (shares > 0.0)).sum())
         push = free * (object_from_world @ _side(faults))
         forces = forces + blown(specimen.mesh, shares, push, setup.shape)
+    if faults.tilt_form == 'draught':
+        places = applied(observation.world_from_object, specimen.mesh.nodes)
+        felt = stream_share(places, _side(faults), faults) * masses * (shares > 0.0)
+        forces = forces + felt[:, None] * (object_from_world @ _side(faults))
+    if faults.magnetized:
+        field = faults.magnetized * (object_from_world @ np.array(faults.magnetic_way))
+        forces = forces + magnetic_forces(specimen.body, field)
     if faults.jet:
         share = faults.jet_shares[setup.pose_number(observation)]
         forces = forces + pressed(
@@ -359,6 +378,10 @@ def _slipped(setup: Setup, observation: Observation, faults: Faults) -> float:
     if faults.clamp_by_load:
         down = observation.world_from_object[1, :3]
         return max(float(np.hypot(down[1], down[2])) - 0.7, 0.0) / 0.3
+    if faults.clamp_growth:
+        last = max(len(setup.observations) - 1, 1)
+        part, whole = faults.clamp_growth ** np.array([setup.pose_number(observation), last]) - 1.0
+        return float(part / whole)
     reached = setup.reached(observation)
     if faults.clamp_late:
         return float(reached > 0.5)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_derivatives import check_body_stiffness, check_derivatives
-from support.blind_rests import COARSE, rest_of, tip_moves
+from support.blind_rests import COARSE, rest_of, tip_moves, turn_of
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.faults import Faults
@@ -137,17 +137,8 @@ def test_jaws_keep_a_volume_and_press_it_out_more_on_one_side(
     fitted = np.polyfit(mesh.nodes[mouth, 1], moved[mouth, 0], 1)[0]
     beyond = moved[~np.isin(np.arange(len(moved)), mesh.held)]
     before = mesh.nodes[~np.isin(np.arange(len(moved)), mesh.held)]
-    turn = _turn(before, beyond)
+    turn = turn_of(before, beyond)
     assert turn == pytest.approx([0.0, 0.0, -fitted], abs=2e-3)
-
-
-def _turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the rotation vector by which points turned as a whole [rad]."""
-    left, _, right = np.linalg.svd((before - before.mean(axis=0)).T @ (after - after.mean(axis=0)))
-    turn = (left @ right).T
-    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    sine = 0.5 * np.linalg.norm(axis)
-    return np.asarray(0.5 * axis * np.arcsin(sine) / max(sine, 1e-30))
 
 
 def test_a_rope_pulls_by_the_length_of_its_halves(setup: Setup) -> None:
@@ -248,7 +239,7 @@ def test_a_clamp_that_creeps_goes_a_part_of_its_way_in_every_pose(
         weight = plain.body.masses[:, None] * (-GRAVITY * view.world_from_object[1, :3])
         # About a clamp's middle weight is all that turns a body; held nodes bear their own.
         moment = np.cross(rest - center, weight).sum(axis=0)
-        turn = _turn(plain.mesh.nodes[held], rest[held])
+        turn = turn_of(plain.mesh.nodes[held], rest[held])
         whole = faults.clamp_compliance * moment
         assert turn == pytest.approx(before + faults.clamp_crept * (whole - before), abs=1e-3)
         before = turn
@@ -269,7 +260,7 @@ def test_rubber_is_worn_where_it_was_strained_and_nowhere_before_the_first_pose(
     assert np.asarray(again.body.numbers.shear / once.body.numbers.shear) == pytest.approx(1.0)
 
 
-def test_strains_are_those_of_a_pull_and_none_of_a_turn(plain: Specimen) -> None:
+def test_strains_are_those_of_a_pull_and_none_of_aturn_of(plain: Specimen) -> None:
     nodes = plain.mesh.nodes
     assert strains(plain.body, nodes @ rotation(np.array([0.3, -0.2, 0.5])).T) == pytest.approx(
         0.0, abs=1e-6

@@ -15,6 +15,8 @@ from benchmarks.blind.eighth_forms import EIGHTH_FORMS, EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS, ELEVENTH_PAIRS
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
+from benchmarks.blind.fifteenth_forms import FIFTEENTH_FORMS, FIFTEENTH_PAIRS
+from benchmarks.blind.fifteenth_outside import FIFTEENTH_OUTSIDE
 from benchmarks.blind.form import Form
 from benchmarks.blind.forms import BY_KEY, FORMS
 from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS, FOURTEENTH_PAIRS
@@ -42,6 +44,7 @@ COUNTS = {
     'twelfth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
     'thirteenth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
     'fourteenth': {'clean': 300, 'form': 16, 'pair': 4, 'outside': 4},
+    'fifteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -78,6 +81,9 @@ OWN = {
         FOURTEENTH_OUTSIDE,
         frozenset({'material', 'sensor'}),
         3,
+    ),
+    'fifteenth': Own(
+        FIFTEENTH_FORMS, FIFTEENTH_PAIRS, FIFTEENTH_OUTSIDE, frozenset({'load', 'shape'}), 3
     ),
 }
 

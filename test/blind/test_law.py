@@ -52,6 +52,7 @@ FORMS = [
     ('mooney_rivlin', 0.6),
     ('ogden', 0.4),
     ('veronda_westmann', 8.0),
+    ('hart_smith', 60.0),
 ]
 
 

@@ -16,6 +16,8 @@ from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.fifteenth_forms import FIFTEENTH_FORMS
+from benchmarks.blind.fifteenth_outside import FIFTEENTH_OUTSIDE
 from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
@@ -69,6 +71,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'compliant_clamp/rubbing': {'clamp_form': 'turn'},
     'rest_curvature/draped': {'curvature_form': 'arc'},
     'compliant_clamp/creeping': {'clamp_form': 'turn'},
+    'stiffness_contrast/plugged': {'contrast_mode': 'split'},
+    'added_mass/drained': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'compliant_clamp/post': {'clamp_form': 'turn'},
+    'clamp_offset/loosening': {'clamp_growth': 0.0},
+    'gravity_tilt/draught': {'tilt_form': 'tilt'},
+    'rest_curvature/buckled': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -93,6 +101,8 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_bias_by_region/receding': {'region_places': ()},
     'depth_affine/veil': {'depth_form': 'affine'},
     'depth_bias_by_region/banded': {'region_bands': (0.0, 0.0)},
+    'depth_affine/toed': {'depth_form': 'affine'},
+    'camera_offset/tilted imager': {'imager_tilt': (0.0, 0.0)},
 }
 OTHERS = {
     'clamp_offset/dragged',
@@ -101,6 +111,7 @@ OTHERS = {
     'contact_plane/rig',
     'camera_offset/pane',
     'contact_plane/dish',
+    'contact_plane/knob',
     'contact_plane/mat',
     'contact_plane/pan',
     'contact_plane/roll',
@@ -109,6 +120,7 @@ OTHERS = {
     'contact_plane/vee',
     'stiffness_contrast/cored',
     'strain_stiffening/braided',
+    'strain_stiffening/hart_smith',
     'strain_stiffening/knitted',
     'strain_stiffening/recruited',
     'strain_stiffening/veronda_westmann',
@@ -122,6 +134,7 @@ CAUSES = {
     **TWELFTH_OUTSIDE,
     **THIRTEENTH_OUTSIDE,
     **FOURTEENTH_OUTSIDE,
+    **FIFTEENTH_OUTSIDE,
 }
 
 
@@ -132,7 +145,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
-    keys = {form.key for form in (*earlier, *later)}
+    keys = {form.key for form in (*earlier, *later, *FIFTEENTH_FORMS)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
@@ -143,6 +156,7 @@ def test_every_form_is_checked_here() -> None:
         (TWELFTH_FORMS, {'rest_curvature', 'gravity_tilt', 'depth_bias_by_region'}),
         (THIRTEENTH_FORMS, {'strain_stiffening', 'clamp_offset', 'depth_affine'}),
         (FOURTEENTH_FORMS, {'gravity_tilt', 'added_mass', 'camera_offset'}),
+        (FIFTEENTH_FORMS, {'depth_bias_by_region'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -31,3 +31,12 @@ def tip_moves(setup: Setup, plain: Specimen, faults: Faults, at_tip: np.ndarray)
         tip = clean[plain.shares > 0.99].mean(axis=0)
         moves.append(float(np.linalg.norm(found[at_tip].mean(axis=0) - tip)))
     return moves
+
+
+def turn_of(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the rotation vector by which points turned as a whole [rad]."""
+    left, _, right = np.linalg.svd((before - before.mean(axis=0)).T @ (after - after.mean(axis=0)))
+    turn = (left @ right).T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine = 0.5 * np.linalg.norm(axis)
+    return np.asarray(0.5 * axis * np.arcsin(sine) / max(sine, 1e-30))
