@@ -17,6 +17,8 @@ from diffcal_ros.diagnosis.patches.smooth_error import (
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 import numpy as np
 import pytest
+from scipy.linalg import block_diag, null_space
+from scipy.stats import multivariate_normal
 from support.scenes import beam_scene
 from support.watched import watched
 
@@ -73,6 +75,49 @@ def test_the_size_is_found(size):
     sizes = [one.size for one in found]
     assert np.median(sizes) == pytest.approx(size, rel=0.15)
     assert {one.length for one in found} == {80.0}
+
+
+def test_it_is_that_of_whole_densities():
+    """By the density of what is beside all tangents, with the whole covariance."""
+    noise = replace(_ASSUMED, rough=5e-5)
+    groups = poses_with(0.0003, 0.5, 2, noise=noise, sides=(8, 6))
+    tangents = np.concatenate([group.patches.jacobian for group in groups])
+    mesh = block_diag(*(group.mesh[:, None] for group in groups))
+    beside = null_space(np.hstack([tangents, mesh]).T).T
+    values = beside @ np.concatenate([group.patches.values for group in groups])
+    centers = np.concatenate([group.patches.centers for group in groups])
+    poses = np.repeat(np.arange(_POSES), len(groups[0].patches.values))
+    rest = block_diag(
+        *(
+            group.patches.covariance
+            + group.patches.common.covariance(group.patches.centers)
+            - noise.smooth**2 * kernel(group.patches.centers, 80.0)
+            for group in groups
+        )
+    )
+    sizes = np.geomspace(0.25, 4.0, 33)
+    levels = {}
+    for length in (40.0, 80.0, 160.0):
+        for standing in (0.0, 0.5, 0.9):
+            shared = np.where(poses[:, None] == poses, 1.0, standing)
+            smooth = noise.smooth**2 * shared * kernel(centers, length, is_mixed=True)
+            for size in sizes:
+                covariance = beside @ (rest + size**2 * smooth) @ beside.T
+                prior = -0.5 * (np.log(size) / np.log(2.0)) ** 2
+                density = multivariate_normal(np.zeros(len(values)), covariance).logpdf(values)
+                levels[length, standing, size] = density + prior
+    chances = np.exp(np.array(list(levels.values())) - max(levels.values()))
+    chances /= chances.sum()
+    squares = chances * np.array([size**2 for *_, size in levels])
+    found = measured_smooth_error(groups, noise)
+    assert found.size == pytest.approx(noise.smooth * np.sqrt(squares.sum()), rel=1e-3)
+    shares = np.array([standing for _, standing, _ in levels])
+    assert found.standing == pytest.approx(squares @ shares / squares.sum(), abs=1e-3)
+    by_length = {
+        length: sum(c for c, (own, *_) in zip(chances, levels, strict=True) if own == length)
+        for length in (40.0, 80.0, 160.0)
+    }
+    assert found.length == max(by_length, key=by_length.__getitem__)
 
 
 @pytest.mark.parametrize(('true', 'least', 'most'), [(0.0, 0.0, 0.1), (0.95, 0.85, 0.9)])
