@@ -36,6 +36,7 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
     closed_in_its_form,
     closure_of,
     details_of,
+    drawn_beside,
     gap_figures,
     judged_part,
     named_effects,
@@ -137,7 +138,11 @@ def conclude(
         },
         times_detectable=times_detectable(scores),
         limits=upper_limits(scores),
-        drawn=drawn_parameters(scores, nominal.parameters),
+        drawn=(
+            drawn_beside(choice.hypothesis, scores)
+            if choice is not None and named.effects
+            else drawn_parameters(scores, nominal.parameters)
+        ),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
         notes=(

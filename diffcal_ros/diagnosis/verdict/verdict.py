@@ -104,8 +104,9 @@ class Diagnosis:
         parameters: before and after, by name: value, std_error, unit.
         times_detectable: expected amplitude over the smallest detectable one, by effect.
         limits: how large each effect may be without standing out, see `limits.upper_limits`.
-        drawn: how far what hides may have drawn each parameter as it was before, as a share, by
-            parameter and effect, see `limits.drawn_parameters`.
+        drawn: how far what hides may have drawn each parameter, as a share, by parameter and
+            effect, see `limits.drawn_parameters`: as it is beside the named effects, or was
+            before.
         largest_cosine: how alike another effect could look, by effect, 0 to 1.
         seconds: that the diagnosis took.
         notes: what else a person should know.

@@ -8,6 +8,7 @@ from typing import Any
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import Kind
+from diffcal_ros.diagnosis.detection.limits import Drawn, drawn_parameters
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
@@ -15,9 +16,10 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import is_strained, unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.screening import Screen
+from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
 from diffcal_ros.effects.registry import EFFECTS
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -224,6 +226,26 @@ def parameter_table(
             'unit': parameter.unit,
         }
     return table
+
+
+def drawn_beside(hypothesis: Hypothesis, scores: Screen) -> Drawn:
+    """Return how far parameters beside named effects may be off by what hides there.
+
+    Of bodies at rest: to follow a motion by all that may be missing takes as long as a refit.
+
+    Args:
+        hypothesis: the model whose effects are named.
+        scores: of all candidates at the nominal fit.
+    """
+    model, known = hypothesis.evaluator.model, hypothesis.identifiers
+    if model.is_moving:
+        return {}
+    others = [s.candidate for s in scores.scores if s.candidate.identifier not in known]
+    try:
+        beside = screen(hypothesis.evaluator, hypothesis.fit.coordinates, others)
+    except NotSimulatedError:
+        return {}  # It was reached by small load steps, and is not found from rest.
+    return drawn_parameters(beside, hypothesis.fit.parameters)
 
 
 def times_detectable(scores: Screen) -> dict[str, float]:

@@ -35,6 +35,8 @@ def verdict_lines(diagnosis: Diagnosis) -> list[str]:
             words += f': {max(diagnosis.closure, 0.0):.0%} of the gap closed'
         lines.append(_line('ADDED', words))
         lines += [_line('FITTED', words) for words in _changes(diagnosis)]
+    if diagnosis.effects or diagnosis.verdict is not Verdict.DISAGREE:
+        lines += [_line('DRAWN', words) for words in _drawn(diagnosis)]
     if diagnosis.unknown_class is not None:
         lines += [_line('FITTED', words) for words in _not_known(diagnosis)]
     if diagnosis.separating_recording is not None:
@@ -76,8 +78,6 @@ def _name_lines(diagnosis: Diagnosis) -> list[str]:
         lines.append(_line('NAME', f'one of {", ".join(diagnosis.ambiguity_set)}'))
     elif hidden := _hidden(diagnosis):
         lines.append(_line('HIDDEN', f'at most {hidden} (95 %)'))
-    if not diagnosis.effects and diagnosis.verdict is not Verdict.DISAGREE:
-        lines += [_line('DRAWN', words) for words in _drawn(diagnosis)]
     return lines
 
 
@@ -113,14 +113,14 @@ def _drawn(diagnosis: Diagnosis) -> list[str]:
 
     A load that hides, and a modulus that has followed it, look as if there were none.
     """
-    lines = []
+    lines, told = [], diagnosis.parameters['after' if diagnosis.effects else 'before']
     for name, by_effect in diagnosis.drawn.items():
-        known = diagnosis.parameters['before'][name]
+        known = told[name]
         error = float(known['std_error']) / float(known['value'])
         most = sorted(by_effect.items(), key=lambda own: -own[1])[:_MOST_DRAWN]
-        told = [f'{share:.0%} ({effect})' for effect, share in most if share > 2.0 * error]
-        if told:
-            lines.append(f'{title(name)} by what does not show, at most {", ".join(told)} (95 %)')
+        by = [f'{share:.0%} ({effect})' for effect, share in most if share > 2.0 * error]
+        if by:
+            lines.append(f'{title(name)} by what does not show, at most {", ".join(by)} (95 %)')
     return lines
 
 

@@ -5,11 +5,13 @@
 from types import SimpleNamespace
 from typing import Any
 
+from diffcal_ros.diagnosis.detection.limits import drawn_parameters
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict import verdict_figures
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
+    drawn_beside,
     judged_part,
     named_effects,
     parameter_table,
@@ -100,3 +102,24 @@ def test_what_a_motion_hides_in_a_parameter_is_judged_in_all_frames(value, is_mo
         parameters=_Known(), coordinates=np.array([value]), of_the_body=lambda _: (value, 0.1)
     )
     assert judged_part(fit, is_moving=is_moving) is part
+
+
+def test_a_mass_may_have_drawn_a_modulus_beside_a_named_tilt_as_well(screened):
+    evaluator, fit, scores = screened
+    tilt = next(s.candidate for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
+    found = try_effects(evaluator, fit, [tilt], {'gravity_tilt.b': 0.06})
+    drawn = drawn_beside(found, scores)
+    before = drawn_parameters(scores, fit.parameters)
+    assert list(drawn) == list(before) == ['youngs_modulus']
+    others = {s.candidate.identifier for s in scores.scores} - {'gravity_tilt'}
+    assert set(drawn['youngs_modulus']) == set(before['youngs_modulus']) & others
+    # Refitted with both, the modulus is no farther away than that.
+    assert drawn['youngs_modulus']['added_mass'] > 0.05
+    with_mass = try_effects(
+        evaluator,
+        fit,
+        [tilt, Candidate('added_mass', ('mass',), 0.75)],
+        found.fit.values_by_name(),
+    )
+    moved = with_mass.fit.coordinates[0] - found.fit.coordinates[0]
+    assert abs(np.expm1(moved)) < drawn['youngs_modulus']['added_mass']
