@@ -25,6 +25,7 @@ class AddedMass(Effect):
     twins = ('stiffness_contrast',)
     # It slides, dries or is taken off.
     most_by_pose = 1.0
+    has_common_part = True
     settings = {'at': 1.0}  # noqa: RUF012  Share of the free length.
     # One between two places still looks like one of them, and less like a contrast of stiffness.
     screened_at = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)

@@ -52,7 +52,13 @@ def has_nothing_in_common(hypothesis: Hypothesis, one: Candidate) -> bool:
     own = {part.effect for part in hypothesis.freed if part.posture is not None}
     if not one.effect.has_common_part or one.effect.identifier not in own:
         return False
-    return hypothesis.chance_of_zero(one, in_common=True) > _BY_CHANCE
+    chance = hypothesis.chance_of_zero(one, in_common=True)
+    parts = [one.effect.component(name) for name in one.components]
+    if len(parts) == 1 and parts[0].lower == 0.0:
+        # Of what is never negative noise gives half of the times nothing (Chernoff, Ann. Math.
+        # Stat. 25, 1954).
+        chance *= 0.5
+    return chance > _BY_CHANCE
 
 
 def spread_of_amount(hypothesis: Hypothesis, one: Candidate) -> float:

@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
-from diffcal_ros.diagnosis.model_comparison.hypothesis import FORM_DOUBT, Hypothesis
-from diffcal_ros.diagnosis.model_comparison.selection import AS_WELL, Selection
+from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, FORM_DOUBT, Hypothesis
+from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import excess_over, Part

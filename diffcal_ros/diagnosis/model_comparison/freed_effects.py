@@ -15,7 +15,12 @@ from collections.abc import Sequence
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
+from diffcal_ros.diagnosis.model_comparison.hypothesis import (
+    AS_WELL,
+    FORM_DOUBT,
+    Hypothesis,
+    LEAST_LEANING,
+)
 from diffcal_ros.diagnosis.model_comparison.judged_models import judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
@@ -68,10 +73,11 @@ def with_those_freed(
 def _with_its_rival_freed(
     pool: RefitPool, models: Sequence[Hypothesis], basis: FormBasis
 ) -> list[Hypothesis]:
-    """Return models, the nearest rival of a best one that is free in form free as well.
+    """Return models, the nearest rival of the best one free in form, where that may decide.
 
     To first order it may owe next to nothing to forms, and be far better in one: where a body is
-    eight times stiffer at one end than at the other nothing is linear.
+    eight times stiffer at one end than at the other nothing is linear. So it is free where the
+    best one is, and where what is in doubt of what it owes to forms would bring it near.
 
     Args:
         pool: see `with_those_freed`.
@@ -79,12 +85,10 @@ def _with_its_rival_freed(
         basis: see `with_those_freed`.
     """
     first, *others = models
-    if not first.freed:
-        return list(models)
-    least = least_level(first)
     for place, rival in enumerate(others):
-        is_near = rival.level > least and not rival.is_at_bound
-        if not is_near or rival.identifiers == first.identifiers:
+        if rival.is_at_bound or rival.identifiers == first.identifiers:
+            continue
+        if not _may_come_near(rival, first):
             continue
         # One that is free already and at its best is as it would be.
         if _freed(rival, _LEAST_SHARE) or (rival.freed and not rival.fit.is_converged):
@@ -93,6 +97,15 @@ def _with_its_rival_freed(
             others[place] = min(both, key=by_evidence)
             return sorted([first, *others], key=by_evidence)
     return list(models)
+
+
+def _may_come_near(rival: Hypothesis, first: Hypothesis) -> bool:
+    """Tell whether a model free in form may explain about as much as the best one."""
+    if first.freed:
+        return rival.level > least_level(first)
+    scale = max(1.0, first.chi_square_per_patch)
+    at_most = rival.log_evidence + FORM_DOUBT * rival.leaning
+    return at_most > first.level - AS_WELL * scale
 
 
 def with_less_freedom(

@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 # What a model owes to forms other than the library's rests on what is believed of forms; so much
 # of it is in doubt.
 FORM_DOUBT = 0.1
+# Models this close in log evidence, per unit of noise scale, explain the data as well.
+AS_WELL = 5.0
 # What owes less log evidence to other forms is as good as in the library's: what of that is in
 # doubt decides nothing.
 LEAST_LEANING = 50.0

@@ -15,6 +15,7 @@ from diffcal_ros.diagnosis.model_comparison.freed_effects import (
 )
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
+    AS_WELL,
     FARTHEST_FORM,
     FORM_DOUBT,
     Hypothesis,
@@ -47,8 +48,6 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Models this close in log evidence, per unit of noise scale, explain the data as well.
-AS_WELL = 5.0
 # Where the floor is a guess, what most patches are off by in floors where something may be left.
 _POOR_FLOORS = 2.0
 # A second effect must explain so much more, in log evidence per unit of noise scale, than any form

@@ -103,8 +103,14 @@ def _off_in_form(hypothesis: Hypothesis) -> str | None:
     of which may be far off nothing is known.
     """
     judged = hypothesis.judged
-    if judged is None or hypothesis.fit.chance_of_noise >= ALPHA:
+    if judged is None:
         return None
+    if hypothesis.fit.chance_of_noise >= ALPHA:
+        # As another one in each pose much leaves noise that is not it.
+        is_set_anew = any(part.posture is not None for part in hypothesis.freed)
+        asks = is_set_anew and hypothesis.leaning >= LEAST_LEANING
+        is_far = asks and judged.fraction > FARTHEST_FORM
+        return f'off by {judged.fraction:.0%} of what it does' if is_far else None
     left = patch_gap(hypothesis.fit.groups, Part.REPORT)
     asks_for_it = hypothesis.leaning >= LEAST_LEANING or left.rms > FAR_ABOVE * left.whole_floor
     fraction = judged.fraction if asks_for_it else 0.0

@@ -265,8 +265,27 @@ def test_the_rival_of_one_that_is_free_is_free_as_well(
         again.model = replace(free, fit=replace(free.fit, is_converged=is_converged))
         freed_effects._with_its_rival_freed(again, [first, again.model], basis)
         assert len(again.asked) == (is_asked and not is_converged)
-    # One that is in the library's form asks no other for another.
-    assert freed_effects._with_its_rival_freed(refits, [camera, rival], basis) == [camera, rival]
+
+
+@pytest.mark.parametrize(
+    ('behind', 'leaning', 'gain', 'is_asked'),
+    [(10.0, 80.0, 30.0, True), (10.0, 20.0, 30.0, False), (30.0, 80.0, 60.0, False)],
+)
+def test_a_rival_is_free_where_what_is_in_doubt_of_its_form_may_decide(
+    screened, basis, monkeypatch, behind, leaning, gain, is_asked
+):
+    """A tenth of what it owes to forms, for it and against it."""
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    first = _judged(screened, basis, 'camera_offset', 0.05, 0.4)
+    scale = max(1.0, first.chi_square_per_patch)
+    bend = _judged(screened, basis, 'rest_curvature', 0.02, 0.03, leaning=leaning * scale)
+    rival = _likelier(bend, first.level - scale * behind - bend.level)
+    refits = _Refits((scale * gain,))
+    refits.model = rival
+    found = freed_effects._with_its_rival_freed(refits, [first, rival], basis)
+    assert refits.asked == ([len(EFFECTS['rest_curvature'].forms)] if is_asked else [])
+    best = ('rest_curvature',) if is_asked else ('camera_offset',)
+    assert found[0].identifiers == best
 
 
 def _with_a_lens(screened, basis) -> Hypothesis:

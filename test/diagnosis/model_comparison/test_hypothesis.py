@@ -102,6 +102,9 @@ def test_an_amplitude_whose_error_is_large_is_there_where_no_fit_does_without_it
         ('compliant_clamp', 1.0, False, False),
         # It may be set anew in each pose, and then has nothing in common.
         ('clamp_offset', 1.0, True, False),
+        # A mass is never negative: half of what noise makes of it is nothing.
+        ('added_mass', 2.6, True, True),
+        ('added_mass', 2.85, True, False),
     ],
 )
 def test_a_property_has_a_part_that_all_poses_have_in_common(

@@ -163,6 +163,20 @@ def test_what_is_free_in_form_and_still_another_one_has_no_name(bent, fraction, 
     assert is_named or 'off by 40%' in free
 
 
+@pytest.mark.parametrize(
+    ('fraction', 'leaning', 'is_named'),
+    [(0.8, 80.0, False), (0.4, 80.0, True), (0.8, 20.0, True)],
+)
+def test_what_leaves_noise_as_another_one_in_each_pose_is_of_about_its_form(
+    bent, fraction, leaning, is_named
+):
+    judged = _judged(bent, fraction=fraction, exact=bent.fit.log_evidence - leaning)
+    same = replace(judged, fit=replace(bent.fit, chi_square=0.8 * bent.fit.patch_count))
+    assert same.fit.chance_of_noise > 0.05
+    assert doubts._off_in_form(same) is None
+    assert (doubts._off_in_form(_with_poses(same)) is None) == is_named
+
+
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.1, True), (0.2, False)])
 def test_two_effects_one_of_which_is_free_in_form_share_what_is_left_to_that(
     bent, fraction, is_named
