@@ -67,6 +67,8 @@ def with_those_freed(
         best = max(best, freed.level)
     first, *others = sorted((better.get(id(m), m) for m in models), key=by_evidence)
     first = _to_the_end(pool, first, basis)
+    if first.is_free_in_everything:
+        first = _as_one_in_all(pool, first, basis)
     return _with_its_rival_freed(pool, sorted([first, *others], key=by_evidence), basis)
 
 
@@ -101,11 +103,13 @@ def _with_its_rival_freed(
 
 def _may_come_near(rival: Hypothesis, first: Hypothesis) -> bool:
     """Tell whether a model free in form may explain about as much as the best one."""
-    if first.freed:
-        return rival.level > least_level(first)
-    scale = max(1.0, first.chi_square_per_patch)
-    at_most = rival.log_evidence + FORM_DOUBT * rival.leaning
-    return at_most > first.level - AS_WELL * scale
+    return rival.level > least_level(first) if first.freed else _may_do_as_well(rival, first)
+
+
+def _may_do_as_well(model: Hypothesis, best: Hypothesis) -> bool:
+    """Tell whether a model explains as much as the best one if all is true that is in doubt."""
+    at_most = model.log_evidence + FORM_DOUBT * model.leaning
+    return at_most > best.level - AS_WELL * max(1.0, best.chi_square_per_patch)
 
 
 def with_less_freedom(
@@ -145,6 +149,18 @@ def _to_the_end(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothe
         return model
     ended = judged(pool.finish([model], [-np.inf]), basis, is_brief=True)[0]
     return ended if ended.fit.chi_square < model.fit.chi_square else model
+
+
+def _as_one_in_all(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothesis:
+    """Return what is free in form and in each pose as the same in all, if that does as well.
+
+    What wanted to be another one in each pose as long as its form was the library's may not in its
+    own: a reading that is off to one side is another bias wherever a body lies in the picture.
+    """
+    kept = tuple(part for part in model.freed if part.posture is None)
+    request = RefitRequest(model.added, model.fit.values_by_name(), _MOST_EVALUATIONS, freed=kept)
+    both = judged([model, *pool.refit_all([request])], basis, is_brief=True)
+    return both[-1] if _may_do_as_well(both[-1], both[0]) else model
 
 
 def _freed_as_it_wants(

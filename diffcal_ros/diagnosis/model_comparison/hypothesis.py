@@ -135,6 +135,15 @@ class Hypothesis:
         return tuple(own for own in self.fit.parameters if own.is_freed)
 
     @property
+    def is_free_in_everything(self) -> bool:
+        """Tell whether an effect is in a form of its own, and another one in each pose."""
+        for added in self.added:
+            postures = [own.posture for own in self.freed if own.effect == added.identifier]
+            if None in postures and any(posture is not None for posture in postures):
+                return True
+        return False
+
+    @property
     def identifiers(self) -> tuple[str, ...]:
         """Identifiers of the effects, in alphabetical order."""
         return tuple(sorted(candidate.identifier for candidate in self.added))

@@ -61,7 +61,9 @@ def doubts_about(
     closed = closed_in_its_form(nominal, hypothesis, library)
     if not (closed > 0.0 or after.rms < before.rms or after.most < before.most):
         return (f'{words} came nearest, but leaves as much {where}: no name for it',)
-    if _may_be_anything(hypothesis):
+    if hypothesis.is_free_in_everything:
+        # Of seven names that were given so two were right, both beside another effect: a lens and
+        # a place of its own in each pose follow what contact, a mass or a bend does, too.
         return (
             f'{words} came nearest, in another form and as another one in each pose, which may be '
             'anything: no name for it',
@@ -122,19 +124,6 @@ def _off_in_form(hypothesis: Hypothesis) -> str | None:
     if not is_moved and np.hypot(fraction, judged.by_pose) > FARTHEST_FORM:
         return 'another one in each pose'
     return None
-
-
-def _may_be_anything(hypothesis: Hypothesis) -> bool:
-    """Tell whether an effect was fitted in a form of its own and as another one in each pose.
-
-    Of seven names that were given so two were right, both beside another effect: a lens and a
-    place of its own in each pose follow what contact, a mass or a bend does, too.
-    """
-    for added in hypothesis.added:
-        postures = [part.posture for part in hypothesis.freed if part.effect == added.identifier]
-        if None in postures and any(posture is not None for posture in postures):
-            return True
-    return False
 
 
 def _differs_by_pose(hypothesis: Hypothesis) -> str | None:

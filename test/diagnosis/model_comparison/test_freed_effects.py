@@ -296,6 +296,32 @@ def _with_a_lens(screened, basis) -> Hypothesis:
     return _with_parts(camera, [*parts, *lens])
 
 
+@pytest.mark.parametrize(
+    ('behind', 'leaning', 'is_one'),
+    [(-20.0, 0.0, True), (4.0, 0.0, True), (6.0, 0.0, False), (6.0, 40.0, True)],
+)
+def test_what_does_as_well_as_the_same_in_all_poses_is_the_same(
+    screened, basis, monkeypatch, behind, leaning, is_one
+):
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    free, asked = _with_a_lens(screened, basis), []
+    assert free.is_free_in_everything
+    scale = max(1.0, free.chi_square_per_patch)
+
+    def refit_all(requests):
+        asked.extend(requests)
+        plain = _judged(screened, basis, 'camera_offset', 0.0, leaning=leaning * scale)
+        one = _with_parts(plain, requests[0].freed)
+        # What is in doubt of what it owes to forms is for it.
+        gain = free.level - scale * behind - one.log_evidence
+        return [_likelier(one, gain)]
+
+    found = freed_effects._as_one_in_all(SimpleNamespace(refit_all=refit_all), free, basis)
+    assert [part.posture for part in asked[0].freed] == [None] * len(asked[0].freed)
+    assert (found is not free) == is_one
+    assert found.is_free_in_everything != is_one
+
+
 @pytest.mark.parametrize(('gain', 'is_plain'), [(30.0, True), (-30.0, False)])
 def test_a_form_that_stood_in_for_the_second_effect_is_taken_back(
     screened, basis, monkeypatch, gain, is_plain

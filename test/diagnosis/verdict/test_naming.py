@@ -146,10 +146,10 @@ def test_what_is_free_in_form_and_in_each_pose_may_be_anything(clearly_screened,
     _, nominal, _ = clearly_screened
     model = _judged(bent, fraction=0.0, by_pose=0.0)
     form, poses = _with_a_free_form(model), _with_poses(model)
-    free = [doubts._may_be_anything(own) for own in (model, form, poses, _with_poses(form))]
+    free = [own.is_free_in_everything for own in (model, form, poses, _with_poses(form))]
     assert free == [False, False, False, True]
     other = replace(_with_poses(form), added=(Candidate('gravity_tilt', ('a', 'b')),))
-    assert not doubts._may_be_anything(other), 'the parts are of another effect'
+    assert not other.is_free_in_everything, 'the parts are of another effect'
     (doubt,) = doubts_about(_with_poses(form), nominal)
     assert 'may be anything' in doubt
 
