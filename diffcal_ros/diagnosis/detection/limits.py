@@ -17,6 +17,8 @@ Drawn = dict[str, dict[str, float]]
 _NORMAL_95 = 1.96
 # Columns shorter than this against their prior are not seen at all.
 _BLIND = 1e-9
+# A logarithm of a share that is larger says no more.
+_FARTHEST = 20.0
 
 
 def upper_limits(screen: Screen) -> Limits:
@@ -56,7 +58,8 @@ def drawn_parameters(screen: Screen, parameters: ParameterSet) -> Drawn:
         own = found.setdefault(parameter.name, {})
         for score in listed:
             name = score.candidate.identifier
-            most = float(np.expm1(_drawn_by(score, index, screen.noise_scale)))
+            most = _drawn_by(score, index, screen.noise_scale)
+            most = float(np.expm1(min(most, _FARTHEST)))
             own[name] = max(most, own.get(name, 0.0))
     return found
 

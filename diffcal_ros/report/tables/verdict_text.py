@@ -20,6 +20,8 @@ _WIDTH = 10
 _MATERIAL = ('youngs_modulus', 'density')
 # Effects of which it is told by how much they may draw a parameter.
 _MOST_DRAWN = 3
+# Of a share that is larger nothing is known.
+_ANY = 10.0
 
 
 def verdict_lines(diagnosis: Diagnosis) -> list[str]:
@@ -118,10 +120,14 @@ def _drawn(diagnosis: Diagnosis) -> list[str]:
         known = told[name]
         error = float(known['std_error']) / float(known['value'])
         most = sorted(by_effect.items(), key=lambda own: -own[1])[:_MOST_DRAWN]
-        by = [f'{share:.0%} ({effect})' for effect, share in most if share > 2.0 * error]
+        by = [f'{_share(own)} ({effect})' for effect, own in most if own > 2.0 * error]
         if by:
             lines.append(f'{title(name)} by what does not show, at most {", ".join(by)} (95 %)')
     return lines
+
+
+def _share(share: float) -> str:
+    return f'{share:.0%}' if share < _ANY else 'any amount'
 
 
 def _not_known(diagnosis: Diagnosis) -> list[str]:

@@ -10,6 +10,7 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.report.pages.diagnosis_page import write_diagnosis_page
 from diffcal_ros.report.tables.verdict_text import verdict_lines
+import numpy as np
 from support.scenes import beam_scene
 from support.watched import watched
 
@@ -53,6 +54,10 @@ def test_it_says_what_may_have_drawn_a_modulus_where_nothing_shows() -> None:
     (said,) = (line for line in verdict_lines(drawn) if line.startswith('DRAWN'))
     assert "Young's modulus by what does not show" in said
     assert said.endswith('at most 31% (added_mass), 12% (rest_curvature) (95 %)')
+    far = replace(diagnosis, drawn={'youngs_modulus': {'added_mass': np.inf}})
+    assert any(
+        line.endswith('at most any amount (added_mass) (95 %)') for line in verdict_lines(far)
+    )
     sure = replace(diagnosis, drawn={'youngs_modulus': {'added_mass': 1e-9}})
     assert not any(line.startswith('DRAWN') for line in verdict_lines(sure))
     assert diagnosis.drawn['youngs_modulus']['added_mass'] > 0.1
