@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_derivatives import check_derivatives
-from support.blind_rests import rest_of, tip_moves
+from support.blind_rests import rest_of, tip_moves, turn_of
 
 from benchmarks.blind.amplitudes import weight_moment
 from benchmarks.blind.contact import contact_laws, lowered
@@ -31,9 +31,7 @@ Depths = Callable[[Faults, int], np.ndarray]
 
 def _turn(before: np.ndarray, after: np.ndarray) -> float:
     """Return by how much points turned as a whole [rad]."""
-    moved = (before - before.mean(axis=0)).T @ (after - after.mean(axis=0))
-    left, _, right = np.linalg.svd(moved)
-    return float(np.arccos(np.clip(0.5 * (np.trace(left @ right) - 1.0), -1.0, 1.0)))
+    return float(np.linalg.norm(turn_of(before, after)))
 
 
 def test_a_lens_that_is_focused_anew_scales_each_picture_by_its_own_share(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_derivatives import check_body_stiffness, check_derivatives
-from support.blind_rests import COARSE, rest_of, tip_moves
+from support.blind_rests import COARSE, rest_of, tip_moves, turn_of
 
 from benchmarks.blind.blower import blown
 from benchmarks.blind.contact import contact_laws
@@ -186,7 +186,7 @@ def test_a_clamp_that_rubs_lags_by_its_friction_and_stays_where_it_was(
         weight = plain.body.masses[:, None] * (-GRAVITY * view.world_from_object[1, :3])
         # About a clamp's middle weight is all that turns a body; held nodes bear their own.
         moment = np.cross(rest - center, weight).sum(axis=0)
-        turn = _turn(plain.mesh.nodes[held], rest[held])
+        turn = turn_of(plain.mesh.nodes[held], rest[held])
         lag = faults.clamp_compliance * moment - turn
         assert np.linalg.norm(lag) == pytest.approx(least, rel=0.02)
         # It went on the way that the spring drew it.
@@ -196,15 +196,6 @@ def test_a_clamp_that_rubs_lags_by_its_friction_and_stays_where_it_was(
     stuck = replace(faults, clamp_rub=5.0 * faults.clamp_rub)
     plain_rest = rest_of(setup, Faults())
     assert np.allclose(rest_of(setup, stuck), plain_rest, rtol=0.0, atol=1e-9)
-
-
-def _turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the rotation vector by which points turned as a whole [rad]."""
-    left, _, right = np.linalg.svd((before - before.mean(axis=0)).T @ (after - after.mean(axis=0)))
-    turn = (left @ right).T
-    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    sine = 0.5 * np.linalg.norm(axis)
-    return np.asarray(0.5 * axis * np.arcsin(sine) / max(sine, 1e-30))
 
 
 def test_a_pane_shows_points_where_their_rays_leave_it() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_derivatives import check_body_stiffness, check_derivatives
-from support.blind_rests import COARSE, rest_of, tip_moves
+from support.blind_rests import COARSE, rest_of, tip_moves, turn_of
 
 from benchmarks.blind.amplitudes import weight_moment
 from benchmarks.blind.cloth import cloth_masses
@@ -30,16 +30,6 @@ Depths = Callable[[Faults, int], np.ndarray]
 BRAID = Faults(
     stiffening_form='braided', stiffening=0.7, stiffening_slant=30.0, stiffening_steep=40.0
 )
-
-
-def _turns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return by how much points turned as a whole about the axes, where that is little [rad]."""
-    moved = (before - before.mean(axis=0)).T @ (after - after.mean(axis=0))
-    left, _, right = np.linalg.svd(moved)
-    turn = (left @ right).T
-    return 0.5 * np.array(
-        [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
-    )
 
 
 def test_a_braid_adds_its_share_at_first_and_the_more_the_more_it_is_drawn() -> None:
@@ -120,7 +110,7 @@ def test_putty_flows_on_the_way_the_weight_draws_and_stays(setup: Setup, plain: 
         across = np.array([0.0, down[1], down[2]])
         assert np.allclose(tip / np.linalg.norm(tip), across / np.linalg.norm(across), atol=1e-3)
         sunk = sunk + step[3:]
-        found = _turns(nodes, rest_of(setup, Faults(**changes), pose)[held])
+        found = turn_of(nodes, rest_of(setup, Faults(**changes), pose)[held])
         assert found == pytest.approx(np.deg2rad(sunk), abs=1e-4)
 
 
@@ -137,7 +127,7 @@ def test_a_preloaded_clamp_gives_way_by_what_goes_beyond_its_moment(
         # As much stiffer as it is heavier, so that it hangs the same way.
         stiff = factor * setup.youngs_modulus
         heavy = replace(setup, density=factor * setup.density, youngs_modulus=stiff)
-        found = _turns(plain.mesh.nodes[held], rest_of(heavy, faults)[held])
+        found = turn_of(plain.mesh.nodes[held], rest_of(heavy, faults)[held])
         turns.append(float(np.linalg.norm(found)))
     assert turns[0] < 1e-9
     moment = [turn / 0.05 + 0.5 for turn in turns[1:]]
