@@ -94,8 +94,7 @@ def _with_its_rival_freed(
             continue
         # One that is free already and at its best is as it would be.
         if _freed(rival, _LEAST_SHARE) or (rival.freed and not rival.fit.is_converged):
-            request = _request(rival, _LEAST_SHARE)
-            both = judged([rival, *pool.refit_all([request])], basis, is_brief=True)
+            both = _with_refit(pool, rival, _request(rival, _LEAST_SHARE), basis)
             others[place] = min(both, key=by_evidence)
             return sorted([first, *others], key=by_evidence)
     return list(models)
@@ -135,8 +134,7 @@ def with_less_freedom(
     request = RefitRequest(
         best.added, best.fit.values_by_name(), _MOST_EVALUATIONS, within_reach([best]), kept
     )
-    # Held against one another on the patches that both see.
-    both = judged([best, *pool.refit_all([request])], basis, is_brief=True)
+    both = _with_refit(pool, best, request, basis)
     return [*judged([min(both, key=by_evidence)], basis, is_brief=True), *others]
 
 
@@ -159,7 +157,7 @@ def _as_one_in_all(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypo
     """
     kept = tuple(part for part in model.freed if part.posture is None)
     request = RefitRequest(model.added, model.fit.values_by_name(), _MOST_EVALUATIONS, freed=kept)
-    both = judged([model, *pool.refit_all([request])], basis, is_brief=True)
+    both = _with_refit(pool, model, request, basis)
     return both[-1] if _may_do_as_well(both[-1], both[0]) else model
 
 
@@ -171,11 +169,18 @@ def _freed_as_it_wants(
     What is another one in each pose may show only once its form is free, and the other way round.
     """
     while _may_win(model, best):
-        before, *found = judged([model, *pool.refit_all([_request(model)])], basis, is_brief=True)
+        before, *found = _with_refit(pool, model, _request(model), basis)
         if not found or found[0].level <= before.level:
             break
         model = found[0]
     return model
+
+
+def _with_refit(
+    pool: RefitPool, model: Hypothesis, request: RefitRequest, basis: FormBasis
+) -> list[Hypothesis]:
+    """Return a model and its refit, if that can be simulated, judged on the patches both see."""
+    return judged([model, *pool.refit_all([request])], basis, is_brief=True)
 
 
 def _request(model: Hypothesis, least_fraction: float = 0.0) -> RefitRequest:

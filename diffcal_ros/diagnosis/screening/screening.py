@@ -15,16 +15,14 @@ from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import columns_of, PatchGroup, Rows, with_columns
-from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
+from diffcal_ros.diagnosis.patches.whitened import tangent_slack
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
-from diffcal_ros.diagnosis.screening.projection import Projection
+from diffcal_ros.diagnosis.screening.screen_sight import ScreenSight, seen_through
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 from scipy.optimize import nnls
 
 FloatArray = NDArray[np.float64]
@@ -158,9 +156,9 @@ def screen(
     beyond = _beyond_prior(
         nominal, coordinates + evaluator.discretisation_error.shifts_of(nominal)
     )
-    plain = _seen_through(groups, nominal, names, beyond, 0.0)
+    plain = seen_through(groups, nominal, names, beyond, 0.0)
     slack = tangent_slack(groups)
-    held = plain if slack == 0.0 else _seen_through(groups, nominal, names, beyond, slack)
+    held = plain if slack == 0.0 else seen_through(groups, nominal, names, beyond, slack)
     scores = [_seen_both_ways(candidate, held, plain) for candidate in listed]
     scores.sort(key=lambda score: -score.log_evidence)
     return Screen(
@@ -172,7 +170,7 @@ def screen(
     )
 
 
-def _seen_both_ways(candidate: Candidate, held: '_Sight', plain: '_Sight') -> Score:
+def _seen_both_ways(candidate: Candidate, held: ScreenSight, plain: ScreenSight) -> Score:
     score, other = _score(candidate, held), _score(candidate, plain)
     return replace(
         score,
@@ -181,67 +179,6 @@ def _seen_both_ways(candidate: Candidate, held: '_Sight', plain: '_Sight') -> Sc
         plain_residual=plain.residual,
         follows=other.follows,
     )
-
-
-@dataclass(frozen=True)
-class _Sight:
-    """Residual and columns with the nuisances projected out.
-
-    Attributes:
-        names: of the columns.
-        residual: shape (n,).
-        columns: shape (n, k).
-        follows: by how much a fit of the parameters follows each column, shape (p, k).
-        views: number of the view of each patch, shape (n,).
-        project: takes out what nuisances explain.
-    """
-
-    names: tuple[str, ...]
-    residual: FloatArray
-    columns: FloatArray
-    follows: FloatArray
-    views: NDArray[np.int64]
-    project: Callable[[FloatArray], FloatArray]
-
-    def of(self, candidate: Candidate) -> FloatArray:
-        """Return the columns of a candidate's amplitudes, shape (n, c)."""
-        return self._own(candidate, self.columns)
-
-    def follows_of(self, candidate: Candidate) -> FloatArray:
-        """Return how parameters follow a candidate's amplitudes, shape (p, c)."""
-        return self._own(candidate, self.follows)
-
-    def _own(self, candidate: Candidate, columns: FloatArray) -> FloatArray:
-        effect = candidate.effect
-        own = [index for index, name in enumerate(self.names) if name == effect.identifier]
-        if not effect.has_tangent:
-            return columns[:, own]
-        if effect.screened_at and candidate.at is not None:
-            # Where nothing is there, its time changes nothing.
-            found = np.zeros((len(columns), len(candidate.components)))
-            found[:, 0] = columns[:, own[effect.screened_at.index(candidate.at)]]
-            return found
-        return columns[:, [self.names.index(name) for name in candidate.names]]
-
-
-def _seen_through(
-    groups: list[PatchGroup],
-    nominal: ParameterSet,
-    names: tuple[str, ...],
-    beyond: FloatArray,
-    slack: float,
-) -> _Sight:
-    seen = whiten(groups, Part.FIT, slack)
-    _, precision = regularised_prior(nominal)
-    count = len(nominal) + len(names)
-    own, beside = seen.jacobian[:, : len(nominal)], seen.jacobian[:, count:]
-    known = block_diag(precision, np.eye(beside.shape[1]))
-    project = Projection(np.hstack([own, beside]), known)
-    missing = seen.jacobian[:, len(nominal) : count]
-    columns, follows = project(missing), project.followed(missing)[: len(nominal)]
-    # Seen from the priors' means, so that what strains a prior has to be explained, too.
-    residual = project(seen.values + own @ beyond)
-    return _Sight(names, residual, columns, follows, seen.views, project)
 
 
 def _beyond_prior(parameters: ParameterSet, coordinates: FloatArray) -> FloatArray:
@@ -268,7 +205,7 @@ def _stand_ins(
     return owners, lambda index, body: [change for _, change in of_all(index, body)]
 
 
-def _score(candidate: Candidate, sight: _Sight) -> Score:
+def _score(candidate: Candidate, sight: ScreenSight) -> Score:
     if not candidate.effect.has_tangent:
         return _one_sided_score(candidate, sight)
     own = sight.of(candidate)
@@ -294,7 +231,7 @@ def _score(candidate: Candidate, sight: _Sight) -> Score:
     )
 
 
-def _gain_by_pose(candidate: Candidate, own: FloatArray, sight: _Sight) -> float:
+def _gain_by_pose(candidate: Candidate, own: FloatArray, sight: ScreenSight) -> float:
     """Return how much chi-square falls with amplitudes of its own in each pose.
 
     Only of what may be another one in each pose by all of itself; else as if it were the same.
@@ -342,7 +279,7 @@ def gains(candidate: Candidate, columns: FloatArray, residuals: FloatArray) -> F
     return np.asarray((residuals**2).sum(axis=0) - (left**2).sum(axis=0) - price)
 
 
-def _one_sided_score(candidate: Candidate, sight: _Sight) -> Score:
+def _one_sided_score(candidate: Candidate, sight: ScreenSight) -> Score:
     """Score non-negative amounts of what stands in for an effect without a tangent."""
     columns = sight.of(candidate)
     # A pose that does not feel it feels nothing: each has amounts of its own.
@@ -368,7 +305,7 @@ def _one_sided_score(candidate: Candidate, sight: _Sight) -> Score:
     )
 
 
-def _noise_scale(sight: _Sight, nuisances: int) -> float:
+def _noise_scale(sight: ScreenSight, nuisances: int) -> float:
     """Estimate how much larger the noise is than said, from what nothing explains."""
     basis, values, _ = np.linalg.svd(sight.columns, full_matrices=False)
     basis = basis[:, values > 1e-9 * values.max()]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement
-from diffcal_ros.diagnosis.detection.limits import drawn_parameters, upper_limits
+from diffcal_ros.diagnosis.detection.limits import Drawn, drawn_parameters, upper_limits
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
@@ -138,11 +138,7 @@ def conclude(
         },
         times_detectable=times_detectable(scores),
         limits=upper_limits(scores),
-        drawn=(
-            drawn_beside(choice.hypothesis, scores)
-            if choice is not None and named.effects
-            else drawn_parameters(scores, nominal.parameters)
-        ),
+        drawn=_drawn(nominal, scores, choice if named.effects else None),
         largest_cosine=largest_cosines(scores.scores),
         seconds=seconds,
         notes=(
@@ -158,6 +154,13 @@ def conclude(
         ),
         details=details_of(nominal, scores, selection, choice),
     )
+
+
+def _drawn(nominal: Refit, scores: Screen, named: Choice | None) -> Drawn:
+    """Return how far what hides may have drawn parameters, beside what is named or as before."""
+    if named is None:
+        return drawn_parameters(scores, nominal.parameters)
+    return drawn_beside(named.hypothesis, scores)
 
 
 def _of_this_cause(doubt: float) -> str:
