@@ -17,12 +17,14 @@ from diffcal_ros.diagnosis.detection.disagreement import (
     measure_disagreement,
 )
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
-from diffcal_ros.diagnosis.detection.material_boundary import with_material_boundary, with_setting
+from diffcal_ros.diagnosis.detection.material_bands import find_bands
+from diffcal_ros.diagnosis.detection.material_boundary import with_borders, with_material_boundary
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
+from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.noise_model import noise_of
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import with_fixture_offset
@@ -210,14 +212,25 @@ def fit_nominal(
     # Of several poses patches are fitted anew once it is known what to fit them by.
     is_brief = evaluator.tells_smooth_error
     nominal = _fit_patches(evaluator, robust, _BRIEF if is_brief else MAX_ITERATIONS)
-    at = find_depth_discontinuity(evaluator, nominal)
-    if at is not None:
+    places = _borders(scene, evaluator, nominal)
+    if places:
         # The model stays what it is, and so does its fit: no effect is in it yet.
-        model = model.with_parameters(with_setting(model.scene, at), model.parameters)
+        model = model.with_parameters(with_borders(model.scene, places), model.parameters)
         evaluator = make_patch_evaluator(model, nominal.coordinates)
         # Along the border nothing is compared from now on.
         nominal = refit(evaluator, nominal.coordinates, max_iterations=1)
     return evaluator, nominal
+
+
+def _borders(scene: Scene, evaluator: PatchEvaluator, nominal: Refit) -> tuple[float, ...]:
+    """Return where materials end that a scene does not know; none where that is not seen."""
+    if knows_boundary(scene):
+        return ()
+    found = find_bands(evaluator, nominal)
+    if found is not None:
+        return found
+    at = find_depth_discontinuity(evaluator, nominal)
+    return () if at is None else (at,)
 
 
 def _are_watched(scene: Scene, observations: Sequence[Observation]) -> bool:

@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from diffcal_ros.effects import bands
 from diffcal_ros.effects.along_body import hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray
 from diffcal_ros.effects.site import FitsSeen, SeenPixels
@@ -36,7 +37,7 @@ class DepthBiasByRegion(Effect):
     sentence = 'the depth camera reads one of the materials too far or too near'
     settles = ('both materials flat on one plane',)
     twins = ('camera_offset', 'clamp_offset')
-    settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
+    settings = bands.SETTINGS
     has_boundary = True
     form = 'the error is another one along and across the body'
     forms = tuple(

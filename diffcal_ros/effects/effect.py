@@ -87,8 +87,8 @@ class Effect:
         needs_hold: whether only a load that is held for long shows it; a swing then does not.
         is_at_rest_only: whether a motion is simulated without it.
         hides_in_release: whether a release of which nothing is known does all that it does.
-        has_boundary: whether its setting `at` is where one of the materials ends, in a scene of
-            one region.
+        has_boundary: whether its settings are where its two materials end, in a scene of one
+            region, see `bands`.
         across_picture: amplitudes that move the body across the picture, where the form of the
             picture (a focal length, a lens) belongs to what it is.
         most_along: by how much of itself it may be another one from place to place along the body.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
+from diffcal_ros.effects import bands
 from diffcal_ros.fem.body_axes import BodyAxes
 import numpy as np
 from numpy.typing import NDArray
@@ -72,13 +73,15 @@ class Tets:
     fraction: FloatArray
     is_second: BoolArray | None
 
-    def second(self, boundary: float) -> BoolArray:
+    def second(self, settings: Mapping[str, float]) -> BoolArray:
         """Tell which are of another material than the first, shape (T,).
 
         Args:
-            boundary: share of the free part at which a scene of one region is split.
+            settings: where a scene of one region has its borders, see `bands`.
         """
-        return self.fraction > boundary if self.is_second is None else self.is_second
+        return (
+            bands.is_second(self.fraction, settings) if self.is_second is None else self.is_second
+        )
 
 
 class SeenPixels(NamedTuple):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One part of the body is stiffer than another: a step, or a gradient along it."""
 
+from diffcal_ros.effects import bands
 from diffcal_ros.effects.along_body import hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Tets
@@ -22,7 +23,7 @@ class StiffnessContrast(Effect):
     sentence = 'one part of the body is stiffer than another'
     settles = ('a twist besides the bend',)
     twins = ('added_mass', 'compliant_clamp')
-    settings = {'at': 0.5}  # noqa: RUF012  Where one of the materials ends.
+    settings = bands.SETTINGS
     has_boundary = True
     variants = (('split',), ('along',))
     forms = tuple(
@@ -38,4 +39,4 @@ class StiffnessContrast(Effect):
         head, _, place = component.partition('_')
         if head == 'part':
             return hat(tets.fraction, _ALONG, int(place))
-        return np.where(tets.second(own['at']), 0.5, -0.5)
+        return np.where(tets.second(own), 0.5, -0.5)

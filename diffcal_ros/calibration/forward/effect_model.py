@@ -226,9 +226,7 @@ class EffectModel:
             nodes: of the elements, shape (T, n).
             triangles: of the surface, shape (F, 3).
         """
-        own = seen_boundary()
-        stated = {**own.settings, **self._scene.effects.get(own.identifier, {})}
-        is_second = self._tets.second(stated['at'])
+        is_second = self._tets.second(self._scene.effects.get(seen_boundary().identifier, {}))
         count = int(nodes.max()) + 1
         votes, all_votes = np.zeros(count), np.zeros(count)
         np.add.at(votes, nodes, is_second[:, None].astype(np.float64))

@@ -7,7 +7,7 @@ what they may have followed; they need a floor that was measured.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.detection.material_boundary import (
     faces_beyond,
@@ -47,19 +47,44 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
         return None
     boundaries = faces_beyond(evaluator)
     groups = with_jumps(evaluator, nominal, list(boundaries.values()))
-    gains, heights, whole = jump_gains(groups, nominal)
-    at = outstanding_boundary(dict(zip(boundaries, (whole - gains).tolist(), strict=True)), whole)
+    jumps = jumps_seen(groups, nominal)
+    gains, heights = jumps.gains(np.eye(len(boundaries)))
+    left = dict(zip(boundaries, (jumps.whole - gains).tolist(), strict=True))
+    at = outstanding_boundary(left, jumps.whole)
     best = int(gains.argmax())
     return at if gains[best] >= _LEAST_GAIN and abs(heights[best]) <= _HIGHEST else None
 
 
-def jump_gains(
-    groups: Sequence[PatchGroup], nominal: Refit
-) -> tuple[FloatArray, FloatArray, float]:
-    """Return what each jump of depth explains of chi-square, its height [m], and all there is.
+@dataclass(frozen=True)
+class Jumps:
+    """What jumps of depth explain, once modulus, pose and a bias of the whole body followed.
 
-    Gains and heights have shape (s,). What modulus, pose and a bias of the whole body may have
-    followed is taken out first.
+    Attributes:
+        products: of what each jump of one metre does with what each other one does [1/m^2], shape
+            (s, s).
+        pulls: of those with what is left [1/m], shape (s,).
+        whole: chi-square of what is left.
+    """
+
+    products: FloatArray
+    pulls: FloatArray
+    whole: float
+
+    def gains(self, signs: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what sums of jumps explain of chi-square, and their heights [m], (m,) each.
+
+        Args:
+            signs: by how much each jump is in each sum, shape (m, s).
+        """
+        (jump,) = seen_boundary().components
+        pulls = signs @ self.pulls
+        sizes = np.einsum('ms,ms->m', signs @ self.products, signs)
+        heights = pulls / (sizes + 1.0 / jump.scale**2)
+        return heights * pulls, heights
+
+
+def jumps_seen(groups: Sequence[PatchGroup], nominal: Refit) -> Jumps:
+    """Return what is seen of jumps.
 
     Args:
         groups: with the columns of `with_jumps`.
@@ -71,9 +96,7 @@ def jump_gains(
     # Of a bias of the whole body nothing is known beforehand.
     project = Projection(seen.jacobian[:, : count + 1], np.pad(precision, (0, 1)))
     residual, columns = project(seen.values), project(seen.jacobian[:, count + 1 :])
-    (jump,) = seen_boundary().components
-    heights = columns.T @ residual / ((columns**2).sum(axis=0) + 1.0 / jump.scale**2)
-    return heights * (columns.T @ residual), heights, float(residual @ residual)
+    return Jumps(columns.T @ columns, columns.T @ residual, float(residual @ residual))
 
 
 def with_jumps(

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where along a body of one region the depth camera begins to read too far or too near."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.effects import bands
 from diffcal_ros.effects.registry import boundary_effects
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
@@ -23,7 +24,7 @@ _MIDDLE = 0.5
 # A jump stands out when it is at least so high [m], leaves at most this share of what no jump
 # leaves, and of what one in the middle leaves.
 LEAST_STEP = 0.005
-_LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
+LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
 _ROUNDING = 1e-6
 
 
@@ -50,16 +51,19 @@ def with_material_boundary(
             at, best = found
     if at is None:
         return scene
-    return with_setting(scene, at)
+    return with_borders(scene, (at,))
 
 
-def with_setting(scene: Scene, at: float) -> Scene:
-    """Return a scene whose effects of two materials have their boundary at a share."""
-    settings = {effect.identifier: {'at': at} for effect in boundary_effects()}
-    return replace(scene, effects={**scene.effects, **settings})
+def with_borders(scene: Scene, places: Sequence[float]) -> Scene:
+    """Return a scene whose effects of two materials have their borders at shares."""
+    settings = bands.band_settings(places)
+    own = {effect.identifier: dict(settings) for effect in boundary_effects()}
+    return replace(scene, effects={**scene.effects, **own})
 
 
-def faces_beyond(evaluator: PatchEvaluator) -> dict[float, BoolArray]:
+def faces_beyond(
+    evaluator: PatchEvaluator, borders: Sequence[float] = _BORDERS
+) -> dict[float, BoolArray]:
     """Return, by boundary, which triangles of the surface lie beyond it, shape (F,) each.
 
     All postures have the same mesh, and so the same triangles.
@@ -67,7 +71,9 @@ def faces_beyond(evaluator: PatchEvaluator) -> dict[float, BoolArray]:
     model = evaluator.model
     nodes = model.body(model.observations[0]).discretisation.nodes
     triangles = model.tracers[0].triangles
-    effects = {at: EffectModel(with_setting(model.scene, at), model.parameters) for at in _BORDERS}
+    effects = {
+        at: EffectModel(with_borders(model.scene, (at,)), model.parameters) for at in borders
+    }
     return {at: own.second_triangles(nodes, triangles) for at, own in effects.items()}
 
 
@@ -115,7 +121,7 @@ def outstanding_boundary(left: Mapping[float, float], without: float) -> float |
     least = min(left.values()) * (1.0 + _ROUNDING)
     alike = [at for at in left if left[at] <= least]
     at = alike[len(alike) // 2]
-    most = min(_LEFT * without, _LEFT_OF_MIDDLE * left[_MIDDLE])
+    most = min(LEFT * without, _LEFT_OF_MIDDLE * left[_MIDDLE])
     return at if left[at] < most else None
 
 

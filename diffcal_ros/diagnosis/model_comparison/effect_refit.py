@@ -151,7 +151,8 @@ def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:
     effects = dict(scene.effects)
     for candidate in added:
         if candidate.settings:
-            effects[candidate.identifier] = candidate.settings
+            known = scene.effects.get(candidate.identifier, {})
+            effects[candidate.identifier] = {**known, **candidate.settings}
     return replace(scene, effects=effects)
 
 

@@ -42,7 +42,7 @@ def named_effects(
                 amplitude={a.name: a.value for a in amplitudes},
                 std_error={a.name: a.std_error for a in amplitudes},
                 unit={a.name: a.unit for a in amplitudes},
-                setting=candidate.settings,
+                setting=settings_of(hypothesis, candidate),
                 frame=frame_of(
                     candidate.identifier, hypothesis.evaluator.model, hypothesis.fit.coordinates
                 ),
@@ -55,6 +55,13 @@ def named_effects(
             )
         )
     return tuple(found)
+
+
+def settings_of(hypothesis: Hypothesis, candidate: Candidate) -> dict[str, float]:
+    """Return the fixed numbers that go with an effect: those found and those screened."""
+    found = hypothesis.scene.effects.get(candidate.identifier, {})
+    own = {name: value for name, value in found.items() if name in candidate.effect.settings}
+    return {**own, **candidate.settings}
 
 
 def form_of(hypothesis: Hypothesis, candidate: Candidate) -> dict[str, float]:

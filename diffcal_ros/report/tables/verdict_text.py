@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A verdict in seven lines."""
 
+from collections.abc import Mapping
 import math
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect
+from diffcal_ros.effects import bands
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.naming import shown, title
 
@@ -55,8 +57,13 @@ def effect_words(effect: NamedEffect) -> str:
     for name, value in effect.amplitude.items():
         own = shown(value, effect.std_error[name], effect.unit[name]).text()
         parts.append(own if len(effect.amplitude) == 1 else f'{name} {own}')
-    where = ''.join(f' at {value:g} of the length' for value in effect.setting.values())
-    return f'{effect.identifier} {", ".join(parts)}{where}'
+    return f'{effect.identifier} {", ".join(parts)}{_place_words(effect.setting)}'
+
+
+def _place_words(setting: Mapping[str, float]) -> str:
+    if 'until' in setting:
+        return f' at {bands.in_words(setting)} of the length'
+    return ''.join(f' at {value:g} of the length' for value in setting.values())
 
 
 def _line(word: str, text: str) -> str:

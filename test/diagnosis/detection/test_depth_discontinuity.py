@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.depth_discontinuity import (
     find_depth_discontinuity,
-    jump_gains,
+    jumps_seen,
     with_jumps,
 )
 from diffcal_ros.diagnosis.detection.material_boundary import faces_beyond
@@ -75,8 +75,9 @@ def test_gains_are_those_of_least_squares_with_the_step():
 
     known = list(range(len(precision) + 1))
     without = left(known, np.pad(root, ((0, 0), (0, 1))))
-    gains, heights, whole = jump_gains(groups, nominal)
-    assert whole == pytest.approx(without, rel=1e-6)
+    jumps = jumps_seen(groups, nominal)
+    gains, heights = jumps.gains(np.eye(2))
+    assert jumps.whole == pytest.approx(without, rel=1e-6)
     for place, gain in enumerate(gains):
         priors = np.pad(root, ((0, 1), (0, 2)))
         priors[-1, -1] = 1.0 / usual
