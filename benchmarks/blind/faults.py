@@ -6,8 +6,7 @@ Frames: `camera` optical; `world` of the room, y up; `object` that of the mesh, 
 to the tip. "Body's centre" is the middle of the nominal mesh's bounding box as placed.
 """
 
-from dataclasses import asdict, dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 from benchmarks.blind.later_faults import LaterFaults, Vector
 
@@ -366,32 +365,3 @@ class Faults(LaterFaults):
     racked: float = 0.0
     jump: float = 0.0
     jump_from: float = 0.0
-
-
-# Faults that came after labels had been sealed: a label tells of them only where they are any,
-# so that those of before come out the same.
-_ANEW = ('aspect', 'clamp_late')
-_MOTION_FORMS = ('stamps_form', 'drag_form', 'creep_form')
-_LAST_SEALED = 'creep_form'
-
-
-def told(faults: Faults, set_name: str, *, is_moving: bool) -> dict[str, Any]:
-    """Return what a label tells of faults.
-
-    Args:
-        faults: of the case.
-        set_name: its set.
-        is_moving: whether its body is filmed after its release.
-    """
-    names = [field.name for field in fields(Faults)]
-    later = {*names[names.index(_LAST_SEALED) + 1 :], *(each.name for each in fields(LaterFaults))}
-    if not is_moving:
-        later |= set(_MOTION_FORMS)
-        if set_name in ('development', 'sealed'):
-            later |= set(_ANEW)
-    nothing = Faults()
-    return {
-        name: value
-        for name, value in asdict(faults).items()
-        if name not in later or getattr(faults, name) != getattr(nothing, name)
-    }

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.blind.biases import bias_share
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
@@ -24,12 +25,9 @@ from benchmarks.blind.surface import (
     moved,
     tip_part,
 )
-from benchmarks.blind.veil import veiled
 
 FRAMES = 8
 _SAGS = 0.8  # What a mount has yet to sag falls by so much of its logarithm from pose to pose.
-_UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
-_NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
 
 
 def true_rendering(
@@ -62,7 +60,7 @@ def true_rendering(
     camera = _true_intrinsics(setup.camera, faults, _focused(setup, observation, faults))
     surface = through_pane(moved(surface, camera_from_world @ world_from_object), faults)
     rendering = render(surface, camera)
-    bias = 1e-3 * faults.depth_bias * _bias_share(rendering, setup, observation, faults)
+    bias = 1e-3 * faults.depth_bias * bias_share(rendering, setup, observation, faults)
     scale = faults.depth_scale
     if faults.depth_form == 'temperature':
         scale *= setup.pose_number(observation) / max(len(setup.observations) - 1, 1)
@@ -170,70 +168,6 @@ def _true_intrinsics(camera: Camera, faults: Faults, focused: float) -> Camera:
         skew=faults.skewed,
         tilt=faults.imager_tilt,
     )
-
-
-def _bias_share(
-    rendering: Rendering, setup: Setup, observation: Observation, faults: Faults
-) -> FloatArray:
-    """Return how much of the error of depth is there, pixel by pixel, shape (h, w, 1)."""
-    height, width = rendering.depth.shape[:2]
-    if faults.depth_form == 'radial':
-        rows = rendering.row + np.arange(height)[:, None] - setup.camera.cy
-        columns = rendering.column + np.arange(width)[None] - setup.camera.cx
-        # One half of the image's height away it is all there.
-        return ((rows**2 + columns**2) / (0.5 * setup.camera.height) ** 2)[..., None]
-    if faults.depth_form == 'disparity':
-        return _squared_depth(rendering, setup)
-    if faults.depth_form == 'toed':
-        rows = (rendering.row + np.arange(height) - setup.camera.cy) / (0.5 * setup.camera.height)
-        by_row = (1.0 + faults.depth_roll * rows)[:, None, None]
-        return by_row * _squared_depth(rendering, setup)
-    if faults.depth_form == 'incidence':
-        return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
-    if faults.depth_form in ('near field', 'walk', 'veil'):
-        return _share_by_distance(rendering, setup, faults)
-    if faults.depth_form == 'entry':
-        seen = np.where(np.isfinite(rendering.depth), rendering.depth, faults.depth_entry)
-        away = np.abs(seen - faults.depth_entry) / faults.depth_spacing
-        return np.asarray(np.maximum(1.0 - away, 0.0))
-    if faults.depth_form == 'upper rows':
-        # In the image's middle it is all there.
-        rows = rendering.row + np.arange(height) - setup.camera.cy
-        by_row = np.exp(-rows / (_UPPER * setup.camera.height))
-        return np.broadcast_to(by_row[:, None], (height, width))[..., None]
-    if faults.depth_form == 'ramp':
-        columns = rendering.column + np.arange(width) - setup.camera.cx
-        return np.broadcast_to(0.7 + columns / setup.camera.width, (height, width))[..., None]
-    share = 1.0
-    if faults.depth_form == 'settling':
-        share = 0.7 ** setup.pose_number(observation)
-    if faults.depth_form == 'drift':
-        share = setup.reached(observation)
-    if faults.depth_form == 'temperature':
-        through = (setup.pose_number(observation) + 0.5) / len(setup.observations)
-        share = float(np.sin(np.pi * through))
-    return np.full((height, width, 1), share)
-
-
-def _squared_depth(rendering: Rendering, setup: Setup) -> FloatArray:
-    """Return how much there is of an error of disparity, about all at the body, (h, w, 9)."""
-    distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
-    seen = np.where(np.isfinite(rendering.depth), rendering.depth, 0.0)
-    return np.asarray((seen / distance) ** 2)
-
-
-def _share_by_distance(rendering: Rendering, setup: Setup, faults: Faults) -> FloatArray:
-    """Return how much of an error of depth is there that is stated where the camera looks."""
-    distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
-    seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
-    if faults.depth_form == 'near field':
-        return np.asarray(np.exp((distance - seen) / _NEAR))
-    # The others are stated of what is met squarely.
-    if faults.depth_form == 'veil':
-        errors = veiled(seen, rendering.facing, distance, faults)
-        return np.asarray(errors / (1e-3 * faults.depth_bias))
-    light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
-    return np.asarray(1.0 - np.log(light))
 
 
 def true_camera(

@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.blind.blower import blown
 from benchmarks.blind.body import Body, spread
 from benchmarks.blind.clamps import (
     crept,
@@ -20,43 +19,29 @@ from benchmarks.blind.clamps import (
     wanted_turn,
 )
 from benchmarks.blind.cloth import cloth_masses
-from benchmarks.blind.contact import contact_laws, friction, half_space
-from benchmarks.blind.draught import stream_share
+from benchmarks.blind.contact import friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flexure import flexure_compliance, post_compliance
-from benchmarks.blind.heights import by_height
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
 from benchmarks.blind.jaws import pinched
+from benchmarks.blind.loads import load_in_pose, load_on_pan
 from benchmarks.blind.loose import ring_masses
-from benchmarks.blind.magnetism import magnetic_forces
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus
 from benchmarks.blind.network import on_upper_side, reinforced
 from benchmarks.blind.pan import settle_on_pan
-from benchmarks.blind.pulls import pulls, tether, turntable
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rope import rope_give
 from benchmarks.blind.rotations import about, applied, rotation
-from benchmarks.blind.setups import GRAVITY, Observation, Setup
-from benchmarks.blind.seventh_outside import pressed, warmed
+from benchmarks.blind.setups import Observation, Setup
+from benchmarks.blind.seventh_outside import warmed
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.springs import around, springs
 from benchmarks.blind.wear import worn
 
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
-# Forms of a tilt that leave gravity as it is, and push beside it.
-_PUSHES = (
-    'growing',
-    'outer_push',
-    'middle_push',
-    'thread',
-    'turntable',
-    'blower',
-    'draught',
-)
 # Masses that are not the same, or not at the same place, in every pose.
 _BY_POSE = {'loose': ring_masses, 'drying': cloth_masses}
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
@@ -204,14 +189,14 @@ def settle(
 ) -> FloatArray:
     """Return node positions in one pose, object frame [m], shape (N, 3)."""
     specimen = _in_pose(specimen, setup, observation, faults)
-    load = _load(specimen, setup, observation, faults)
+    load = load_in_pose(specimen, setup, observation, faults)
     specimen = pinched(_dragged(specimen, faults), faults)
     nominal = _clamp(specimen, setup, observation, faults)
     give = faults.clamp_compliance
     if faults.contact_height is not None and faults.contact_form == 'friction':
         return _settle_rubbing(specimen, load, nominal, *half_space(observation, faults))
     if faults.contact_height is not None and faults.contact_form in _SINKING:
-        loads = partial(_load_on_pan, specimen, setup, observation, faults)
+        loads = partial(load_on_pan, specimen, setup, observation, faults)
         start, normal = applied(nominal, specimen.mesh.nodes), half_space(observation, faults)[0]
         sinks = _SINKING[faults.contact_form](faults)
         return settle_on_pan(specimen.body, start, loads, normal, sinks)
@@ -239,85 +224,11 @@ def _stayed(
     """Return the turn at which a clamp that rubs or creeps was left by the poses before [rad]."""
     turn = np.zeros(3)
     for before in setup.observations[: setup.pose_number(observation)]:
-        load = _load(specimen, setup, before, faults)
+        load = load_in_pose(specimen, setup, before, faults)
         nominal = _clamp(specimen, setup, before, faults)
         wanted = _LASTING[faults.clamp_form](turn, faults)
         turn = settle_clamped(specimen, load, nominal, wanted)[1]
     return turn
-
-
-def _load(specimen: Specimen, setup: Setup, observation: Observation, faults: Faults) -> Load:
-    """Return all that acts on a body in one pose, its clamp aside."""
-    forces = _forces(specimen, setup, observation, faults)
-    number = setup.pose_number(observation)
-    if faults.memory and number:
-        before = _forces(specimen, setup, setup.observations[number - 1], faults)
-        forces = (1.0 - faults.memory) * forces + faults.memory * before
-    masses, shares = specimen.body.masses + specimen.added, specimen.shares
-    laws = [
-        *contact_laws(specimen.areas, shares, observation, faults),
-        *pulls(masses, shares, observation, faults),
-        *by_height(specimen.mesh.lattice, masses, shares, observation, faults),
-    ]
-    if faults.tilt_form == 'turntable':
-        laws.append(turntable(masses, observation, _side(faults), faults.tilt_radius))
-    if faults.hose:
-        places = specimen.mesh.nodes + 1e-3 * np.array(faults.hose_offset)
-        stiffness = around(faults.hose, faults.hose_at, specimen.body.masses, shares)
-        laws.append(springs(places, stiffness))
-    if faults.guy:
-        post, nodes = 1e-3 * np.array(faults.guy_post), specimen.mesh.nodes
-        stiffness = around(faults.guy, faults.guy_at, specimen.body.masses, shares)
-        laws.append(tether(post, stiffness, np.linalg.norm(nodes - post, axis=1)))
-    return Load(forces, tuple(laws))
-
-
-def _load_on_pan(
-    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults, sunk: float
-) -> Load:
-    """Return the load where a pan has sunk by so much [m]."""
-    assert faults.contact_height is not None
-    lower = replace(faults, contact_height=faults.contact_height - sunk)
-    return _load(specimen, setup, observation, lower)
-
-
-def _forces(
-    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
-) -> FloatArray:
-    """Return what pulls on the nodes wherever they are, object frame [N], shape (N, 3)."""
-    object_from_world = observation.world_from_object[:3, :3].T
-    gravity = _gravity(setup, observation, faults)
-    wind = object_from_world @ np.array([0.0, 0.0, faults.wind * GRAVITY])
-    masses, shares = specimen.body.masses + specimen.added, specimen.shares
-    forces = masses[:, None] * gravity + specimen.tip_masses[:, None] * wind
-    if faults.tilt_form in ('growing', 'outer_push', 'middle_push'):
-        where = {
-            'growing': np.maximum(shares, 0.0),
-            'outer_push': 2.0 * (shares > 0.6),
-            'middle_push': 6.0 * (np.abs(shares - 0.5) < 1.0 / 6.0),
-        }[faults.tilt_form]
-        forces = forces + (masses * where)[:, None] * (object_from_world @ _side(faults))
-    if faults.tilt_form == 'thread':
-        free = masses * (shares > 0.0)
-        pull = around(float(free.sum()), faults.tilt_at, masses, shares)
-        forces = forces + pull[:, None] * (object_from_world @ _side(faults))
-    if faults.tilt_form == 'blower':
-        free = float((masses * (shares > 0.0)).sum())
-        push = free * (object_from_world @ _side(faults))
-        forces = forces + blown(specimen.mesh, shares, push, setup.shape)
-    if faults.tilt_form == 'draught':
-        places = applied(observation.world_from_object, specimen.mesh.nodes)
-        felt = stream_share(places, _side(faults), faults) * masses * (shares > 0.0)
-        forces = forces + felt[:, None] * (object_from_world @ _side(faults))
-    if faults.magnetized:
-        field = faults.magnetized * (object_from_world @ np.array(faults.magnetic_way))
-        forces = forces + magnetic_forces(specimen.body, field)
-    if faults.jet:
-        share = faults.jet_shares[setup.pose_number(observation)]
-        forces = forces + pressed(
-            faults.jet, faults.jet_at, faults.jet_normal, share, specimen.body.masses, shares
-        )
-    return forces
 
 
 def _clamp(
@@ -335,42 +246,6 @@ def _clamp(
         + 1e-3 * more[:3]
         + np.array([1e-3 * faults.clamp_slid, 0.0, 0.0]),
     )
-
-
-def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArray:
-    """Return what pulls on every part, by its mass, object frame [m/s^2], shape (3,)."""
-    object_from_world = observation.world_from_object[:3, :3].T
-    down = np.array([0.0, -GRAVITY, 0.0])
-    if faults.tilt_form == 'changing':
-        middle = 0.5 * (len(setup.observations) - 1)
-        share = 1.0 + 0.3 * (setup.pose_number(observation) - middle)
-        return np.asarray(object_from_world @ _tilt(faults, share) @ down)
-    if faults.tilt_form == 'castors':
-        turned = np.deg2rad(faults.tilt_turn) * setup.pose_number(observation)
-        room = rotation(np.array([0.0, turned, 0.0]))
-        return np.asarray(object_from_world @ room @ _tilt(faults) @ down)
-    if faults.tilt_form == 'tilt':
-        return np.asarray(object_from_world @ _tilt(faults) @ down)
-    side = _side(faults)
-    if faults.tilt_form in _PUSHES:
-        return np.asarray(object_from_world @ down)
-    if faults.tilt_form == 'side_force':
-        return np.asarray(object_from_world @ (down + side))
-    # What it is in the first pose it stays, as seen from the rig.
-    first = setup.observations[0].world_from_object[:3, :3].T
-    return np.asarray(object_from_world @ down + first @ side)
-
-
-def _tilt(faults: Faults, share: float = 1.0) -> FloatArray:
-    return rotation(share * np.deg2rad([faults.gravity_tilt[0], 0.0, faults.gravity_tilt[1]]))
-
-
-def _side(faults: Faults) -> FloatArray:
-    """Return what a tilt pulls to the side, world frame [m/s^2], shape (3,)."""
-    down = np.array([0.0, -GRAVITY, 0.0])
-    side: FloatArray = _tilt(faults) @ down - down
-    side[1] = 0.0
-    return side
 
 
 def _slipped(setup: Setup, observation: Observation, faults: Faults) -> float:

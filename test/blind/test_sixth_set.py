@@ -12,8 +12,9 @@ import yaml
 
 from benchmarks.blind.amplitudes import OUTSIDE, OUTSIDE_CLASS
 from benchmarks.blind.cases import Case, list_form_cases
-from benchmarks.blind.faults import Faults, told
+from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import BY_KEY, FORMS, PAIRS
+from benchmarks.blind.labels import told
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.scene_file import extra_text
