@@ -269,6 +269,8 @@ OUTSIDE_CLASS = {
     'clipped': 'sensor',
     'magnetized': 'load',
     'necked': 'shape',
+    'whirl': 'load',
+    'ghost': 'sensor',
 }
 
 

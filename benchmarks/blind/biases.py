@@ -19,11 +19,8 @@ def bias_share(
 ) -> FloatArray:
     """Return how much of the error of depth is there, pixel by pixel, shape (h, w, 1)."""
     height, width = rendering.depth.shape[:2]
-    if faults.depth_form == 'radial':
-        rows = rendering.row + np.arange(height)[:, None] - setup.camera.cy
-        columns = rendering.column + np.arange(width)[None] - setup.camera.cx
-        # One half of the image's height away it is all there.
-        return ((rows**2 + columns**2) / (0.5 * setup.camera.height) ** 2)[..., None]
+    if faults.depth_form in ('radial', 'smudge'):
+        return _share_around(rendering, setup, faults)
     if faults.depth_form == 'disparity':
         return _squared_depth(rendering, setup)
     if faults.depth_form == 'toed':
@@ -55,6 +52,19 @@ def bias_share(
         through = (setup.pose_number(observation) + 0.5) / len(setup.observations)
         share = float(np.sin(np.pi * through))
     return np.full((height, width, 1), share)
+
+
+def _share_around(rendering: Rendering, setup: Setup, faults: Faults) -> FloatArray:
+    """Return how much there is of an error that goes with the way from a pixel, (h, w, 1)."""
+    height, width = rendering.depth.shape[:2]
+    across, down = faults.depth_spot
+    rows = rendering.row + np.arange(height)[:, None] - (setup.camera.cy + down)
+    columns = rendering.column + np.arange(width)[None] - (setup.camera.cx + across)
+    squares = (rows**2 + columns**2)[..., None]
+    if faults.depth_form == 'smudge':
+        return np.asarray(np.exp(-squares / faults.depth_width**2))
+    # One half of the image's height away it is all there.
+    return np.asarray(squares / (0.5 * setup.camera.height) ** 2)
 
 
 def _squared_depth(rendering: Rendering, setup: Setup) -> FloatArray:

@@ -27,6 +27,8 @@ from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.seventh_forms import SEVENTH_PAIRS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
+from benchmarks.blind.sixteenth_forms import SIXTEENTH_PAIRS
+from benchmarks.blind.sixteenth_outside import SIXTEENTH_OUTSIDE
 from benchmarks.blind.tenth_forms import TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_PAIRS
@@ -118,6 +120,7 @@ LAWS_SETS = {
     'thirteenth': Contents(THIRTEENTH_PAIRS, tuple(THIRTEENTH_OUTSIDE), 60),
     'fourteenth': Contents(FOURTEENTH_PAIRS, tuple(FOURTEENTH_OUTSIDE), 300),
     'fifteenth': Contents(FIFTEENTH_PAIRS, tuple(FIFTEENTH_OUTSIDE), 40),
+    'sixteenth': Contents(SIXTEENTH_PAIRS, tuple(SIXTEENTH_OUTSIDE), 40),
 }
 
 

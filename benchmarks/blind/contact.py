@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from benchmarks.blind.brush import brush
 from benchmarks.blind.dish import dish, dish_tops
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
@@ -60,6 +61,8 @@ def contact_laws(
         return (_foam(normal, height, _FOAM_STIFFNESS * areas),)
     if faults.contact_form == 'mat':
         return (_mat(normal, height, _MAT_STIFFNESS * areas),)
+    if faults.contact_form == 'brush':
+        return (brush(normal, height, faults.contact_pressure * areas, faults.contact_bend),)
     outer, heights = np.outer(normal, normal), height - lowered(shares, faults)
 
     def penalty(positions: FloatArray) -> Potential:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A round stream of air across a bench, as that of a ventilator some way off."""
+"""Air across a bench: a round stream, as of a ventilator, or a layer that its top slows down."""
 
 import numpy as np
 
@@ -23,3 +23,18 @@ def stream_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatAr
     beside = places - np.array(faults.tilt_point)
     squares = (beside**2).sum(axis=1) - (beside @ along) ** 2
     return np.asarray(np.exp(-squares / faults.tilt_width**2))
+
+
+def layer_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much is felt of air that a bench slows down, 1 where the camera looks, (N,).
+
+    Its speed goes with the height above the bench (Couette's flow), and its pressure with the
+    square of that.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows; it is alike along that, shape (3,).
+        faults: say how far the bench lies below where the camera looks.
+    """
+    heights = np.maximum(places[:, 1] + faults.tilt_above, 0.0)
+    return np.asarray((heights / faults.tilt_above) ** 2)

@@ -44,18 +44,21 @@ class Faults(LaterFaults):
             border at `contrast_at` is `slanted`: farther out on the upper side, of what is
             `patched`, from there to `contrast_until` on one side, against all else, `streaky`:
             by the sine of the place, aslant, of a tube that is `cored` into the middle of the
-            section, up to `contrast_at`, against all else, or of a root that is `plugged` by a
-            cone, which fills the section at the clamp and comes to its point there.
+            section, up to `contrast_at`, against all else, of a root that is `plugged` by a
+            cone, which fills the section at the clamp and comes to its point there, or of some
+            `pours` that are alike in length, each of a cup of its own.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
             `recruited`: of fibres that lie in waves until they are drawn straight, `braided`: of
             threads aslant to the body's length, by the exponential of the square of their
-            growth, or `knitted`: of loops along it near the surface, by the cube of that.
+            growth, `knitted`: of loops along it near the surface, by the cube of that, or
+            `beaded`: of rows of beads along it, where they are pressed, by the cube of that.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
             Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
             modulus of all fibres, were they straight and not slack, or that at first of a braid
-            along the body, or of loops whose square grew by a tenth, over E [-].
+            along the body, or of loops whose square grew by a tenth, or of rows of beads whose
+            square fell by that, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -76,8 +79,9 @@ class Faults(LaterFaults):
             through which it turns at first as is given, and then no more; `preloaded`: not at
             all up to a moment of `clamp_preload`, and as is given by what goes beyond that;
             `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind;
-            `creeping`: in each pose by a part `clamp_crept` of what it lacks to that; or on a
-            `post`, which shifts and turns it by force and moment as the end of an upright rod.
+            `creeping`: in each pose by a part `clamp_crept` of what it lacks to that; on a
+            `post`, which shifts and turns it by force and moment as the end of an upright rod; or
+            on an `angle iron` along the object's x, which bends most about `clamp_slant`.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -88,8 +92,10 @@ class Faults(LaterFaults):
             in proportion to the distance, and where the camera looks as is given; a tilt on
             `castors`, whose way turns about the world's y by `tilt_turn` from pose to pose; a
             `blower`, which presses what faces it by the square of the cosine, as hard as would
-            draw all the body's mass, did its largest side face it squarely; or a `draught`: a
-            round stream through `tilt_point`, as is given on its axis, which falls beside that.
+            draw all the body's mass, did its largest side face it squarely; a `draught`: a
+            round stream through `tilt_point`, as is given on its axis, which falls beside that;
+            or a `layer` of air over a bench, which goes with the square of the height, and is as
+            given where the camera looks.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -100,8 +106,9 @@ class Faults(LaterFaults):
             `trestles`, which sagged by its weight between and beyond them (the tip moves as far
             as an arc's), `coiled`: a spiral, whose radius falls evenly to three tenths at the
             tip (which moves as far as an arc's), `draped` over a rail at `curvature_at`, from
-            which both ends hung (the tip moves as far as an arc's), or `buckled` between two
-            walls: by the sine of the place (the tip moves as far as an arc's).
+            which both ends hung (the tip moves as far as an arc's), `buckled` between two
+            walls: by the sine of the place (the tip moves as far as an arc's), or `folded`: a
+            kink at `curvature_at`, and one the other way at `curvature_again`.
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -112,8 +119,8 @@ class Faults(LaterFaults):
             the world's z, a block with a `step`, which begins below the outer half and is
             lower beyond `contact_share`, a `vee`: a groove along the world's x, the `pan` of a
             balance, which sinks by all of the force on it, a round `dish` below the outer part,
-            a rubber `rope` along the world's z between two posts, or the round `knob` at the
-            end of a screw that goes with the rig.
+            a rubber `rope` along the world's z between two posts, the round `knob` at the end
+            of a screw that goes with the rig, or a `brush`, whose bristles bend over.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -125,8 +132,9 @@ class Faults(LaterFaults):
             falls by the exponential of the row, from the image's upper edge on; or that of an
             `entry` of the table by which a sensor corrects depths: it falls evenly to nothing
             over `depth_spacing` on either side of `depth_entry`; that of a `veil` of light from
-            `depth_veil`, by the light that returns; or of an imager of a stereo pair that is
-            `toed` in and rolled: with the square of the depth, and evenly over the rows.
+            `depth_veil`, by the light that returns; of an imager of a stereo pair that is
+            `toed` in and rolled: with the square of the depth, and evenly over the rows; or of a
+            `smudge` on a window, round `depth_spot`: by the exponential of the square of the way.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -203,11 +211,11 @@ class Faults(LaterFaults):
         tangential: two coefficients of tangential distortion, of x y and y^2 in the columns and
             rows, and of x^2 and x y.
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
-        clamp_length: of a flexure, or of a post [m].
+        clamp_length: of a flexure, a post or an angle iron [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws.
-        curvature_at: share of the free length of the middle of a kink, or of a rail.
+        curvature_at: share of the free length of the middle of a kink, a rail or an inner fold.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
         mass_drop: height above the table at which `added_mass` hangs [m].
         bath: share of the weight of what is below a liquid's level that the liquid bears.

@@ -11,7 +11,8 @@ A = a a a a in addition to the stiffness, a . S a of the compliance goes from 1/
 Fibres in waves have g^3 / (g + w) in place of the square of g = a . C a - 1: next to nothing
 before they are drawn straight, and the square far beyond w. Steep ones have (exp(q g^2) - 1) / q
 (Holzapfel, Gasser and Ogden 2000, J. Elasticity 61). Loops of a knit have g^3: they bear nothing
-at first, and the more the straighter they are.
+at first, and the more the straighter they are; rows of beads have that of |g| where they are
+pressed together.
 """
 
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ class Fibres:
         waves: w [-]; 0 of fibres that are straight at rest.
         steep: q [-]; 0 of those that go with the square.
         pressed: whether they resist a push alone, as the sides of a crack do.
-        knit: whether their energy goes with the cube, as that of loops does.
+        knit: whether their energy goes with the cube, as that of loops or beads does.
     """
 
     stiffness: FloatArray
@@ -86,7 +87,8 @@ class Fibres:
         """Return energy over K, and its two derivatives by how much a fibre's square grew."""
         g, w = growth, self.waves
         if self.knit:
-            return g**3, 3.0 * g**2, 6.0 * g
+            size = np.abs(g)
+            return size**3, 3.0 * (g * size), 6.0 * size
         if self.steep:
             grown = np.exp(np.minimum(self.steep * g**2, _MOST))
             curve = (2.0 + 4.0 * self.steep * g**2) * grown

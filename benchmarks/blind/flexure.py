@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""How the end of a leaf spring, or of a post, shifts and turns by force and moment."""
+"""How the end of a leaf spring, a post or an angle iron shifts and turns by force and moment."""
 
 import numpy as np
 
 from benchmarks.blind.shapes import FloatArray
 
 _STEEL = 0.3  # Poisson's ratio of a post.
+_STRONG = 0.25  # Bending of a thin angle iron about its strong axis over that about its weak one.
+_ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def flexure_compliance(by_turn: float, length: float) -> FloatArray:
@@ -19,7 +21,7 @@ def flexure_compliance(by_turn: float, length: float) -> FloatArray:
         by_turn: turn of its end by a moment on that: length over bending stiffness [rad/(N m)].
         length: [m].
     """
-    return _end_compliance(by_turn, length, np.array([1.0, 0.0, 0.0]), by_turn)
+    return _end_compliance(by_turn, length, _ALONG, _round(_ALONG), by_turn)
 
 
 def post_compliance(by_turn: float, length: float) -> FloatArray:
@@ -33,23 +35,50 @@ def post_compliance(by_turn: float, length: float) -> FloatArray:
         length: from its foot to the clamp [m].
     """
     by_twist = (1.0 + _STEEL) * by_turn
-    return _end_compliance(by_turn, length, np.array([0.0, 0.0, 1.0]), by_twist)
+    return _end_compliance(by_turn, length, _UPRIGHT, _round(_UPRIGHT), by_twist)
 
 
-def _end_compliance(by_turn: float, length: float, ahead: FloatArray, twist: float) -> FloatArray:
+def angle_compliance(by_turn: float, length: float, slant: float) -> FloatArray:
+    """Return the same of a clamp at the end of an angle iron that lies along the object's x.
+
+    It bends aside of its load: four times as much about the axis through its corner as about the
+    other (Timoshenko 1930, Strength of Materials, sec. 48: legs alike and thin). Plates on its
+    ends keep it from twisting by more than it bends.
+
+    Args:
+        by_turn: turn of its end by a moment about its weak axis [rad/(N m)].
+        length: [m].
+        slant: of its weak axis, from the object's y towards z [deg].
+    """
+    angle = np.deg2rad(slant)
+    weak = np.array([0.0, np.cos(angle), np.sin(angle)])
+    strong = np.array([0.0, -np.sin(angle), np.cos(angle)])
+    across = np.outer(weak, weak) + _STRONG * np.outer(strong, strong)
+    return _end_compliance(by_turn, length, _ALONG, across, by_turn)
+
+
+def _round(ahead: FloatArray) -> FloatArray:
+    """Return how a beam bends that bends alike about all axes across it, shape (3, 3)."""
+    return np.eye(3) - np.outer(ahead, ahead)
+
+
+def _end_compliance(
+    by_turn: float, length: float, ahead: FloatArray, across: FloatArray, twist: float
+) -> FloatArray:
     """Return shift and turn of the end of a beam by force and moment, shape (6, 6).
 
     Args:
         by_turn: turn of its end by a moment across [rad/(N m)].
         length: [m].
         ahead: direction from its foot to its end, shape (3,).
+        across: turn by a moment across, over `by_turn`, shape (3, 3).
         twist: turn of its end by a moment along it [rad/(N m)].
     """
-    along = np.outer(ahead, ahead)
-    turn_by_force = 0.5 * by_turn * length * np.cross(ahead, np.eye(3)).T
+    along, arms = np.outer(ahead, ahead), np.cross(ahead, np.eye(3)).T
+    turn_by_force = 0.5 * by_turn * length * (across @ arms)
     whole = np.empty((6, 6))
-    whole[:3, :3] = by_turn * length**2 / 3.0 * (np.eye(3) - along)
+    whole[:3, :3] = by_turn * length**2 / 3.0 * (arms.T @ across @ arms)
     whole[3:, :3] = turn_by_force
     whole[:3, 3:] = turn_by_force.T
-    whole[3:, 3:] = by_turn * (np.eye(3) - along) + twist * along
+    whole[3:, 3:] = by_turn * across + twist * along
     return whole

@@ -36,6 +36,7 @@ from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.sixteenth_forms import SIXTEENTH_FORMS
 from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
@@ -191,6 +192,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'thirteenth': THIRTEENTH_FORMS,
     'fourteenth': FOURTEENTH_FORMS,
     'fifteenth': FIFTEENTH_FORMS,
+    'sixteenth': SIXTEENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

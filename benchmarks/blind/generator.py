@@ -54,6 +54,7 @@ from benchmarks.blind.sensor import smooth_field
 from benchmarks.blind.setups import draw_setup, Setup
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
+from benchmarks.blind.sixteenth_outside import SIXTEENTH_OUTSIDE
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
@@ -104,7 +105,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
-    last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE, **FIFTEENTH_OUTSIDE}
+    last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE, **FIFTEENTH_OUTSIDE, **SIXTEENTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the fifteenth set.
+    """Amplitudes that came with the twelfth to the sixteenth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -63,6 +63,20 @@ class LaterFaults:
         magnetic_way: direction of that field in the world.
         necked: share by which the true section is smaller in the middle of a neck.
         necked_at: share of the free length of that middle.
+        clamp_slant: of an angle iron's weak axis, from the object's y towards z [deg].
+        contact_pressure: of bristles that are bent over [Pa].
+        contact_bend: dent at which two thirds of them are [m].
+        curvature_again: share of the free length of the middle of an outer fold.
+        curvature_back: by which share of what the inner one turns that turns back.
+        contrast_pours: share of `contrast` that each of some pours has, from the clamp on.
+        tilt_above: how far a bench lies below where the camera looks, which slows air down [m].
+        depth_spot: of the middle of a smudge in the image, from its principal point [px].
+        depth_width: way from there at which its error has fallen to a third [px].
+        region_wound: whether bands of tape are the turns of one that is wound around the body.
+        ghost: share of the pose before in what a sensor tells where it saw something then.
+        whirl: push of air that turns about an upright axis, where that is strongest [m/s^2].
+        whirl_at: where that axis is along the world's x and z [m].
+        whirl_radius: distance from it where the push is strongest [m].
     """
 
     stiffening_slant: float = 0.0
@@ -109,3 +123,17 @@ class LaterFaults:
     magnetic_way: Vector = (0.0, 0.0, 0.0)
     necked: float = 0.0
     necked_at: float = 0.0
+    clamp_slant: float = 0.0
+    contact_pressure: float = 0.0
+    contact_bend: float = 1.0
+    curvature_again: float = 0.0
+    curvature_back: float = 0.0
+    contrast_pours: tuple[float, ...] = ()
+    tilt_above: float = 1.0
+    depth_spot: tuple[float, float] = (0.0, 0.0)
+    depth_width: float = 1.0
+    region_wound: bool = False
+    ghost: float = 0.0
+    whirl: float = 0.0
+    whirl_at: tuple[float, float] = (0.0, 0.0)
+    whirl_radius: float = 1.0

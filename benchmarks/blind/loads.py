@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.blind.blower import blown
 from benchmarks.blind.contact import contact_laws
-from benchmarks.blind.draught import stream_share
+from benchmarks.blind.draught import layer_share, stream_share
 from benchmarks.blind.equilibrium import Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.heights import by_height
@@ -20,6 +20,7 @@ from benchmarks.blind.seventh_outside import pressed
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.springs import around, springs
+from benchmarks.blind.whirl import whirled
 
 # Forms of a tilt that leave gravity as it is, and push beside it.
 _PUSHES = (
@@ -30,7 +31,10 @@ _PUSHES = (
     'turntable',
     'blower',
     'draught',
+    'layer',
 )
+# How much of a push is felt at places of the world [m], by its way there.
+_FELT = {'draught': stream_share, 'layer': layer_share}
 
 
 def load_in_pose(
@@ -94,10 +98,14 @@ def _forces(
         free = float((masses * (shares > 0.0)).sum())
         push = free * (object_from_world @ _side(faults))
         forces = forces + blown(specimen.mesh, shares, push, setup.shape)
-    if faults.tilt_form == 'draught':
+    if faults.tilt_form in _FELT:
         places = applied(observation.world_from_object, specimen.mesh.nodes)
-        felt = stream_share(places, _side(faults), faults) * masses * (shares > 0.0)
+        felt = _FELT[faults.tilt_form](places, _side(faults), faults) * masses * (shares > 0.0)
         forces = forces + felt[:, None] * (object_from_world @ _side(faults))
+    if faults.whirl:
+        places = applied(observation.world_from_object, specimen.mesh.nodes)
+        pushed = whirled(places, faults) * (masses * (shares > 0.0))[:, None]
+        forces = forces + pushed @ object_from_world.T
     if faults.magnetized:
         field = faults.magnetized * (object_from_world @ np.array(faults.magnetic_way))
         forces = forces + magnetic_forces(specimen.body, field)

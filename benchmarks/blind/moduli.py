@@ -38,6 +38,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'patched': _patch(faults, share, points),
         'streaky': np.sin(2.0 * np.pi * _aslant(setup, faults, share, points)),
         'plugged': plug_share(share, outward.max(axis=1), faults.contrast_at),
+        'pours': pour_value(share, faults.contrast_pours),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
@@ -75,6 +76,19 @@ def plug_share(share: FloatArray, outward: FloatArray, end: float) -> FloatArray
     radius = 1.0 - share / max(end, 1e-9)
     # Over a fifth of the half section: Gauss points are few, and rubber creeps into a plug's skin.
     return np.asarray(np.clip(0.5 + (radius - outward) / _PLUG_SKIN, 0.0, 1.0) * (radius > 0.0))
+
+
+def pour_value(share: FloatArray, values: tuple[float, ...]) -> FloatArray:
+    """Return the value of the pour in which places lie, of pours that are alike in length.
+
+    Args:
+        share: of the free length, any shape.
+        values: of the pours, from the clamp on; empty: 0 everywhere.
+    """
+    if not values:
+        return np.zeros(np.shape(share))
+    pours = np.clip((share * len(values)).astype(int), 0, len(values) - 1)
+    return np.asarray(np.array(values)[pours])
 
 
 def in_core(setup: Setup, points: FloatArray) -> NDArray[np.bool_]:

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from benchmarks.blind.biases import bias_share
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.ghost import ghosted
 from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
 from benchmarks.blind.rotations import applied, rigid, rotation
 from benchmarks.blind.sensor import expose, scan, Sensor, smooth_field
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.simulation import Specimen
+from benchmarks.blind.simulation import settle, Specimen
 from benchmarks.blind.surface import (
     body_triangles,
     box_triangles,
@@ -38,6 +39,23 @@ def true_rendering(
     positions: FloatArray,
 ) -> Rendering:
     """Render body and fixture without noise, sensor faults included."""
+    rendering = _seen(specimen, setup, observation, faults, positions)
+    number = setup.pose_number(observation)
+    if not faults.ghost or not number:
+        return rendering
+    earlier, fresh = setup.observations[number - 1], replace(faults, ghost=0.0)
+    rested = settle(specimen, setup, earlier, fresh)
+    return ghosted(rendering, _seen(specimen, setup, earlier, fresh, rested), faults.ghost)
+
+
+def _seen(
+    specimen: Specimen,
+    setup: Setup,
+    observation: Observation,
+    faults: Faults,
+    positions: FloatArray,
+) -> Rendering:
+    """Render what a sensor sees that has seen nothing before."""
     mesh = specimen.mesh
     across = mesh.lattice[:, 1] / (0.5 * setup.shape.section[0])
     along = specimen.shares - faults.region_slant * np.clip(across, -1.0, 1.0)
@@ -51,6 +69,7 @@ def true_rendering(
             faults.region_until,
             mesh.lattice[:, 2] if faults.region_above else None,
             faults.region_bands,
+            is_wound=faults.region_wound,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )

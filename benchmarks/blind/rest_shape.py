@@ -15,7 +15,7 @@ _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to th
 _HELIX_MORE = 1.3  # Curvature over that of an arc.
 _TRESTLE = 0.15  # Share of a mould's length at which a trestle stands, at either end.
 _UNCOILED = 0.7  # Share by which a spiral's radius is smaller at the tip.
-_KINK = 0.1  # Share of the free length of a kink.
+_KINK = 0.1  # Share of the free length of a kink, or of a fold.
 
 
 def true_shape(shape: Shape, faults: Faults) -> Shape:
@@ -55,6 +55,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'kink':
         begin, end = faults.curvature_at - 0.5 * _KINK, faults.curvature_at + 0.5 * _KINK
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
+    if faults.curvature_form == 'folded':
+        return _bent_in_parts(nodes, shape, _folds(curvature, faults))
     if faults.curvature_form == 'draped':
         return _bent_in_parts(nodes, shape, _draped(curvature, faults.curvature_at))
     if faults.curvature_form in ('S', 'middle', 'helix', *_RATES):
@@ -84,6 +86,20 @@ def _parts(curvature: FloatArray, form: str) -> list[tuple[float, float, FloatAr
         turn = rotation(np.array([_HELIX_TURN * (middle - 0.5), 0.0, 0.0]))
         found.append((begin, end, _HELIX_MORE * turn @ curvature))
     return found
+
+
+def _folds(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return the two folds of a body that was folded one way and then back, the outer one first.
+
+    Args:
+        curvature: mean over the free length of what the inner fold turns [1/m], shape (3,).
+        faults: say where the folds are, and which share of that the outer one turns back.
+    """
+    inner, outer, rate = faults.curvature_at, faults.curvature_again, curvature / _KINK
+    return [
+        (outer - 0.5 * _KINK, outer + 0.5 * _KINK, -faults.curvature_back * rate),
+        (inner - 0.5 * _KINK, inner + 0.5 * _KINK, rate),
+    ]
 
 
 def _draped(curvature: FloatArray, at: float) -> list[tuple[float, float, FloatArray]]:

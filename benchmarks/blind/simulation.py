@@ -22,7 +22,7 @@ from benchmarks.blind.cloth import cloth_masses
 from benchmarks.blind.contact import friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.flexure import flexure_compliance, post_compliance
+from benchmarks.blind.flexure import angle_compliance, flexure_compliance, post_compliance
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
 from benchmarks.blind.jaws import pinched
 from benchmarks.blind.loads import load_in_pose, load_on_pan
@@ -49,8 +49,14 @@ _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatA
     'rubbing': lambda turn, faults: lagged(turn, faults.clamp_compliance, faults.clamp_rub),
     'creeping': lambda turn, faults: crept(turn, faults.clamp_compliance, faults.clamp_crept),
 }
-# What a clamp stands on, by how it gives way to force and moment.
-_BEAMS = {'flexure': flexure_compliance, 'post': post_compliance}
+# How what a clamp stands on gives way to force and moment.
+_BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
+    'flexure': lambda faults: flexure_compliance(faults.clamp_compliance, faults.clamp_length),
+    'post': lambda faults: post_compliance(faults.clamp_compliance, faults.clamp_length),
+    'angle iron': lambda faults: angle_compliance(
+        faults.clamp_compliance, faults.clamp_length, faults.clamp_slant
+    ),
+}
 # By how much that sinks on which a body lies [m]: rules by the force on it [N].
 _SINKING: dict[str, Callable[[Faults], Callable[[float], float]]] = {
     'pan': lambda faults: lambda force: faults.contact_give * force,
@@ -205,8 +211,7 @@ def settle(
     if faults.clamp_form == 'shear':
         return settle_sliding(specimen, load, nominal, give)
     if faults.clamp_form in _BEAMS:
-        compliance = _BEAMS[faults.clamp_form](give, faults.clamp_length)
-        return settle_on_flexure(specimen, load, nominal, compliance)
+        return settle_on_flexure(specimen, load, nominal, _BEAMS[faults.clamp_form](faults))
     if faults.clamp_form == 'about a corner':
         width, height = setup.shape.section
         corner = specimen.center + 0.5 * np.array([0.0, width, -height])

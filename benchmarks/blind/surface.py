@@ -52,6 +52,8 @@ def body_triangles(
     tip_until: float = 1.0,
     heights: FloatArray | None = None,
     bands: tuple[float, float] = (0.0, 0.0),
+    *,
+    is_wound: bool = False,
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -65,6 +67,7 @@ def body_triangles(
         heights: of its nodes; what lies at or below 0 is the root's, shape (N,). None: nothing.
         bands: distance between the tip's bands from `tip_from` on, and which share of that each
             has; (0, 0): it is one.
+        is_wound: whether the bands are the turns of one, wound around the body.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -81,13 +84,29 @@ def body_triangles(
         places = along[:, triangles, 0].mean(axis=-1)
         sides = _side(places, tip_from, ramp, tip_until)
         if bands[0]:
-            within = (places - tip_from) % bands[0] < bands[0] * bands[1]
+            middles = (values @ mesh.lattice[nodes])[:, triangles].mean(axis=-2)
+            turned = turned_share(middles, mesh.lattice) if is_wound else 0.0
+            within = (places - bands[0] * turned - tip_from) % bands[0] < bands[0] * bands[1]
             sides = np.where(within, sides, ROOT)
         if heights is not None:
             above = (values @ heights[nodes][..., None])[:, triangles, 0].mean(axis=-1)
             sides = np.where(above > 0.0, sides, ROOT)
         labels.append(sides.reshape(-1))
     return Triangles(np.concatenate(corners), np.concatenate(labels).astype(np.int64))
+
+
+def turned_share(points: FloatArray, lattice: FloatArray) -> FloatArray:
+    """Return which share of a turn about a body's length points lie from its y, towards z.
+
+    The section is drawn out to a square, so that each of its sides has a quarter.
+
+    Args:
+        points: before the shape's map [m], shape (..., 3).
+        lattice: the nodes, which say how wide and high the body is there [m], shape (N, 3).
+    """
+    low, high = lattice.min(axis=0), lattice.max(axis=0)
+    outward = (2.0 * points - low - high) / (high - low)
+    return np.asarray(np.arctan2(outward[..., 2], outward[..., 1]) / (2.0 * np.pi) % 1.0)
 
 
 def _side(along: FloatArray, tip_from: float, ramp: float, tip_until: float) -> IntArray:

@@ -27,6 +27,8 @@ from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS, SEVENTH_PAIRS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
+from benchmarks.blind.sixteenth_forms import SIXTEENTH_FORMS, SIXTEENTH_PAIRS
+from benchmarks.blind.sixteenth_outside import SIXTEENTH_OUTSIDE
 from benchmarks.blind.tenth_forms import TENTH_FORMS, TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS, THIRTEENTH_PAIRS
@@ -45,6 +47,7 @@ COUNTS = {
     'thirteenth': {'clean': 60, 'form': 16, 'pair': 4, 'outside': 4},
     'fourteenth': {'clean': 300, 'form': 16, 'pair': 4, 'outside': 4},
     'fifteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'sixteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -84,6 +87,9 @@ OWN = {
     ),
     'fifteenth': Own(
         FIFTEENTH_FORMS, FIFTEENTH_PAIRS, FIFTEENTH_OUTSIDE, frozenset({'load', 'shape'}), 3
+    ),
+    'sixteenth': Own(
+        SIXTEENTH_FORMS, SIXTEENTH_PAIRS, SIXTEENTH_OUTSIDE, frozenset({'load', 'sensor'}), 3
     ),
 }
 

@@ -26,6 +26,8 @@ from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
+from benchmarks.blind.sixteenth_forms import SIXTEENTH_FORMS
+from benchmarks.blind.sixteenth_outside import SIXTEENTH_OUTSIDE
 from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
@@ -77,6 +79,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/loosening': {'clamp_growth': 0.0},
     'gravity_tilt/draught': {'tilt_form': 'tilt'},
     'rest_curvature/buckled': {'curvature_form': 'arc'},
+    'stiffness_contrast/pours': {'contrast_mode': 'split'},
+    'compliant_clamp/angle iron': {'clamp_form': 'turn'},
+    'clamp_offset/shaken': {'clamp_scatter': ()},
+    'gravity_tilt/layer': {'tilt_form': 'tilt'},
+    'rest_curvature/folded': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -103,6 +110,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_bias_by_region/banded': {'region_bands': (0.0, 0.0)},
     'depth_affine/toed': {'depth_form': 'affine'},
     'camera_offset/tilted imager': {'imager_tilt': (0.0, 0.0)},
+    'depth_affine/smudge': {'depth_form': 'affine'},
+    'depth_bias_by_region/wound': {'region_bands': (0.0, 0.0)},
+    'camera_offset/swayed': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/dragged',
@@ -110,6 +120,7 @@ OTHERS = {
     'clamp_offset/slid out',
     'contact_plane/rig',
     'camera_offset/pane',
+    'contact_plane/brush',
     'contact_plane/dish',
     'contact_plane/knob',
     'contact_plane/mat',
@@ -119,6 +130,7 @@ OTHERS = {
     'contact_plane/step',
     'contact_plane/vee',
     'stiffness_contrast/cored',
+    'strain_stiffening/beaded',
     'strain_stiffening/braided',
     'strain_stiffening/hart_smith',
     'strain_stiffening/knitted',
@@ -135,6 +147,7 @@ CAUSES = {
     **THIRTEENTH_OUTSIDE,
     **FOURTEENTH_OUTSIDE,
     **FIFTEENTH_OUTSIDE,
+    **SIXTEENTH_OUTSIDE,
 }
 
 
@@ -145,7 +158,8 @@ def _drawn(key: str, setup: Setup) -> Faults:
 def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
-    keys = {form.key for form in (*earlier, *later, *FIFTEENTH_FORMS)}
+    last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS)
+    keys = {form.key for form in (*earlier, *later, *last)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
@@ -157,6 +171,7 @@ def test_every_form_is_checked_here() -> None:
         (THIRTEENTH_FORMS, {'strain_stiffening', 'clamp_offset', 'depth_affine'}),
         (FOURTEENTH_FORMS, {'gravity_tilt', 'added_mass', 'camera_offset'}),
         (FIFTEENTH_FORMS, {'depth_bias_by_region'}),
+        (SIXTEENTH_FORMS, {'added_mass'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

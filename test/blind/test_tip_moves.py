@@ -68,6 +68,16 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'sixteenth': (
+        (
+            'stiffness_contrast/pours',
+            'compliant_clamp/angle iron',
+            'clamp_offset/shaken',
+            'gravity_tilt/layer',
+            'rest_curvature/folded',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""How far a slender body's tip goes by what acts along it, where its section is not the same."""
+
+import numpy as np
+
+from benchmarks.blind.outside_forms import tip_sag
+from benchmarks.blind.setups import GRAVITY, Setup
+from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.twelfth_forms import held_moment
+
+SHARES = np.asarray((np.arange(200) + 0.5) / 200.0, dtype=np.float64)  # Of the free length.
+
+
+def softness(setup: Setup) -> FloatArray:
+    """Return how much more easily a section bends than that at the clamp, at `SHARES`, (200,)."""
+    shape = setup.shape
+    rim = np.zeros((len(SHARES), 3))
+    rim[:, 0] = shape.clamp + SHARES * (shape.length - shape.clamp)
+    # An arch lies across z, and leaves heights as they are.
+    rim[:, 2] = 0.5 * shape.section[1]
+    thinner = shape.place(rim)[:, 2] / rim[:, 2]
+    return np.asarray(thinner**-4.0)
+
+
+def even_sag(setup: Setup) -> float:
+    """Return how far a tip sinks by the weight of a body that were an even bar as heavy [m].
+
+    As heavy is what has the same moment about the middle of what is held: of a bar with a
+    crossbar more, of one that tapers less.
+    """
+    shape = setup.shape
+    width, height = shape.section
+    per_length = setup.density * GRAVITY * width * height
+    bar = 0.5 * per_length * shape.length * (shape.length - shape.clamp)
+    return tip_sag(setup) * held_moment(setup) / bar
+
+
+def levers(setup: Setup) -> FloatArray:
+    """Return the tip's way by a load at `SHARES`, over that by as much, alike along it, (200,).
+
+    That is 3/8 of what a load at the tip does, where all sections are the same.
+    """
+    beyond = np.maximum(SHARES[:, None] - SHARES, 0.0)
+    turned = beyond @ ((1.0 - SHARES) * softness(setup)) / len(SHARES)
+    return np.asarray(3.0 * turned / 0.375)
