@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The body lies on a plane, which pushes back in proportion to how deep the surface is in it."""
+"""The body lies on something, which pushes back in proportion to how deep the surface is in it.
+
+That is a plane, or what is round and reaches from side to side below one place: a bar, a rope, a
+roller, the edge of a shelf.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,10 +27,15 @@ import numpy as np
 _OBSTACLE = 2e8
 _NORMAL_STEP = 1e-5  # Of a finite difference that is exact to rounding [rad].
 # Places along the body, and their width, of the forces that stand in for it.
-_PUSHED, _PUSHED_WIDTH = (0.25, 0.5, 0.75, 1.0), 0.05
+_PUSHED, _PUSHED_WIDTH = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0), 0.05
+_HELD = (0.25, 0.5, 0.75, 1.0)
 _OTHERWISE_WIDTH = 0.15
 # Places along the body at each of which it may lie higher or lower than on the plane.
 _RAISED = np.linspace(0.0, 1.0, 7)[1:]
+# What is round has this radius [m]: a place is what matters, and any bar touches about there.
+_RADIUS = 0.01
+# Amplitudes of a bar: it is level, and reaches from side to side.
+_BAR = ('height',)
 # A plane is first tried at the lowest point seen, below a body of half the modulus: what lies on
 # something is stiffer in a model that knows of nothing below it. Without a modulus it is tried so
 # much above that point [m].
@@ -36,7 +45,10 @@ _LOWEST_FRACTION = 0.01
 
 
 class ContactPlane(Effect):
-    """A rigid frictionless half-space under the body, nearly level; there at height zero, too."""
+    """A rigid frictionless half-space under the body, nearly level; there at height zero, too.
+
+    With a place, `at` beyond zero, it is a level bar below that share of the free length.
+    """
 
     identifier = 'contact_plane'
     group = 'load'
@@ -45,6 +57,9 @@ class ContactPlane(Effect):
         Component('height', 'm', -100.0, 100.0, 0.010, 'mm', 1e3, 0.4, has_prior=False),
         *(replace(part, longest_step=0.6) for part in tilt_components(5.0 * DEGREE)),
     )
+    variants = (('height', 'a', 'b'), _BAR)
+    settings = {'at': 0.0}  # noqa: RUF012  Where a bar is; nowhere: it is a plane.
+    screened_at = _PUSHED
     sentence = 'the body lies on something'
     settles = ('a pose in which it cannot touch',)
     twins = ('added_mass',)
@@ -67,7 +82,11 @@ class ContactPlane(Effect):
         # away would lift it off the body, or bury it.
         normal = _normal(own, site.stated_gravity)
         level = float((normal - upwards(site.stated_gravity)) @ site.pivot)
-        plane = Plane(normal, own['height'] + level, _rises(own, self.forms, site))
+        rises = _rises(own, self.forms, site)
+        if own.get('at', 0.0) > 0.0:
+            bar = _round(own['at'], site)
+            rises = bar if rises is None else rises + bar
+        plane = Plane(normal, own['height'] + level, rises)
         return Conditions(potentials=(plane,))
 
     def change(self, component: str, own: Numbers, site: Site) -> Change:
@@ -84,6 +103,10 @@ class ContactPlane(Effect):
             change = Plane(turned, float(turned @ site.pivot))
         return Change(conditions=Conditions(potentials=(change,)))
 
+    def places_of(self, components: tuple[str, ...]) -> tuple[float | None, ...]:
+        """Return the places of a bar; a plane has none."""
+        return self.screened_at if components == _BAR else (None,)
+
     def stand_ins(self, site: Site) -> tuple[Change, ...]:
         """Return upward forces, which have a tangent before the body touches."""
         return tuple(
@@ -93,16 +116,17 @@ class ContactPlane(Effect):
 
     def otherwise(self, site: Site) -> tuple[Change, ...]:
         """Return forces on the body: what it lies on may be an edge, and hold it sideways."""
-        weights = [site.weights_at(at, _OTHERWISE_WIDTH) for at in _PUSHED]
+        weights = [site.weights_at(at, _OTHERWISE_WIDTH) for at in _HELD]
         return tuple(
             Change(conditions=Conditions(forces=own[:, None] * axis))
             for own in weights
             for axis in np.eye(3)
         )
 
-    def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
-        """Propose a plane that a softer body would sink into."""
-        lowest = min(float(np.quantile(view, _LOWEST_FRACTION)) for view in seen.heights())
+    def starts(self, seen: FitsSeen, screened: float | None) -> list[dict[str, float]]:
+        """Propose a plane, or a bar at a place, that a softer body would sink into."""
+        heights = [view for view in seen.heights(screened) if len(view)] or seen.heights(None)
+        lowest = min(float(np.quantile(view, _LOWEST_FRACTION)) for view in heights)
         name = self.amplitude_name('height')
         # Coordinates of a fit: of a modulus its logarithm.
         softer = {
@@ -123,6 +147,12 @@ def _rises(own: Numbers, parts: Sequence[Component], site: Site) -> FloatArray |
     if not any(amounts):
         return None
     return np.interp(site.axes.fraction(site.rest_nodes), _RAISED, amounts)
+
+
+def _round(at: float, site: Site) -> FloatArray:
+    """Return how far what is round at a place is below its top beneath each node [m], (N,)."""
+    ahead = (site.axes.fraction(site.rest_nodes) - at) * site.axes.length
+    return -0.5 * ahead**2 / _RADIUS
 
 
 def _normal(own: Numbers, gravity: FloatArray) -> FloatArray:

@@ -59,7 +59,7 @@ class DepthBiasByRegion(Effect):
         across = seen.places[..., 1 + 'ab'.index(way[-1])]
         return error * (np.clip(_STEEP * across, -1.0, 1.0) if 'side' in way else across)
 
-    def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
+    def starts(self, seen: FitsSeen, screened: float | None) -> list[dict[str, float]]:
         """Propose the step between the materials: it may be beyond a robust fit's reach.
 
         Read at the nominal fit, and where that fit began: it may have turned the body, or bent it

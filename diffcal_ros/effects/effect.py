@@ -228,12 +228,21 @@ class Effect:
         """
         return ()
 
+    def places_of(self, components: tuple[str, ...]) -> tuple[float | None, ...]:
+        """Return the places or times that some amplitudes are screened at; None: no such."""
+        return self.screened_at or (None,)
+
     def otherwise(self, site: Site) -> tuple[Change, ...]:
         """Return what it may do besides in each pose, where it is not quite of this form."""
         return ()
 
-    def starts(self, seen: FitsSeen) -> list[dict[str, float]]:
-        """Return starts to be tried on top of what tangents propose, by name of parameter."""
+    def starts(self, seen: FitsSeen, screened: float | None) -> list[dict[str, float]]:
+        """Return starts to be tried on top of what tangents propose, by name of parameter.
+
+        Args:
+            seen: the fit that lacks it.
+            screened: the one of `screened_at` from which it starts; None: it has none.
+        """
         return [{}]
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:

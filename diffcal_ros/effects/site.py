@@ -114,8 +114,12 @@ class FitsSeen(Protocol):
     begin: Mapping[str, float]
     end: Mapping[str, float]
 
-    def heights(self) -> list[FloatArray]:
-        """Return how high the body's surface is in each view, in the world [m], (n,) each."""
+    def heights(self, at: float | None) -> list[FloatArray]:
+        """Return how high the body's surface is in each view, in the world [m], (n,) each.
+
+        Args:
+            at: share of the free length around which; None: all of the surface.
+        """
 
     def residuals(self, values: Mapping[str, float]) -> list[SeenPixels]:
         """Return what each view leaves at some parameters; none where they are not simulated."""

@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 # What is measured this far from the simulated body is not its surface [m].
 _NEAR = 0.03
+# What is around a place, as a share of the free length.
+_AROUND = 0.06
 
 
 class ComparesViews(Protocol):
@@ -65,12 +67,19 @@ class SeenFit:
             found.append(SeenPixels(comparison.difference[counted], is_second))
         return found
 
-    def heights(self) -> list[FloatArray]:
-        """Return how high the body's surface is in each view, in the world [m], (n,) each."""
+    def heights(self, at: float | None) -> list[FloatArray]:
+        """Return how high the body's surface is in each view, see `FitsSeen.heights`."""
         model, found = self._compares.model, []
         views = model.views(np.array(list(self.end.values())))
-        for observation, view in zip(model.observations, views, strict=True):
-            rows, columns = np.nonzero(np.isfinite(view.trace.depth))
+        for comparer, observation, view in zip(
+            self._compares.comparers, model.observations, views, strict=True
+        ):
+            is_shown = np.isfinite(view.trace.depth)
+            places = comparer.surface.places
+            if at is not None and places is not None:
+                shares = places[view.trace.faces][..., 0]
+                is_shown &= np.abs(shares - at) < _AROUND
+            rows, columns = np.nonzero(is_shown)
             rendered = view.trace.depth[rows, columns]
             rows, columns = rows + view.trace.rows.start, columns + view.trace.columns.start
             depth = observation.depth[rows, columns].astype(np.float64)

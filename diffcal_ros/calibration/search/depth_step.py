@@ -97,7 +97,7 @@ def _starts(
     effect = seen_boundary()
     (name,) = map(effect.amplitude_name, (part.name for part in effect.components))
     ended = dict(zip(objective.parameters.names, there.tolist(), strict=True))
-    proposed = [start for start in effect.starts(SeenFit(objective, there)) if name in start]
+    proposed = [start for start in effect.starts(SeenFit(objective, there), None) if name in start]
     lower, upper = parameters.bounds()
     coordinates = [[{**ended, **start}[own] for own in parameters.names] for start in proposed]
     return [np.clip(own, lower, upper) for own in coordinates]

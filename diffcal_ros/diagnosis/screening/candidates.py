@@ -81,7 +81,8 @@ def candidates(
         for effect in shown
         if effect.identifier not in left_out
         for components in effect.variants
-        for at in effect.screened_at or (scene.effects.get(effect.identifier, {}).get('at'),)
+        for place in effect.places_of(components)
+        for at in (place or scene.effects.get(effect.identifier, {}).get('at'),)
     ]
 
 

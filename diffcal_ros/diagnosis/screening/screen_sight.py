@@ -50,6 +50,8 @@ class ScreenSight:
         effect = candidate.effect
         own = [index for index, name in enumerate(self.names) if name == effect.identifier]
         if not effect.has_tangent:
+            if candidate.at in effect.screened_at:
+                own = [own[effect.screened_at.index(candidate.at)]]
             return columns[:, own]
         if effect.screened_at and candidate.at is not None:
             # Where nothing is there, its time changes nothing.

@@ -58,7 +58,22 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
         fullest = max(best[name], key=_amplitude_count)
         if min(of_twins, _amplitude_count(fullest)) > most[name]:
             listed.append(fullest)
+        listed.extend(_other_kinds(best[name], listed, _LEAST_WITHOUT_TANGENT * least))
     return [score for listed in variants.values() for score in listed]
+
+
+def _other_kinds(scores: Sequence[Score], listed: Sequence[Score], least: float) -> list[Score]:
+    """Return the best of each kind of an effect that none listed is of, where it may be it.
+
+    Only of those without tangents: what stands in for all of a plane explains more than what does
+    for a bar below one place, whichever of the two is there.
+    """
+    known = {score.candidate.components for score in listed}
+    first: dict[tuple[str, ...], Score] = {}
+    for score in scores:
+        if not score.candidate.effect.has_tangent and score.gain > least:
+            first.setdefault(score.candidate.components, score)
+    return [score for kind, score in first.items() if kind not in known]
 
 
 def _leads_by_pose(scores: Sequence[Score], least: float) -> bool:

@@ -22,6 +22,6 @@ def more_starts(nominal: PatchEvaluator, base: Refit, added: Sequence[Candidate]
     """
     seen = SeenFit(nominal, base.coordinates)
     found: list[Starts] = [{}]
-    for effect in dict.fromkeys(candidate.effect for candidate in added):
-        found = [{**start, **more} for start in found for more in effect.starts(seen)]
+    for effect, at in dict.fromkeys((own.effect, own.at) for own in added):
+        found = [{**start, **more} for start in found for more in effect.starts(seen, at)]
     return found
