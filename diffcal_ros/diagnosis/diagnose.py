@@ -32,6 +32,7 @@ from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups, Screen, screen
 from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -136,6 +137,8 @@ def diagnose(
                 is_named = judged.disagreement.verdict is Verdict.DISAGREE
                 selection = select(pool, judged.scores, with_pairs=is_named)
             choice = choose(selection, evaluator, nominal)
+            if choice is not None:
+                choice = with_sure_part(choice, selection, nominal)
     scores, disagreement = judged.scores, judged.disagreement
     if choice is not None:
         disagreement = beside_a_model(disagreement, choice.hypothesis.fit)

@@ -18,7 +18,7 @@ _TEMPERATURE = 2.0
 _HARDLY_MORE = 0.0005  # [m]
 # With one pose twins differ by details, which mesh and smooth errors have, too: models this close
 # in log evidence, per unit of noise scale, explain it as well.
-_ONE_POSE_AS_WELL = 12.0
+ONE_POSE_AS_WELL = 12.0
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,14 @@ class Choice:
         confidences: 0 to 1, of each of its effects by identifier.
         alike: identifiers that explain the data as well, its own first.
         runner_up: identifier of the next best, or None.
+        beside: identifier of what came nearest beside its effect, without a name; empty: nothing.
     """
 
     hypothesis: Hypothesis
     confidences: Mapping[str, float]
     alike: tuple[str, ...]
     runner_up: str | None
+    beside: str = ''
 
     @property
     def confidence(self) -> float:
@@ -73,7 +75,7 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     weights = {key: float(np.exp((levels[key] - top) / _TEMPERATURE)) for key in levels}
     others = [key for key in ranked if key != best.identifiers]
     has_one_pose = len({seen.setup_index for seen in evaluator.model.observations}) == 1
-    as_well = _ONE_POSE_AS_WELL if has_one_pose else AS_WELL
+    as_well = ONE_POSE_AS_WELL if has_one_pose else AS_WELL
     doubt = FORM_DOUBT * best.leaning / selection.noise_scale
     near = {key for key in others if top - levels[key] < as_well + doubt}
     short = _better_if_more(models, best) - levels.keys()

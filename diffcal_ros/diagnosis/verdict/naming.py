@@ -221,6 +221,11 @@ def _separating_recording(choice: Choice | None, named: _Naming) -> str | None:
 def _beside(choice: Choice | None, effects: Sequence[NamedEffect]) -> list[str]:
     """Say what else is there, where one of two effects is sure and the other one is not."""
     named = {effect.identifier for effect in effects}
+    if choice is not None and named and choice.beside:
+        return [
+            f'{", ".join(named)} is not all that is missing: {choice.beside} came nearest beside '
+            'it, and has no name'
+        ]
     if choice is None or not named or named >= set(choice.hypothesis.identifiers):
         return []
     others = ', '.join(name for name in choice.alike if name not in named)
