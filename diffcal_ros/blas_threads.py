@@ -4,7 +4,7 @@
 
 import os
 
-_OPENBLAS = 'OPENBLAS_NUM_THREADS'
+OPENBLAS = 'OPENBLAS_NUM_THREADS'
 
 
 def keep_blas_to_one_thread() -> None:
@@ -15,4 +15,4 @@ def keep_blas_to_one_thread() -> None:
     and are slowed down by it (docs/decisions/sparse-solvers.md has the figures). Other processes
     that this one starts do likewise. MKL's threads pay, and keep to OMP_NUM_THREADS.
     """
-    os.environ.setdefault(_OPENBLAS, '1')
+    os.environ.setdefault(OPENBLAS, '1')

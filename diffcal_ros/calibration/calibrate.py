@@ -31,6 +31,7 @@ from diffcal_ros.calibration.whole_image.image_fit import ImageFit
 from diffcal_ros.calibration.whole_image.image_objective import ImageObjective
 from diffcal_ros.errors import InputError, NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import Iteration
+from diffcal_ros.one_blas_thread import blas_on_one_thread
 from diffcal_ros.scene.fit_names import RIGID_OFFSET
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -173,6 +174,7 @@ class Calibration:
         """
         return self._method.likelihood(purpose)
 
+    @blas_on_one_thread()
     def run(self, on_iteration: Progress | None = None) -> CalibrationResult:
         """Fit, starting from `coordinates`.
 
@@ -203,6 +205,7 @@ class Calibration:
         end = self._fit(record_step)
         return self._result(end, self._completed(history), time.perf_counter() - begun)
 
+    @blas_on_one_thread()
     def go_to_best(self) -> None:
         """Fit as `run` does; where that ends is all that is asked, not how well it is known."""
         self._fit(lambda _: True)

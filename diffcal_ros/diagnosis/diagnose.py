@@ -34,6 +34,7 @@ from diffcal_ros.diagnosis.screening.screening import library_groups, Screen, sc
 from diffcal_ros.diagnosis.verdict.naming import conclude
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
+from diffcal_ros.one_blas_thread import blas_on_one_thread
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +99,7 @@ class DiagnosisTrace:
         return replace(self, diagnosis=replace(self.diagnosis, details=known))
 
 
+@blas_on_one_thread()
 def diagnose(
     scene: Scene,
     observations: Sequence[Observation],

@@ -22,6 +22,7 @@ PIP_PACKAGES = (
     'opencv-contrib-python-headless',
     'qdldl',
     'rosbags',
+    'threadpoolctl',
     'trimesh',
     'warp-lang',
     'zstandard',

@@ -36,7 +36,7 @@ ROSDEP = {
     'trimesh': 'python3-trimesh-pip',
 }
 # rosdep knows no key for these: the line for pip in docs/live.md does.
-PIP_ONLY = {'joblib', 'lz4', 'mcap', 'qdldl', 'warp-lang', 'zstandard'}
+PIP_ONLY = {'joblib', 'lz4', 'mcap', 'qdldl', 'threadpoolctl', 'warp-lang', 'zstandard'}
 
 
 def _required() -> set[str]:
