@@ -29,7 +29,7 @@ def with_sure_part(choice: Choice, selection: Selection, nominal: Refit) -> Choi
         return choice
     for name in pair.identifiers:
         alone = next((h for h in selection.singles if h.identifiers == (name,)), None)
-        if alone is None or not _is_sure(name, alone, pair, selection):
+        if alone is None or not _is_sure(name, alone, pair, selection, nominal):
             continue
         if not doubts_about(alone, nominal, selection.singles):
             other = next(n for n in pair.identifiers if n != name)
@@ -39,17 +39,18 @@ def with_sure_part(choice: Choice, selection: Selection, nominal: Refit) -> Choi
     return choice
 
 
-def _is_sure(name: str, alone: Hypothesis, pair: Hypothesis, selection: Selection) -> bool:
+def _is_sure(
+    name: str, alone: Hypothesis, pair: Hypothesis, selection: Selection, nominal: Refit
+) -> bool:
     """Tell whether no model without an effect comes near, nor a single one near it alone."""
     if alone.is_at_bound:
         return False
-    singles = [h.level for h in selection.singles if name not in h.identifiers]
+    without = [h.level for h in selection.singles if name not in h.identifiers]
+    without.append(nominal.log_evidence)
     pairs = [h.level for h in selection.pairs if name not in h.identifiers]
-    if not singles:
-        return False
     ahead = min(
-        alone.level - max(singles) - FORM_DOUBT * alone.leaning,
-        pair.level - max(singles + pairs) - FORM_DOUBT * pair.leaning,
+        alone.level - max(without) - FORM_DOUBT * alone.leaning,
+        pair.level - max(without + pairs) - FORM_DOUBT * pair.leaning,
     )
     # As far as with one pose: something of another form is known to be there.
     return ahead > ONE_POSE_AS_WELL * selection.noise_scale

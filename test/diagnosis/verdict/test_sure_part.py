@@ -82,6 +82,15 @@ def test_else_the_choice_stays(clearly_screened, models, changes):
     assert sure is pair
 
 
+def test_where_no_other_single_effect_was_fitted_it_is_held_against_none(clearly_screened, models):
+    _, nominal, _ = clearly_screened
+    pair, _, selection = _chosen(clearly_screened, models)
+    alone = replace(selection, singles=selection.singles[:1])
+    assert with_sure_part(pair, alone, nominal).hypothesis.identifiers == ('gravity_tilt',)
+    as_good = replace(nominal, log_evidence=-101.0)
+    assert with_sure_part(pair, alone, as_good) is pair
+
+
 def test_two_that_may_be_named_stay_two(clearly_screened, models, monkeypatch):
     _, nominal, _ = clearly_screened
     pair, sure, selection = _chosen(clearly_screened, models)
