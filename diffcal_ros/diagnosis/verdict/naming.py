@@ -23,6 +23,7 @@ from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about, MOST_OF_IT
+from diffcal_ros.diagnosis.verdict.moved_together import moves_with_fixture
 from diffcal_ros.diagnosis.verdict.time_course import time_course
 from diffcal_ros.diagnosis.verdict.unknown import (
     describe_unknown,
@@ -192,7 +193,7 @@ def _name(
     nearest = _nearest_class(evaluator, nominal, scores, disagreement, choice, closure)
     if nearest is None and choice is not None and doubts:
         is_large = disagreement.verdict is Verdict.DISAGREE
-        nearest = choice.hypothesis.added[0].effect.group if is_large else None
+        nearest = _class_of(choice.hypothesis) if is_large else None
     is_sure = choice is not None and _tells_class(nominal, choice.hypothesis, closure)
     unknown = None
     if nearest is not None:
@@ -209,6 +210,13 @@ def _name(
         sure = {name: own for name, own in choice.confidences.items() if own >= _NAMED}
         effects = named_effects(choice.hypothesis, sure)
     return _Naming(doubts, closure, unknown, effects, is_open)
+
+
+def _class_of(hypothesis: Hypothesis) -> str:
+    """Return the class of a model that may not be named."""
+    # What moves rig, clamp and body alike is where the camera is, or is said to be.
+    group = hypothesis.added[0].effect.group
+    return EFFECTS['camera_offset'].group if moves_with_fixture(hypothesis) else group
 
 
 def _separating_recording(choice: Choice | None, named: _Naming) -> str | None:

@@ -8,51 +8,22 @@ import re
 from diffcal_ros.calibration.parameters.fixture_offset import fixture_offset_parameters
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
 from diffcal_ros.diagnosis.patches.rigid_reference import _widened
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
-from diffcal_ros.rigid_transform import apply, transform
 from diffcal_ros.scene.sections.fixture import box_fixture
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
+from support.fixtured_beam import BLOCK, block_depth, FRAMES, scene, seen, SHIFT
 from support.scenes import (
-    beam_scene,
-    CAMERA,
     DEPTH_FROM_WORLD,
     noisy,
     observation,
     true_depth,
     WORLD_FROM_OBJECT,
 )
-
-# Around the beam's held end, wider than the beam: the camera looks at two of its faces.
-BLOCK = box_fixture(np.array([[-0.030, -0.011, -0.009], [-0.001, 0.037, 0.026]]))
-SHIFT = np.array([0.0025, -0.002, 0.004])
-_FRAMES = 8
-
-
-def block_depth(pose=DEPTH_FROM_WORLD, block=BLOCK):
-    """Depth [m] of a block; NaN beside it."""
-    points = apply(pose, apply(WORLD_FROM_OBJECT, block.positions))
-    return DepthTracer(block.triangles, len(points), CAMERA).trace(points).full_depth()
-
-
-def seen(*, body_shift, block_shift, seed=5):
-    """Eight frames at beam and block, each shifted in the camera's frame [m]."""
-    poses = [transform(np.eye(3), shift) @ DEPTH_FROM_WORLD for shift in (body_shift, block_shift)]
-    exact = np.fmin(true_depth(depth_from_world=poses[0]), block_depth(poses[1]))
-    random = np.random.default_rng(seed)
-    depth = np.median([noisy(exact, random) for _ in range(_FRAMES)], axis=0)
-    noise = 0.00014 * np.sqrt(np.pi / (2.0 * _FRAMES))
-    return replace(observation(depth), frame_count=_FRAMES, noise=float(noise))
-
-
-def scene(*, has_fixture=True):
-    """The beam, with its block or without."""
-    return replace(beam_scene((8, 2, 2)), fixture=BLOCK if has_fixture else None)
 
 
 @pytest.fixture(scope='module')
@@ -104,7 +75,7 @@ def test_what_the_block_hides_of_the_body_is_not_compared(random):
     hidden = np.isfinite(body) & (before < body)
     assert hidden.sum() > 300
     depth = noisy(np.fmin(body, before), random)
-    taken = replace(observation(depth), frame_count=_FRAMES, noise=0.00014)
+    taken = replace(observation(depth), frame_count=FRAMES, noise=0.00014)
     evaluator, nominal = fit_nominal(replace(scene(), fixture=jaws), [taken], None)
     own = [group for group in evaluator.groups(nominal.coordinates) if not group.is_rigid]
     shown = np.isfinite(body) & ~hidden
