@@ -31,7 +31,7 @@ from diffcal_ros.diagnosis.patches.rigid_reference import with_fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups, Screen, screen
-from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.one_blas_thread import blas_on_one_thread

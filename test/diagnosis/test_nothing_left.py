@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.screening.shortlist import shortlist, starts_of, with_tangents
 from diffcal_ros.diagnosis.verdict import verdict_figures
-from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.report.tables.verdict_text import verdict_lines
 import pytest
 

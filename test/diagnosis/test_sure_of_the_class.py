@@ -11,8 +11,8 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
-from diffcal_ros.diagnosis.verdict import naming
-from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict import notes
+from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.diagnosis.verdict.verdict_figures import named_effects
 from diffcal_ros.effects.rigid import ROLLED
@@ -66,9 +66,9 @@ def test_what_is_beside_a_sure_name_is_told(clearly_screened):
     alike = ('clamp_offset', 'rest_curvature', 'camera_offset')
     choice = Choice(two, {'clamp_offset': 0.5, 'rest_curvature': 0.98}, alike, None)
     sure = named_effects(two, {'rest_curvature': 0.98})
-    (told,) = naming._beside(choice, sure)
+    (told,) = notes._beside(choice, sure)
     assert told.startswith('rest_curvature is not all that is missing: beside it is one of ')
     assert 'clamp_offset, camera_offset' in told
-    assert naming._beside(choice, ()) == []
-    assert naming._beside(choice, named_effects(two, choice.confidences)) == []
-    assert naming._beside(None, sure) == []
+    assert notes._beside(choice, ()) == []
+    assert notes._beside(choice, named_effects(two, choice.confidences)) == []
+    assert notes._beside(None, sure) == []

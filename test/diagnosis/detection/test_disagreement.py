@@ -15,7 +15,7 @@ from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
-from diffcal_ros.diagnosis.verdict.naming import conclude
+from diffcal_ros.diagnosis.verdict.conclude import conclude
 import numpy as np
 import pytest
 

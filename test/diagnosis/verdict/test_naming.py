@@ -258,7 +258,7 @@ def test_a_free_form_closes_nothing_for_the_class(clearly_screened, bent, monkey
     models = [_judged(model, fraction=0.9) for model in (bent, free)]
     for own in models:
         choice = Choice(own, dict.fromkeys(own.identifiers, 1.0), own.identifiers, None)
-        naming._name(evaluator, nominal, scores, judged, choice, ())
+        naming.find_name(evaluator, nominal, scores, judged, choice, ())
     closes, free = told
     assert closes == closure_of(nominal, models[0].fit, is_measured=True)
     assert np.isnan(free)

@@ -12,7 +12,8 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
-from diffcal_ros.diagnosis.verdict import naming, sure_part
+from diffcal_ros.diagnosis.verdict import sure_part
+from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 import pytest
@@ -103,7 +104,7 @@ def test_a_note_says_what_came_nearest_beside_it(clearly_screened, models):
     evaluator, nominal, scores = clearly_screened
     _, sure, selection = _chosen(clearly_screened, models)
     disagreement = replace(measure_disagreement(nominal, scores, 5e-4), verdict=Verdict.DISAGREE)
-    diagnosis = naming.conclude(evaluator, nominal, scores, disagreement, selection, sure, 1.0)
+    diagnosis = conclude(evaluator, nominal, scores, disagreement, selection, sure, 1.0)
     assert [effect.identifier for effect in diagnosis.effects] == ['gravity_tilt']
     assert (
         'gravity_tilt is not all that is missing: rest_curvature came nearest beside it, and has '
