@@ -221,7 +221,10 @@ def fit_nominal(
     if places:
         # The model stays what it is, and so does its fit: no effect is in it yet.
         model = model.with_parameters(with_borders(model.scene, places), model.parameters)
+        strange = evaluator.left_out
         evaluator = make_patch_evaluator(model, nominal.coordinates)
+        # What few patches show of a band beside its borders is no strange thing before the body.
+        evaluator = evaluator.without(strange)
         # Along the border nothing is compared from now on.
         nominal = refit(evaluator, nominal.coordinates, max_iterations=1)
     return evaluator, nominal

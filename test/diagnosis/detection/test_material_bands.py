@@ -9,6 +9,7 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps
 from diffcal_ros.diagnosis.detection.material_bands import best_borders, find_bands
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.effects import bands
 import numpy as np
 import pytest
@@ -100,6 +101,14 @@ def test_what_is_no_bands_is_not_taken_for_them(seen):
     assert find_bands(evaluator, nominal) is None
     borders = bands.borders(evaluator.model.scene.effects.get('depth_bias_by_region', {}))
     assert len(borders) == 1
+
+
+def test_what_is_left_of_narrow_bands_is_not_taken_for_something_before_the_body():
+    """Beside their borders few patches show them: the rest agrees, and they would be left out."""
+    evaluator, nominal = fit_nominal(SCENE, [_banded((0.4, 0.55, 0.8), 0.006)], None)
+    assert len(bands.borders(evaluator.model.scene.effects['depth_bias_by_region'])) > 1
+    assert evaluator.left_out == frozenset()
+    assert patch_gap(nominal.groups, Part.ALL).rms > 0.002
 
 
 def test_borders_that_a_scene_states_stay():
