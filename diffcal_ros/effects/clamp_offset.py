@@ -5,7 +5,9 @@
 from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import RIGID_AXES, rigid_components, ROLLED, SHIFT, TURN, twist_of
 from diffcal_ros.effects.site import Site
+from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.terms.conditions import Conditions
+from diffcal_ros.rigid_motion import moved
 
 
 class ClampOffset(Effect):
@@ -22,12 +24,18 @@ class ClampOffset(Effect):
     variants = (SHIFT, TURN, RIGID_AXES)
     # What moves the clamp moves the body by the body's own mechanics, and does not bend it.
     most_along = 0.3
+    # A rig that stands elsewhere, or a camera that leans with it, moves the fixture as well.
+    class_with_fixture = 'sensor'
     # It is clamped anew for each pose, or slips.
     most_by_pose = 1.0
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:
         """Return the clamp's motion."""
         return Conditions(clamp_motion=_in_world(twist_of(own), site))
+
+    def displaced(self, points: FloatArray, own: Numbers, axes: BodyAxes) -> FloatArray:
+        """Return where the clamp's motion takes points, shape (n, 3)."""
+        return moved(points, twist_of(own), axes.center)
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """It turns `about` a point in the object's frame."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from diffcal_ros.effects.site import FitsSeen, SeenPixels, Site, Tets
+from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.statics.creep import Creep
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
@@ -89,6 +90,8 @@ class Effect:
         hides_in_release: whether a release of which nothing is known does all that it does.
         has_boundary: whether its settings are where its two materials end, in a scene of one
             region, see `bands`.
+        class_with_fixture: the class of what moves the fixture as this moves what it holds; empty:
+            it moves nothing of a rig. See `displaced`.
         across_picture: amplitudes that move the body across the picture, where the form of the
             picture (a focal length, a lens) belongs to what it is.
         most_along: by how much of itself it may be another one from place to place along the body.
@@ -128,6 +131,7 @@ class Effect:
     is_at_rest_only = False
     hides_in_release = False
     has_boundary = False
+    class_with_fixture = ''
     across_picture: tuple[str, ...] = ()
     most_along = 1.0
     most_besides = 1.0
@@ -206,6 +210,16 @@ class Effect:
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray | None:
         """Return how much too far a unit makes the camera read [m]; None: it reads right."""
         return None
+
+    def displaced(self, points: FloatArray, own: Numbers, axes: BodyAxes) -> FloatArray:
+        """Return where it moves what is fixed to the clamp, object frame [m], shape (n, 3).
+
+        Args:
+            points: likewise, as the scene has them.
+            own: amplitudes.
+            axes: of the body, object frame.
+        """
+        return points
 
     def amount(self, own: Numbers) -> float | None:
         """Return how much of it there is, about the same in all poses; None: no such thing."""

@@ -18,7 +18,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import (
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
-from diffcal_ros.diagnosis.verdict.moved_together import moves_with_fixture
+from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture
 from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, LEAST_CLOSURE
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
     closed_in_its_form,
@@ -47,7 +47,7 @@ def doubts_about(
     words = ' with '.join(hypothesis.identifiers)
     if has_doubtful_effect(hypothesis, nominal, singles):
         return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
-    if moves_with_fixture(hypothesis):
+    if class_with_fixture(hypothesis) is not None:
         return (
             f'{words} came nearest, but the fixture is displaced as the clamp is: rig or camera '
             'is elsewhere than the scene says, and not the body in its clamp: no name for it',

@@ -10,8 +10,6 @@ The fixture tells: where it has to follow, the body sits in its clamp as the sce
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
-from diffcal_ros.effects.clamp_offset import ClampOffset
-from diffcal_ros.effects.rigid import twist_of
 from diffcal_ros.rigid_motion import moved
 import numpy as np
 
@@ -19,17 +17,24 @@ import numpy as np
 _LEAST_BESIDE = 0.5
 
 
-def moves_with_fixture(hypothesis: Hypothesis) -> bool:
-    """Tell whether the fixture was moved by most of what a clamp was displaced by."""
-    names = {candidate.identifier for candidate in hypothesis.added}
+def class_with_fixture(hypothesis: Hypothesis) -> str | None:
+    """Return the class of what moved the fixture by most of what a clamp was displaced by.
+
+    None where no effect displaces one, the scene states no fixture, or that stayed.
+    """
     model, coordinates = hypothesis.evaluator.model, hypothesis.fit.coordinates
     fixture = model.scene.fixture
-    has_offset = any(one.kind is Kind.FIXTURE_OFFSET for one in model.parameters)
-    if ClampOffset.identifier not in names or fixture is None or not has_offset:
-        return False
+    if fixture is None or all(one.kind is not Kind.FIXTURE_OFFSET for one in model.parameters):
+        return None
     points = fixture.positions
-    twist = twist_of(model.effects.amplitudes(coordinates)[ClampOffset.identifier])
     offset = fixture_offset(hypothesis.fit.parameters, coordinates)
-    clamp = moved(points, twist, model.effects.object_axes(0).center) - points
-    beside = clamp - (moved(points, offset, points.mean(axis=0)) - points)
-    return bool(np.linalg.norm(beside) < _LEAST_BESIDE * np.linalg.norm(clamp))
+    by_fixture = moved(points, offset, points.mean(axis=0)) - points
+    amplitudes, axes = model.effects.amplitudes(coordinates), model.effects.object_axes(0)
+    for added in hypothesis.added:
+        if not added.effect.class_with_fixture:
+            continue
+        own = amplitudes[added.identifier]
+        by_clamp = added.effect.displaced(points, own, axes) - points
+        if np.linalg.norm(by_clamp - by_fixture) < _LEAST_BESIDE * np.linalg.norm(by_clamp):
+            return added.effect.class_with_fixture
+    return None

@@ -17,7 +17,7 @@ from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about, MOST_OF_IT
-from diffcal_ros.diagnosis.verdict.moved_together import moves_with_fixture
+from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture
 from diffcal_ros.diagnosis.verdict.unknown import (
     describe_unknown,
     is_unexplained,
@@ -104,8 +104,7 @@ def find_name(
 def _class_of(hypothesis: Hypothesis) -> str:
     """Return the class of a model that may not be named."""
     # What moves rig, clamp and body alike is where the camera is, or is said to be.
-    group = hypothesis.added[0].effect.group
-    return EFFECTS['camera_offset'].group if moves_with_fixture(hypothesis) else group
+    return class_with_fixture(hypothesis) or hypothesis.added[0].effect.group
 
 
 def _nearest_class(

@@ -6,7 +6,7 @@ from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
-from diffcal_ros.diagnosis.verdict.moved_together import moves_with_fixture
+from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture
 from diffcal_ros.diagnosis.verdict.naming import _class_of
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def displaced():
 
 def test_a_body_elsewhere_beside_its_fixture_is_a_displaced_clamp(displaced):
     nominal, model = displaced['alone']
-    assert not moves_with_fixture(model)
+    assert class_with_fixture(model) is None
     assert not any('fixture is displaced' in doubt for doubt in doubts_about(model, nominal))
     assert _class_of(model) == 'boundary'
 
@@ -38,7 +38,7 @@ def test_what_the_fixture_follows_has_no_name_and_is_of_the_class_sensor(displac
     nominal, model = displaced['both']
     own = model.fit.parameters.names.index('clamp_offset.z')
     assert abs(model.fit.coordinates[own]) > 0.002
-    assert moves_with_fixture(model)
+    assert class_with_fixture(model) == 'sensor'
     (doubt,) = doubts_about(model, nominal)
     assert 'fixture is displaced as the clamp is' in doubt
     assert _class_of(model) == 'sensor'
@@ -48,4 +48,4 @@ def test_other_effects_and_scenes_without_a_fixture_are_not_asked():
     for own, has_fixture in ((TILT, True), (CLAMP, False)):
         observation = seen(body_shift=SHIFT, block_shift=SHIFT)
         evaluator, nominal = fit_nominal(scene(has_fixture=has_fixture), [observation], None)
-        assert not moves_with_fixture(try_effects(evaluator, nominal, [own], {}))
+        assert class_with_fixture(try_effects(evaluator, nominal, [own], {})) is None
