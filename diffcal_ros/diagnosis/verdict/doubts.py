@@ -44,57 +44,93 @@ def doubts_about(
         nominal: fit of the model without its effects.
         singles: models with one effect each, best first.
     """
-    words = ' with '.join(hypothesis.identifiers)
+    closures = _closures(hypothesis, nominal)
+    reason = (
+        _of_amplitudes(hypothesis, nominal, singles)
+        or _of_the_gap(hypothesis, nominal, closures)
+        or _of_freedom(hypothesis)
+        or _of_what_is_left(hypothesis, nominal, closures)
+    )
+    if reason is None:
+        return ()
+    return (f'{" with ".join(hypothesis.identifiers)} came nearest, {reason}: no name for it',)
+
+
+def _of_amplitudes(
+    hypothesis: Hypothesis, nominal: Refit, singles: Sequence[Hypothesis]
+) -> str | None:
+    """Say which amplitudes may be none, or another cause's."""
     if has_doubtful_effect(hypothesis, nominal, singles):
-        return (f'{words} came nearest, with an amplitude that may be zero: no name for it',)
+        return 'with an amplitude that may be zero'
     if class_with_fixture(hypothesis) is not None:
         return (
-            f'{words} came nearest, but the fixture is displaced as the clamp is: rig or camera '
-            'is elsewhere than the scene says, and not the body in its clamp: no name for it',
+            'but the fixture is displaced as the clamp is: rig or camera is elsewhere than the '
+            'scene says, and not the body in its clamp'
         )
+    return None
+
+
+def _of_the_gap(
+    hypothesis: Hypothesis, nominal: Refit, closures: tuple[float, float]
+) -> str | None:
+    """Say whether there is none to close, or none was closed."""
+    part, where = _judged_where(hypothesis, nominal)
     # An effect may hide in a parameter that strains what is known of it.
-    evaluator = hypothesis.evaluator
-    part = judged_part(nominal, is_moving=evaluator.model.is_moving)
-    where = 'on held-out patches' if part is Part.REPORT else 'on all patches'
     before = patch_gap(unstrained(nominal), part)
     after = patch_gap(hypothesis.fit.groups, part)
     if before.rms <= before.whole_floor:
         return (
-            f'{words} came nearest, but {where} the gap is within the floors '
-            f'({1e3 * before.rms:.2f} of {1e3 * before.whole_floor:.2f} mm): no name for it',
+            f'but {where} the gap is within the floors '
+            f'({1e3 * before.rms:.2f} of {1e3 * before.whole_floor:.2f} mm)'
         )
-    library = closure_of(nominal, hypothesis.fit, evaluator.is_measured, part)
-    closed = closed_in_its_form(nominal, hypothesis, library)
+    _, closed = closures
     if not (closed > 0.0 or after.rms < before.rms or after.most < before.most):
-        return (f'{words} came nearest, but leaves as much {where}: no name for it',)
+        return f'but leaves as much {where}'
+    return None
+
+
+def _of_freedom(hypothesis: Hypothesis) -> str | None:
+    """Say by what freedom a model follows more than what it is."""
     if hypothesis.is_free_in_everything:
         # Of seven names that were given so two were right, both beside another effect: a lens and
         # a place of its own in each pose follow what contact, a mass or a bend does, too.
-        return (
-            f'{words} came nearest, in another form and as another one in each pose, which may be '
-            'anything: no name for it',
-        )
+        return 'in another form and as another one in each pose, which may be anything'
     differs = _differs_by_pose(hypothesis)
     if differs is not None:
-        return (f'{words} came nearest, with a {differs}: no name for it',)
+        return f'with a {differs}'
     off = _off_in_form(hypothesis)
-    if off is not None:
-        return (f'{words} came nearest, in a form that is {off}: no name for it',)
+    return None if off is None else f'in a form that is {off}'
+
+
+def _of_what_is_left(
+    hypothesis: Hypothesis, nominal: Refit, closures: tuple[float, float]
+) -> str | None:
+    """Say whether most of what is missing is something else."""
+    _, where = _judged_where(hypothesis, nominal)
+    library, closed = closures
     if closed < LEAST_CLOSURE:
         # Whatever it follows on the patches that were fitted, most of what is missing is not it.
-        return (
-            f'{words} came nearest, but closes {closed:.0%} of the gap {where}: no name for it',
-        )
+        return f'but closes {closed:.0%} of the gap {where}'
     if len(hypothesis.added) > 1 and _leaves_more(hypothesis):
-        return (f'{words} came nearest, but this is not all that is missing: no name for it',)
+        return 'but this is not all that is missing'
     # Two effects close much by what each may be besides.
     least = MOST_OF_IT if len(hypothesis.added) == 1 else LEAST_CLOSURE
     if hypothesis.judged is not None and library < least:
-        return (
-            f'{words} came nearest, but in the form that the library has closes {library:.0%} of '
-            f'the gap {where}: no name for it',
-        )
-    return ()
+        return f'but in the form that the library has closes {library:.0%} of the gap {where}'
+    return None
+
+
+def _judged_where(hypothesis: Hypothesis, nominal: Refit) -> tuple[Part, str]:
+    """Return the patches by which a model is judged, and how they are called."""
+    part = judged_part(nominal, is_moving=hypothesis.evaluator.model.is_moving)
+    return part, 'on held-out patches' if part is Part.REPORT else 'on all patches'
+
+
+def _closures(hypothesis: Hypothesis, nominal: Refit) -> tuple[float, float]:
+    """Return what a model closes in the library's form, and in the form that the data favour."""
+    part, _ = _judged_where(hypothesis, nominal)
+    library = closure_of(nominal, hypothesis.fit, hypothesis.evaluator.is_measured, part)
+    return library, closed_in_its_form(nominal, hypothesis, library)
 
 
 def _leaves_more(hypothesis: Hypothesis) -> bool:

@@ -8,10 +8,7 @@ from dataclasses import dataclass
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
-from diffcal_ros.diagnosis.model_comparison.hypothesis import (
-    FARTHEST_FORM,
-    Hypothesis,
-)
+from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.screening import Screen

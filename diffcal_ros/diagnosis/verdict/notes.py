@@ -8,17 +8,13 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
-from diffcal_ros.diagnosis.model_comparison.hypothesis import (
-    Hypothesis,
-)
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.naming import Naming
-from diffcal_ros.diagnosis.verdict.unknown import (
-    FAR_ABOVE,
-)
+from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE
 from diffcal_ros.diagnosis.verdict.verdict import NamedEffect
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
     of_another_form,
@@ -38,6 +34,7 @@ _OF_THIS_CAUSE = (
     'the parameters are those beside just this cause: beside one that looks the same they would '
     'be others, by more than their errors'
 )
+_TOO_SMALL = 'something is there, but it is too small to matter: no name for it'
 _FOLLOWED = (
     'it is small beside the parameters as they are: they may have followed it, by more than their '
     'errors'
@@ -65,6 +62,7 @@ def notes_of(
         outliers: places that were left out.
     """
     doubt = 0.0 if choice is None else weight_doubt(choice.hypothesis)
+    nearest = _nearest(choice, named.closure)
     return (
         *(outlier.sentence for outlier in outliers),
         *named.doubts,
@@ -74,7 +72,10 @@ def notes_of(
         *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
         *_beside(choice, named.effects),
         *_class_of_all(choice if not (named.is_open or named.effects) else None),
-        *_seen(evaluator, nominal, disagreement, choice, named, outliers),
+        *_left_out(evaluator, outliers),
+        *_of_size(disagreement, [] if named.is_open else nearest),
+        *_of_model(choice, named, nearest),
+        *_of_fixture(evaluator, nominal),
     )
 
 
@@ -116,22 +117,23 @@ def _class_of_all(choice: Choice | None) -> list[str]:
     return [f'whichever of them it is, it is of the class {groups.pop()}']
 
 
-def _seen(
-    evaluator: PatchEvaluator,
-    nominal: Refit,
-    disagreement: Disagreement,
-    choice: Choice | None,
-    named: Naming,
-    outliers: Sequence[LocalOutlier],
-) -> tuple[str, ...]:
-    notes, unknown = [], named.unknown
-    left_out = len(evaluator.left_out) - sum(len(outlier.patches) for outlier in outliers)
-    if left_out:
-        notes.append(f'{left_out} patches show something else than the body and were left out')
+def _left_out(evaluator: PatchEvaluator, outliers: Sequence[LocalOutlier]) -> list[str]:
+    """Say how many patches show something else, beside those of places that are told."""
+    count = len(evaluator.left_out) - sum(len(outlier.patches) for outlier in outliers)
+    words = 'patches show something else than the body and were left out'
+    return [f'{count} {words}'] if count else []
+
+
+def _of_size(disagreement: Disagreement, nearest: Sequence[str]) -> list[str]:
+    """Say what a gap is worth that is small, or not told from what is stated.
+
+    Args:
+        disagreement: with that gap.
+        nearest: what comes nearest, where nothing keeps it from being told.
+    """
+    notes: list[str] = []
     if disagreement.verdict is Verdict.BELOW_MARGIN:
-        notes.append('something is there, but it is too small to matter: no name for it')
-        notes.append(_FOLLOWED)
-        notes += [] if named.is_open else _nearest(choice, named.closure)
+        notes += [_TOO_SMALL, _FOLLOWED, *nearest]
     if disagreement.verdict is Verdict.CANNOT_TELL and disagreement.gap.mesh > _COARSE:
         notes.append(
             f'the mesh may be off by {1e3 * disagreement.gap.mesh:.2f} mm, more than the sensor: '
@@ -143,25 +145,35 @@ def _seen(
             'stated of the sensor and the poses, and not from twice these: measure them, or '
             'record more poses'
         )
-        notes += [] if named.is_open else _nearest(choice, named.closure)
+        notes += nearest
     elif disagreement.verdict is Verdict.CANNOT_TELL:
         notes.append('the data are too few or too noisy: record more poses, or come closer')
-    if unknown is not None:
-        notes.append(unknown.sentence)
-        notes += _nearest(choice, named.closure)
-    if choice is not None and unknown is None:
+    return notes
+
+
+def _of_model(choice: Choice | None, named: Naming, nearest: Sequence[str]) -> list[str]:
+    """Say what a model is like that has no name, or leaves something."""
+    notes: list[str] = []
+    if named.unknown is not None:
+        notes += [named.unknown.sentence, *nearest]
+    elif choice is not None:
         notes += _left(choice.hypothesis)
     if choice is not None and choice.hypothesis.is_at_bound:
         notes.append('an amplitude stopped at its bound')
+    return notes
+
+
+def _of_fixture(evaluator: PatchEvaluator, nominal: Refit) -> list[str]:
+    """Say where the fixture is not seen, and where it is seen elsewhere."""
     hidden = evaluator.without_fixture(nominal.groups)
-    notes += [f'{name} does not show the fixture' for name in hidden]
+    notes = [f'{name} does not show the fixture' for name in hidden]
     shift = float(np.linalg.norm(fixture_offset(nominal.parameters, nominal.coordinates)[:3]))
     if shift > _FIXTURE_OFF:
         notes.append(
             f'the fixture is seen {1e3 * shift:.1f} mm from where the scene states it beside the '
             'body: check the shape, and how far the body is in the clamp'
         )
-    return tuple(notes)
+    return notes
 
 
 def _left(hypothesis: Hypothesis) -> list[str]:
