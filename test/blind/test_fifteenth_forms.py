@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from support.blind_derivatives import check_derivatives
-from support.blind_rests import COARSE, rest_of, tip_moves, turn_of
+from support.blind_rests import COARSE, lying, rest_of, tip_moves, tip_rises, turn_of
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.draught import stream_share
@@ -61,11 +61,8 @@ def test_hart_smiths_law_stiffens_nothing_that_is_pressed_from_all_sides() -> No
 
 def test_a_body_of_hart_smiths_rubber_sags_less(setup: Setup) -> None:
     soft = softer(setup, 0.3)
-    tip = make_specimen(soft, Faults(), COARSE).shares > 0.99
-    hanging, lifts = rest_of(soft, Faults()), []
-    for size in (1, 2):
-        found = rest_of(soft, _drawn('strain_stiffening/hart_smith', soft, size))
-        lifts.append(float((found - hanging)[tip, 2].mean()))
+    drawn = [_drawn('strain_stiffening/hart_smith', soft, size) for size in (1, 2)]
+    lifts = tip_rises(soft, drawn)
     assert 0.002 < lifts[0] < lifts[1] < 0.01
 
 
@@ -170,13 +167,12 @@ def test_a_knob_bears_a_body_by_its_outer_part_and_not_upside_down(
 ) -> None:
     laid, faults = on_a_knob
     assert faults.contact_height is not None
-    free = replace(faults, contact_height=None)
     (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
     middle = np.array([faults.contact_ahead, faults.contact_at, faults.contact_height - KNOB])
     moves, pushed = [], np.zeros(len(plain.shares), dtype=bool)
     for pose in range(4):
-        found, hanging = (rest_of(laid, each, pose) for each in (faults, free))
-        moves.append(float(np.linalg.norm((found - hanging)[plain.shares > 0.99].mean(axis=0))))
+        found, move = lying(laid, plain, faults, pose)
+        moves.append(move)
         pushed |= np.linalg.norm(law(found).gradient, axis=1) > 0.0
         # Nodes are outside the ball, but for what it sinks in.
         assert np.linalg.norm(found - middle, axis=1).min() > KNOB - 2e-4

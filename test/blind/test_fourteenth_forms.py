@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_derivatives import check_body_stiffness, check_derivatives
-from support.blind_rests import COARSE, rest_of, tip_moves, turn_of
+from support.blind_rests import COARSE, lying, rest_of, tip_moves, turn_of
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.faults import Faults
@@ -168,13 +168,11 @@ def test_a_rope_bears_a_body_and_sinks_by_its_force(
     on_a_rope: tuple[Setup, Faults], plain: Specimen
 ) -> None:
     laid, faults = on_a_rope
-    free = replace(faults, contact_height=None)
     assert faults.contact_height is not None
     for pose, touches in enumerate((True, False, True, False)):
         view = laid.observations[pose]
         up = view.world_from_object[1, :3]
-        found, hanging = (rest_of(laid, each, pose) for each in (faults, free))
-        moved = float(np.linalg.norm((found - hanging)[plain.shares > 0.99].mean(axis=0)))
+        found, moved = lying(laid, plain, faults, pose)
         assert (0.002 < moved < 0.02) == touches
         # Of all depths to which it may sink, the one at which its halves bear the push.
         depths = np.linspace(0.0, 0.02, 2001)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.blind_rests import COARSE, rest_of, turn_of
+from support.blind_rests import COARSE, lying, rest_of, tip_rises, turn_of
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.draught import layer_share
@@ -67,11 +67,8 @@ def test_a_beaded_body_resists_as_its_forces_change(setup: Setup, step: float) -
 
 def test_a_beaded_body_sags_less_than_a_bare_one(setup: Setup) -> None:
     soft = softer(setup, 0.3)
-    tip = make_specimen(soft, Faults(), COARSE).shares > 0.99
-    hanging, lifts = rest_of(soft, Faults()), []
-    for size in (1, 2):
-        found = rest_of(soft, _drawn('strain_stiffening/beaded', soft, size))
-        lifts.append(float((found - hanging)[tip, 2].mean()))
+    drawn = [_drawn('strain_stiffening/beaded', soft, size) for size in (1, 2)]
+    lifts = tip_rises(soft, drawn)
     assert 0.002 < lifts[0] < lifts[1] < 0.015
 
 
@@ -155,11 +152,10 @@ def test_a_brush_bears_a_body_and_lets_its_tip_sink_in(
 ) -> None:
     laid, faults = on_a_brush
     assert faults.contact_height is not None
-    free = replace(faults, contact_height=None)
     moves = []
     for pose in range(4):
-        found, hanging = (rest_of(laid, each, pose) for each in (faults, free))
-        moves.append(float(np.linalg.norm((found - hanging)[plain.shares > 0.99].mean(axis=0))))
+        found, move = lying(laid, plain, faults, pose)
+        moves.append(move)
         world = laid.observations[pose].world_from_object
         lowest = float((found @ world[1, :3] + world[1, 3]).min())
         assert (faults.contact_height - lowest > 0.3 * faults.contact_bend) == (pose in (0, 2))

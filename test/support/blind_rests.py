@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the blind generator's bodies come to rest, in coarse cells."""
 
+from collections.abc import Iterable
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.blind.faults import Faults
@@ -31,6 +34,27 @@ def tip_moves(setup: Setup, plain: Specimen, faults: Faults, at_tip: np.ndarray)
         tip = clean[plain.shares > 0.99].mean(axis=0)
         moves.append(float(np.linalg.norm(found[at_tip].mean(axis=0) - tip)))
     return moves
+
+
+def lying(setup: Setup, plain: Specimen, faults: Faults, pose: int) -> tuple[np.ndarray, float]:
+    """Return where a body rests on what is below it, and how far its tip is from hanging [m].
+
+    Args:
+        setup: with what is below.
+        plain: the body without faults.
+        faults: which say what is below; others hang the same.
+        pose: number.
+    """
+    found = rest_of(setup, faults, pose)
+    hanging = rest_of(setup, replace(faults, contact_height=None), pose)
+    return found, float(np.linalg.norm((found - hanging)[plain.shares > 0.99].mean(axis=0)))
+
+
+def tip_rises(setup: Setup, listed: Iterable[Faults]) -> list[float]:
+    """Return how much higher each fault leaves the tip than none does, object frame [m]."""
+    tip = make_specimen(setup, Faults(), COARSE).shares > 0.99
+    hanging = rest_of(setup, Faults())
+    return [float((rest_of(setup, own) - hanging)[tip, 2].mean()) for own in listed]
 
 
 def turn_of(before: np.ndarray, after: np.ndarray) -> np.ndarray:
