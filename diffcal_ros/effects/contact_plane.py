@@ -82,11 +82,7 @@ class ContactPlane(Effect):
         # away would lift it off the body, or bury it.
         normal = _normal(own, site.stated_gravity)
         level = float((normal - upwards(site.stated_gravity)) @ site.pivot)
-        rises = _rises(own, self.forms, site)
-        if own.get('at', 0.0) > 0.0:
-            bar = _round(own['at'], site)
-            rises = bar if rises is None else rises + bar
-        plane = Plane(normal, own['height'] + level, rises)
+        plane = Plane(normal, own['height'] + level, _rises(own, self.forms, site))
         return Conditions(potentials=(plane,))
 
     def change(self, component: str, own: Numbers, site: Site) -> Change:
@@ -143,16 +139,13 @@ class ContactPlane(Effect):
 
 def _rises(own: Numbers, parts: Sequence[Component], site: Site) -> FloatArray | None:
     """Return by how much what each node may lie on is above the plane [m], shape (N,), or None."""
-    amounts = [own.get(part.name, 0.0) for part in parts]
-    if not any(amounts):
+    amounts, bar = [own.get(part.name, 0.0) for part in parts], own.get('at', 0.0)
+    if not any(amounts) and bar == 0.0:
         return None
-    return np.interp(site.axes.fraction(site.rest_nodes), _RAISED, amounts)
-
-
-def _round(at: float, site: Site) -> FloatArray:
-    """Return how far what is round at a place is below its top beneath each node [m], (N,)."""
-    ahead = (site.axes.fraction(site.rest_nodes) - at) * site.axes.length
-    return -0.5 * ahead**2 / _RADIUS
+    shares = site.axes.fraction(site.rest_nodes)
+    rises = np.interp(shares, _RAISED, amounts)
+    # What is round falls off from its top to either side.
+    return rises - 0.5 * ((shares - bar) * site.axes.length) ** 2 / _RADIUS if bar else rises
 
 
 def _normal(own: Numbers, gravity: FloatArray) -> FloatArray:

@@ -218,15 +218,21 @@ class EffectModel:
         )
 
     def second_triangles(
-        self, nodes: NDArray[np.int32], triangles: NDArray[np.int32]
+        self,
+        nodes: NDArray[np.int32],
+        triangles: NDArray[np.int32],
+        settings: Numbers | None = None,
     ) -> NDArray[np.bool_]:
         """Tell which surface triangles show another material than the first, shape (F,).
 
         Args:
             nodes: of the elements, shape (T, n).
             triangles: of the surface, shape (F, 3).
+            settings: where the materials end, see `bands`; None: as the scene says.
         """
-        is_second = self._tets.second(self._scene.effects.get(seen_boundary().identifier, {}))
+        if settings is None:
+            settings = self._scene.effects.get(seen_boundary().identifier, {})
+        is_second = self._tets.second(settings)
         count = int(nodes.max()) + 1
         votes, all_votes = np.zeros(count), np.zeros(count)
         np.add.at(votes, nodes, is_second[:, None].astype(np.float64))

@@ -5,7 +5,6 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
@@ -71,10 +70,10 @@ def faces_beyond(
     model = evaluator.model
     nodes = model.body(model.observations[0]).discretisation.nodes
     triangles = model.tracers[0].triangles
-    effects = {
-        at: EffectModel(with_borders(model.scene, (at,)), model.parameters) for at in borders
+    return {
+        at: model.effects.second_triangles(nodes, triangles, bands.band_settings((at,)))
+        for at in borders
     }
-    return {at: own.second_triangles(nodes, triangles) for at, own in effects.items()}
 
 
 def _seen_beyond(

@@ -49,14 +49,15 @@ class ScreenSight:
     def _own(self, candidate: Candidate, columns: FloatArray) -> FloatArray:
         effect = candidate.effect
         own = [index for index, name in enumerate(self.names) if name == effect.identifier]
+        is_screened = candidate.at in effect.screened_at
+        if is_screened:
+            own = [own[effect.screened_at.index(candidate.at)]]
         if not effect.has_tangent:
-            if candidate.at in effect.screened_at:
-                own = [own[effect.screened_at.index(candidate.at)]]
             return columns[:, own]
-        if effect.screened_at and candidate.at is not None:
+        if is_screened:
             # Where nothing is there, its time changes nothing.
             found = np.zeros((len(columns), len(candidate.components)))
-            found[:, 0] = columns[:, own[effect.screened_at.index(candidate.at)]]
+            found[:, :1] = columns[:, own]
             return found
         return columns[:, [self.names.index(name) for name in candidate.names]]
 

@@ -60,8 +60,7 @@ def named_effects(
 def settings_of(hypothesis: Hypothesis, candidate: Candidate) -> dict[str, float]:
     """Return the fixed numbers that go with an effect: those found and those screened."""
     found = hypothesis.scene.effects.get(candidate.identifier, {})
-    own = {name: value for name, value in found.items() if name in candidate.effect.settings}
-    return {**own, **candidate.settings}
+    return {name: value for name, value in found.items() if name in candidate.effect.settings}
 
 
 def form_of(hypothesis: Hypothesis, candidate: Candidate) -> dict[str, float]:
