@@ -271,6 +271,8 @@ OUTSIDE_CLASS = {
     'necked': 'shape',
     'whirl': 'load',
     'ghost': 'sensor',
+    'dished': 'shape',
+    'fattened': 'sensor',
 }
 
 

@@ -29,7 +29,7 @@ def bias_share(
         return by_row * _squared_depth(rendering, setup)
     if faults.depth_form == 'incidence':
         return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
-    if faults.depth_form in ('near field', 'walk', 'veil'):
+    if faults.depth_form in ('near field', 'walk', 'veil', 'saturated'):
         return _share_by_distance(rendering, setup, faults)
     if faults.depth_form == 'entry':
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, faults.depth_entry)
@@ -85,4 +85,6 @@ def _share_by_distance(rendering: Rendering, setup: Setup, faults: Faults) -> Fl
         errors = veiled(seen, rendering.facing, distance, faults)
         return np.asarray(errors / (1e-3 * faults.depth_bias))
     light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
+    if faults.depth_form == 'saturated':
+        return np.asarray(np.maximum(light - faults.depth_full, 0.0) / (1.0 - faults.depth_full))
     return np.asarray(1.0 - np.log(light))

@@ -24,6 +24,8 @@ from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
+from benchmarks.blind.seventeenth_forms import SEVENTEENTH_PAIRS
+from benchmarks.blind.seventeenth_outside import SEVENTEENTH_OUTSIDE
 from benchmarks.blind.seventh_forms import SEVENTH_PAIRS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.shapes import DEVELOPMENT_FAMILIES, SEALED_FAMILIES
@@ -121,6 +123,7 @@ LAWS_SETS = {
     'fourteenth': Contents(FOURTEENTH_PAIRS, tuple(FOURTEENTH_OUTSIDE), 300),
     'fifteenth': Contents(FIFTEENTH_PAIRS, tuple(FIFTEENTH_OUTSIDE), 40),
     'sixteenth': Contents(SIXTEENTH_PAIRS, tuple(SIXTEENTH_OUTSIDE), 40),
+    'seventeenth': Contents(SEVENTEENTH_PAIRS, tuple(SEVENTEENTH_OUTSIDE), 40),
 }
 
 

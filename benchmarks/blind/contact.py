@@ -25,7 +25,7 @@ BAR = 0.010  # Radius of a bar [m].
 _ROLL = 0.018  # Of a roll of foam [m].
 _ROPE = 0.006  # Of a rubber rope [m].
 # Share of the free length at which what lies below the outer part alone begins.
-OUTER = {'step': 0.45, 'dish': 0.6}
+OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4}
 # Radius of what is round, along the world's z [m].
 ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE}
 
@@ -43,15 +43,16 @@ def contact_laws(
     """
     if faults.contact_height is None:
         return ()
-    stiffness = _CONTACT_STIFFNESS * areas
+    stiffness = (faults.contact_stiffness or _CONTACT_STIFFNESS) * areas
     if faults.contact_form in ('edge', 'rope'):
         return (_bar(observation, faults, stiffness, 1),)
     if faults.contact_form == 'roll':
         return (_bar(observation, faults, _ROLL_STIFFNESS * areas, 2),)
     if faults.contact_form == 'vee':
         return (groove(observation, faults.contact_height, faults.contact_at, stiffness),)
-    if faults.contact_form == 'dish':
-        return (dish(observation, faults, stiffness * (shares > OUTER['dish'])),)
+    if faults.contact_form in ('dish', 'cushion'):
+        below = shares > OUTER[faults.contact_form]
+        return (dish(observation, faults, stiffness * below),)
     if faults.contact_form == 'knob':
         return (knob(faults, stiffness),)
     normal, height = half_space(observation, faults)
@@ -110,7 +111,7 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
     """
     if faults.contact_form == 'vee':
         return groove_tops(points, faults.contact_at)
-    if faults.contact_form == 'dish':
+    if faults.contact_form in ('dish', 'cushion'):
         return dish_tops(points, faults)
     if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A round dish, which rises with the square of the way, as a penalty in the object frame."""
+"""A round dish, which rises with the square of the way, as a penalty in the object frame.
+
+With a radius below 0 it falls as a cushion does, whose bottom is its top.
+"""
 
 import numpy as np
 

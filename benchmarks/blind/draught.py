@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Air across a bench: a round stream, as of a ventilator, or a layer that its top slows down."""
+"""Air across a bench.
+
+A round stream, as of a ventilator, a layer that the bench slows down, or air that a mouth draws.
+"""
 
 import numpy as np
 
@@ -38,3 +41,21 @@ def layer_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArr
     """
     heights = np.maximum(places[:, 1] + faults.tilt_above, 0.0)
     return np.asarray((heights / faults.tilt_above) ** 2)
+
+
+def drawn_in(places: FloatArray, side: FloatArray, faults: Faults) -> FloatArray:
+    """Return by how much parts are drawn to a mouth, world frame [m/s^2], shape (N, 3).
+
+    The speed of air far before a small mouth falls with the square of the distance (a sink: Dalla
+    Valle 1952, Exhaust Hoods), and its push with the square of that.
+
+    Args:
+        places: world [m], shape (N, 3).
+        side: as large as what is felt where the camera looks [m/s^2], shape (3,).
+        faults: say where the mouth is.
+    """
+    mouth = np.array(faults.tilt_point)
+    ahead = mouth - places
+    distance = np.linalg.norm(ahead, axis=1)[:, None]
+    push = float(np.linalg.norm(side)) * (np.linalg.norm(mouth) / distance) ** 4
+    return np.asarray(push * ahead / distance)

@@ -45,8 +45,9 @@ class Faults(LaterFaults):
             `patched`, from there to `contrast_until` on one side, against all else, `streaky`:
             by the sine of the place, aslant, of a tube that is `cored` into the middle of the
             section, up to `contrast_at`, against all else, of a root that is `plugged` by a
-            cone, which fills the section at the clamp and comes to its point there, or of some
-            `pours` that are alike in length, each of a cup of its own.
+            cone, which fills the section at the clamp and comes to its point there, of some
+            `pours` that are alike in length, each of a cup of its own, or of a `foil` on the
+            upper side, from there to `contrast_until`.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -67,7 +68,8 @@ class Faults(LaterFaults):
             hangs of a `trailing` cable between the side of positive y and a table: more where
             that place is higher; a `loose` ring, which slides as far as `mass_stops`; a wet
             cloth around all between these, which is `drying`; a liquid `pooled` where a channel
-            between them is lowest; or a film that `drained` down the surface from the clamp on.
+            between them is lowest; a film that `drained` down the surface from the clamp on; or
+            `markers`: balls on stalks, evenly from one of these to the other.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -80,8 +82,9 @@ class Faults(LaterFaults):
             all up to a moment of `clamp_preload`, and as is given by what goes beyond that;
             `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind;
             `creeping`: in each pose by a part `clamp_crept` of what it lacks to that; on a
-            `post`, which shifts and turns it by force and moment as the end of an upright rod; or
-            on an `angle iron` along the object's x, which bends most about `clamp_slant`.
+            `post`, which shifts and turns it by force and moment as the end of an upright rod;
+            on an `angle iron` along the object's x, which bends most about `clamp_slant`; or on a
+            robot's `wrist` of three joints about the object's axes, two of them behind it.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -94,8 +97,9 @@ class Faults(LaterFaults):
             `blower`, which presses what faces it by the square of the cosine, as hard as would
             draw all the body's mass, did its largest side face it squarely; a `draught`: a
             round stream through `tilt_point`, as is given on its axis, which falls beside that;
-            or a `layer` of air over a bench, which goes with the square of the height, and is as
-            given where the camera looks.
+            a `layer` of air over a bench, which goes with the square of the height, and is as
+            given where the camera looks; or an `extractor`, which draws all towards its mouth at
+            `tilt_point` by the fourth power of the distance, as hard as given there.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -107,8 +111,9 @@ class Faults(LaterFaults):
             as an arc's), `coiled`: a spiral, whose radius falls evenly to three tenths at the
             tip (which moves as far as an arc's), `draped` over a rail at `curvature_at`, from
             which both ends hung (the tip moves as far as an arc's), `buckled` between two
-            walls: by the sine of the place (the tip moves as far as an arc's), or `folded`: a
-            kink at `curvature_at`, and one the other way at `curvature_again`.
+            walls: by the sine of the place (the tip moves as far as an arc's), `folded`: a
+            kink at `curvature_at`, and one the other way at `curvature_again`, or `weighed down`
+            at `curvature_at` between two supports (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -120,7 +125,8 @@ class Faults(LaterFaults):
             lower beyond `contact_share`, a `vee`: a groove along the world's x, the `pan` of a
             balance, which sinks by all of the force on it, a round `dish` below the outer part,
             a rubber `rope` along the world's z between two posts, the round `knob` at the end
-            of a screw that goes with the rig, or a `brush`, whose bristles bend over.
+            of a screw that goes with the rig, a `brush`, whose bristles bend over, or a soft and
+            round `cushion` below the outer part.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -133,8 +139,9 @@ class Faults(LaterFaults):
             `entry` of the table by which a sensor corrects depths: it falls evenly to nothing
             over `depth_spacing` on either side of `depth_entry`; that of a `veil` of light from
             `depth_veil`, by the light that returns; of an imager of a stereo pair that is
-            `toed` in and rolled: with the square of the depth, and evenly over the rows; or of a
-            `smudge` on a window, round `depth_spot`: by the exponential of the square of the way.
+            `toed` in and rolled: with the square of the depth, and evenly over the rows; of a
+            `smudge` on a window, round `depth_spot`: by the exponential of the square of the way;
+            or of pixels that are `saturated`: by the light beyond `depth_full`.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -179,7 +186,8 @@ class Faults(LaterFaults):
         clamp_by_load: whether the clamp's shift and turn are there as far as the share of the
             weight that is across the body goes beyond seven tenths.
         clamp_way: signs of the moments about y and z to which a clamp gives way.
-        mass_arm: from the body's middle to an added mass at its end, object's y and z [mm].
+        mass_arm: from the body's middle to an added mass at its end, or to each of some markers,
+            object's y and z [mm].
         region_slant: by which share of the free length the border of `region_bias` is farther
             out at the side of positive y than in the middle.
         hollow: share of the free length of a cavity, three fifths of the body wide, in its upper
@@ -211,11 +219,12 @@ class Faults(LaterFaults):
         tangential: two coefficients of tangential distortion, of x y and y^2 in the columns and
             rows, and of x^2 and x y.
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
-        clamp_length: of a flexure, a post or an angle iron [m].
+        clamp_length: of a flexure, a post or an angle iron, or from a wrist's joint about y [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws.
-        curvature_at: share of the free length of the middle of a kink, a rail or an inner fold.
+        curvature_at: share of the free length of the middle of a kink, a rail, a weight or an
+            inner fold.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
         mass_drop: height above the table at which `added_mass` hangs [m].
         bath: share of the weight of what is below a liquid's level that the liquid bears.
@@ -232,7 +241,7 @@ class Faults(LaterFaults):
             object's x, over their y and z from its middle [-].
         clamp_play: turn at which a clamp with play gives way no more [deg].
         contrast_at: share of the free length above which a lamp stands, where a border lies or a
-            patch begins, or up to which a tube or a plug reaches.
+            patch or a foil begins, or up to which a tube or a plug reaches.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the
@@ -240,8 +249,8 @@ class Faults(LaterFaults):
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
         stiffening_from: growth of a fibre's square by which it comes straight [-].
-        mass_stops: shares of the free length of an inner and an outer stop of a loose ring, or of
-            the ends of a cloth.
+        mass_stops: shares of the free length of an inner and an outer stop of a loose ring, of the
+            ends of a cloth, or of the first and the last marker.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.
         region_gloss: power of the cosine of the angle between ray and surface by which
             `region_bias` grows, to all of it where a surface is met squarely.

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""How the end of a leaf spring, a post or an angle iron shifts and turns by force and moment."""
+"""How what a clamp stands on shifts and turns by force and moment.
+
+The end of a leaf spring, of a post or of an angle iron, or a wrist of three joints.
+"""
 
 import numpy as np
 
@@ -55,6 +58,23 @@ def angle_compliance(by_turn: float, length: float, slant: float) -> FloatArray:
     strong = np.array([0.0, -np.sin(angle), np.cos(angle)])
     across = np.outer(weak, weak) + _STRONG * np.outer(strong, strong)
     return _end_compliance(by_turn, length, _ALONG, across, by_turn)
+
+
+def wrist_compliance(by_turn: float, length: float) -> FloatArray:
+    """Return the same of a clamp on a robot's wrist, whose three joints give way alike.
+
+    The last turns about the object's x, the one before about y, some way behind the clamp, and
+    the first about z, half as far again behind. What is between them is rigid.
+
+    Args:
+        by_turn: turn of each joint by the moment about it [rad/(N m)].
+        length: from the joint about y to the clamp [m].
+    """
+    whole = np.zeros((6, 6))
+    for axis, behind in zip(np.eye(3), (0.0, length, 1.5 * length), strict=True):
+        carried = np.concatenate([np.cross(axis, behind * _ALONG), axis])
+        whole += by_turn * np.outer(carried, carried)
+    return whole
 
 
 def _round(ahead: FloatArray) -> FloatArray:

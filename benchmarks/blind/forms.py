@@ -34,6 +34,7 @@ from benchmarks.blind.ninth_forms import NINTH_FORMS
 from benchmarks.blind.rotations import rigid, rotation
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.setups import Observation, Setup
+from benchmarks.blind.seventeenth_forms import SEVENTEENTH_FORMS
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.sixteenth_forms import SIXTEENTH_FORMS
@@ -193,6 +194,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'fourteenth': FOURTEENTH_FORMS,
     'fifteenth': FIFTEENTH_FORMS,
     'sixteenth': SIXTEENTH_FORMS,
+    'seventeenth': SEVENTEENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

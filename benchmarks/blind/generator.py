@@ -52,6 +52,7 @@ from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.scene_file import extra_text, scene_text
 from benchmarks.blind.sensor import smooth_field
 from benchmarks.blind.setups import draw_setup, Setup
+from benchmarks.blind.seventeenth_outside import SEVENTEENTH_OUTSIDE
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 from benchmarks.blind.sixteenth_outside import SIXTEENTH_OUTSIDE
@@ -106,7 +107,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
     last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE, **FIFTEENTH_OUTSIDE, **SIXTEENTH_OUTSIDE}
-    drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **forms}
+    drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **SEVENTEENTH_OUTSIDE, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

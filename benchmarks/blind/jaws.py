@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Jaws that close aslant on what they hold, and press a soft body out at their mouth."""
+"""Jaws that close aslant on what they hold and press it out at their mouth, or that are bowed."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import about, applied, rotation
+from benchmarks.blind.shapes import bend
 from benchmarks.blind.specimen import Specimen
 
 
@@ -31,4 +32,16 @@ def pinched(specimen: Specimen, faults: Faults) -> Specimen:
     nodes[mesh.held] = np.stack(
         [held[:, 0] / (1.0 - less), held[:, 1], held[:, 2] * (1.0 - less)], axis=-1
     )
+    return replace(specimen, mesh=replace(mesh, nodes=nodes))
+
+
+def bowed(specimen: Specimen, faults: Faults) -> Specimen:
+    """Bend the held section to an arc from its inner end on; all else starts from its mouth."""
+    if not any(faults.clamp_bow):
+        return specimen
+    mesh, mouth = specimen.mesh, 2.0 * specimen.center
+    rate = np.array([0.0, *faults.clamp_bow])
+    beyond = about(rotation(mouth[0] * rate), mouth, bend(mouth, 0.0, rate) - mouth)
+    nodes = applied(beyond, mesh.nodes)
+    nodes[mesh.held] = bend(mesh.nodes[mesh.held], 0.0, rate)
     return replace(specimen, mesh=replace(mesh, nodes=nodes))

@@ -9,12 +9,12 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the sixteenth set.
+    """Amplitudes that came with the twelfth to the seventeenth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
         stiffening_steep: factor of that square [-].
-        contrast_until: share of the free length where a patch ends.
+        contrast_until: share of the free length where a patch or a foil ends.
         contrast_side: sign of the object's y on whose side it is.
         mass_shares: how much of `added_mass` a cloth still has in each pose.
         clamp_preload: moment up to which a preloaded clamp does not give way [N m].
@@ -31,9 +31,10 @@ class LaterFaults:
             empty: `region_from` in all.
         mass_filled: share of a channel that its liquid fills.
         contrast_wave: length of the streaks' waves, as a share of the free length.
-        contact_ahead: where a dish is lowest, along the world's x [m], and along z at
-            `contact_at`; or a knob highest, along the object's x, and along y at that.
-        contact_round: radius to which a dish is round at its bottom [m].
+        contact_ahead: where a dish is lowest or a cushion highest, along the world's x [m], and
+            along z at `contact_at`; or a knob highest, along the object's x, and along y at that.
+        contact_round: radius to which a dish is round at its bottom; below 0: to which a cushion
+            is at its top [m].
         clamp_rub: moment by which a clamp that rubs lags behind [N m].
         pane: thickness of a pane of acrylic before the camera, which nobody counts with [mm].
         pane_normal: its normal away from the camera, camera frame.
@@ -56,7 +57,7 @@ class LaterFaults:
         depth_roll: by how much more of an error of depth there is at the image's lower edge than
             in its middle, as a share of what is there.
         imager_tilt: of an imager behind its lens, about its x and y [rad].
-        tilt_point: of the world, on the axis of a draught [m].
+        tilt_point: of the world, on the axis of a draught, or in the mouth of an extractor [m].
         tilt_width: distance from that axis at which a draught has fallen to a third [m].
         magnetized: density of the energy of a body that is magnetized along its x, where it
             points against a steady field [J/m^3].
@@ -77,6 +78,17 @@ class LaterFaults:
         whirl: push of air that turns about an upright axis, where that is strongest [m/s^2].
         whirl_at: where that axis is along the world's x and z [m].
         whirl_radius: distance from it where the push is strongest [m].
+        mass_count: number of markers.
+        clamp_bow: turn per length of a held section in bowed jaws, about the object's y and z,
+            from its inner end on [1/m].
+        contact_stiffness: pressure of a cushion by its dent [Pa/m]; 0: it is as hard as all else.
+        depth_full: light from which on pixels are saturated, over that of what is met squarely
+            where the camera looks [-].
+        region_dot: edge of dots in which `region_bias` is added [m]; 0: there are none.
+        region_cover: share of the surface that these dots cover.
+        region_seed: of what is drawn for their places.
+        dished: share of the height that the true body lacks amid its hollow upper side.
+        fattened: by how much a body's outline is seen too far out [px].
     """
 
     stiffening_slant: float = 0.0
@@ -137,3 +149,12 @@ class LaterFaults:
     whirl: float = 0.0
     whirl_at: tuple[float, float] = (0.0, 0.0)
     whirl_radius: float = 1.0
+    mass_count: int = 0
+    clamp_bow: tuple[float, float] = (0.0, 0.0)
+    contact_stiffness: float = 0.0
+    depth_full: float = 0.0
+    region_dot: float = 0.0
+    region_cover: float = 0.0
+    region_seed: int = 0
+    dished: float = 0.0
+    fattened: float = 0.0

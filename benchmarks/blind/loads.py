@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.blind.blower import blown
 from benchmarks.blind.contact import contact_laws
-from benchmarks.blind.draught import layer_share, stream_share
+from benchmarks.blind.draught import drawn_in, layer_share, stream_share
 from benchmarks.blind.equilibrium import Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.heights import by_height
@@ -32,6 +32,7 @@ _PUSHES = (
     'blower',
     'draught',
     'layer',
+    'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
 _FELT = {'draught': stream_share, 'layer': layer_share}
@@ -102,6 +103,10 @@ def _forces(
         places = applied(observation.world_from_object, specimen.mesh.nodes)
         felt = _FELT[faults.tilt_form](places, _side(faults), faults) * masses * (shares > 0.0)
         forces = forces + felt[:, None] * (object_from_world @ _side(faults))
+    if faults.tilt_form == 'extractor':
+        places = applied(observation.world_from_object, specimen.mesh.nodes)
+        drawn = drawn_in(places, _side(faults), faults) * (masses * (shares > 0.0))[:, None]
+        forces = forces + drawn @ object_from_world.T
     if faults.whirl:
         places = applied(observation.world_from_object, specimen.mesh.nodes)
         pushed = whirled(places, faults) * (masses * (shares > 0.0))[:, None]

@@ -53,6 +53,8 @@ def added_mass(
         'drained': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
         # Where a liquid is, the body's own heights tell.
         'pooled': (_MASS_REACH, 0.0),
+        # Each of several has a place of its own.
+        'markers': (_MASS_REACH, 0.0),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)
@@ -73,7 +75,30 @@ def added_mass(
         masses = 0.5 * (masses + cable)
     if faults.mass_form == 'arm':
         masses = masses * _carried(masses, np.array([0.0, *faults.mass_arm]), quadrature, mesh)
+    if faults.mass_form == 'markers':
+        masses = _markers(faults, share, quadrature, mesh)
     return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
+
+
+def _markers(
+    faults: Faults, share: FloatArray, quadrature: Quadrature, mesh: HexMesh
+) -> FloatArray:
+    """Return the masses of Gauss points that carry balls on stalks [kg], shape (C, 8).
+
+    Args:
+        faults: say how heavy all balls are, how many, from where to where, and how far off.
+        share: of the free length at which the points lie, shape (C, 8).
+        quadrature: of the body.
+        mesh: the same.
+    """
+    stalk, found = np.array([0.0, *faults.mass_arm]), np.zeros(share.shape)
+    for at in np.linspace(*faults.mass_stops, faults.mass_count):
+        away = np.abs(share - at)
+        near = np.maximum(1.0 - away / max(_MASS_REACH, 1.01 * float(away.min())), 0.0)
+        weights = near * (share > 0.0) * quadrature.volumes
+        foot = _shared(faults.added_mass / faults.mass_count, weights)
+        found += foot * _carried(foot, stalk, quadrature, mesh)
+    return found
 
 
 def film_thickness(share: FloatArray) -> FloatArray:

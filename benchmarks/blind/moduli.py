@@ -38,6 +38,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'patched': _patch(faults, share, points),
         'streaky': np.sin(2.0 * np.pi * _aslant(setup, faults, share, points)),
         'plugged': plug_share(share, outward.max(axis=1), faults.contrast_at),
+        'foil': on_foil(setup, faults, share, points),
         'pours': pour_value(share, faults.contrast_pours),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
@@ -89,6 +90,16 @@ def pour_value(share: FloatArray, values: tuple[float, ...]) -> FloatArray:
         return np.zeros(np.shape(share))
     pours = np.clip((share * len(values)).astype(int), 0, len(values) - 1)
     return np.asarray(np.array(values)[pours])
+
+
+def on_foil(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return which Gauss points lie in a strip of the uppermost quarter, 1 or 0, shape (C, 8).
+
+    To the nearest row of points: it is a sixth of the height where three cells share that.
+    """
+    above = points[:, 2] > 0.25 * setup.shape.section[1]
+    along = (share > faults.contrast_at) & (share < faults.contrast_until)
+    return np.asarray((along & above).astype(float))
 
 
 def in_core(setup: Setup, points: FloatArray) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.biases import bias_share
+from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
 from benchmarks.blind.pane import through_pane
@@ -70,6 +71,7 @@ def _seen(
             mesh.lattice[:, 2] if faults.region_above else None,
             faults.region_bands,
             is_wound=faults.region_wound,
+            speckle=(faults.region_dot, faults.region_cover, faults.region_seed),
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -78,7 +80,7 @@ def _seen(
     camera_from_world = true_camera(specimen, setup, jostled(setup, observation, faults), moved_by)
     camera = _true_intrinsics(setup.camera, faults, _focused(setup, observation, faults))
     surface = through_pane(moved(surface, camera_from_world @ world_from_object), faults)
-    rendering = render(surface, camera)
+    rendering = fattened(render(surface, camera), camera, faults.fattened)
     bias = 1e-3 * faults.depth_bias * bias_share(rendering, setup, observation, faults)
     scale = faults.depth_scale
     if faults.depth_form == 'temperature':

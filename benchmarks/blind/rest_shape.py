@@ -35,6 +35,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         drawn=faults.drawn,
         neck=faults.necked,
         neck_at=faults.necked_at,
+        dish=faults.dished,
     )
 
 
@@ -57,8 +58,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
     if faults.curvature_form == 'folded':
         return _bent_in_parts(nodes, shape, _folds(curvature, faults))
-    if faults.curvature_form == 'draped':
-        return _bent_in_parts(nodes, shape, _draped(curvature, faults.curvature_at))
+    if faults.curvature_form in ('draped', 'weighed down'):
+        return _bent_in_parts(nodes, shape, _supported(curvature, faults))
     if faults.curvature_form in ('S', 'middle', 'helix', *_RATES):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
@@ -102,20 +103,26 @@ def _folds(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, Fl
     ]
 
 
-def _draped(curvature: FloatArray, at: float) -> list[tuple[float, float, FloatArray]]:
-    """Return parts of a body that hung from a rail, the tip as far off as that of an arc.
+def _supported(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that hung from a rail, or lay between two supports below a weight.
+
+    The tip is as far off as that of an arc.
 
     Args:
         curvature: of that arc [1/m], shape (3,).
-        at: share of the free length that lay on the rail.
+        faults: say which, and where the rail or the weight was.
     """
-    # Both ends pull by their even load: moments go with the square of the way from an end.
-    lever = at * (1.0 / 3.0 - 0.25 * at) + 0.25 * (1.0 - at) ** 2
+    at = faults.curvature_at
+    if faults.curvature_form == 'draped':
+        # Both ends pull by their even load: moments go with the square of the way from an end.
+        power, lever = 2, at * (1.0 / 3.0 - 0.25 * at) + 0.25 * (1.0 - at) ** 2
+    else:
+        power, lever = 1, at * (0.5 - at / 3.0) + (1.0 - at) ** 2 / 3.0
     found = []
     for number in reversed(range(_PARTS)):
         begin, end = number / _PARTS, (number + 1) / _PARTS
         middle = 0.5 * (begin + end)
-        moment = min(middle / at, (1.0 - middle) / (1.0 - at)) ** 2
+        moment = min(middle / at, (1.0 - middle) / (1.0 - at)) ** power
         found.append((begin, end, 0.5 / lever * moment * curvature))
     return found
 

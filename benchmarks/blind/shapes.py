@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 _RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
 _NECK = 0.15  # Share over which a body that was drawn grows thinner.
 _HALF_NECK = 0.15  # Share from the middle of a neck to either of its ends.
+_BRIM = 0.15  # Share over which a hollow upper side comes up from a clamp.
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class Shape:
         drawn: share by which the free length was drawn longer, and its section smaller.
         neck: share by which the section is smaller in the middle of a neck.
         neck_at: share of the free length of that middle.
+        dish: share of the height that is lacking amid the upper side, which is hollow.
     """
 
     family: str
@@ -50,6 +52,7 @@ class Shape:
     drawn: float = 0.0
     neck: float = 0.0
     neck_at: float = 0.0
+    dish: float = 0.0
 
     @property
     def length(self) -> float:
@@ -76,6 +79,10 @@ class Shape:
         if self.neck:
             narrow = narrow * (1.0 - self.neck * necking(share, self.neck_at))
         points = lattice.copy()
+        if self.dish:
+            width, height = self.section
+            lacking = self.dish * hollowing(share, points[..., 1] / (0.5 * width))
+            points[..., 2] -= lacking * (points[..., 2] + 0.5 * height)
         points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
         points[..., 2] *= (1.0 - self.taper[1] * share) * narrow
         points[..., 1] += self.rack * np.minimum(share / _RACKED, 1.0) * points[..., 2]
@@ -91,6 +98,16 @@ def necking(share: FloatArray, at: float) -> FloatArray:
     """
     away = np.clip((share - at) / _HALF_NECK, -1.0, 1.0)
     return np.asarray(0.5 * (1.0 + np.cos(np.pi * away)))
+
+
+def hollowing(share: FloatArray, across: FloatArray) -> FloatArray:
+    """Return a parabola that is 1 amid a body and 0 at its sides, none in the clamp.
+
+    Args:
+        share: of the free length, any shape.
+        across: -1 and 1 at the sides; beyond, of a crossbar, there is nothing; that shape.
+    """
+    return np.asarray(np.minimum(share / _BRIM, 1.0) * np.maximum(1.0 - across**2, 0.0))
 
 
 def bend(points: FloatArray, start: float, curvature: FloatArray) -> FloatArray:

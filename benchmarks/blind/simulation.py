@@ -22,9 +22,14 @@ from benchmarks.blind.cloth import cloth_masses
 from benchmarks.blind.contact import friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.flexure import angle_compliance, flexure_compliance, post_compliance
+from benchmarks.blind.flexure import (
+    angle_compliance,
+    flexure_compliance,
+    post_compliance,
+    wrist_compliance,
+)
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
-from benchmarks.blind.jaws import pinched
+from benchmarks.blind.jaws import bowed, pinched
 from benchmarks.blind.loads import load_in_pose, load_on_pan
 from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
@@ -56,6 +61,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'angle iron': lambda faults: angle_compliance(
         faults.clamp_compliance, faults.clamp_length, faults.clamp_slant
     ),
+    'wrist': lambda faults: wrist_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N].
 _SINKING: dict[str, Callable[[Faults], Callable[[float], float]]] = {
@@ -196,7 +202,7 @@ def settle(
     """Return node positions in one pose, object frame [m], shape (N, 3)."""
     specimen = _in_pose(specimen, setup, observation, faults)
     load = load_in_pose(specimen, setup, observation, faults)
-    specimen = pinched(_dragged(specimen, faults), faults)
+    specimen = bowed(pinched(_dragged(specimen, faults), faults), faults)
     nominal = _clamp(specimen, setup, observation, faults)
     give = faults.clamp_compliance
     if faults.contact_height is not None and faults.contact_form == 'friction':

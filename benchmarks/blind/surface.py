@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.blind.hexahedra import HexMesh, shape_functions
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.speckle import speckled
 
 IntArray = NDArray[np.int64]
 
@@ -54,6 +55,7 @@ def body_triangles(
     bands: tuple[float, float] = (0.0, 0.0),
     *,
     is_wound: bool = False,
+    speckle: tuple[float, float, int] = (0.0, 0.0, 0),
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -68,6 +70,8 @@ def body_triangles(
         bands: distance between the tip's bands from `tip_from` on, and which share of that each
             has; (0, 0): it is one.
         is_wound: whether the bands are the turns of one, wound around the body.
+        speckle: edge of dots [m], which share of the tip they cover, and the seed of their places;
+            what is between them is the root's; (0, 0, 0): all is one dot.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -83,11 +87,13 @@ def body_triangles(
         corners.append(points[:, triangles].reshape(-1, 3, 3))
         places = along[:, triangles, 0].mean(axis=-1)
         sides = _side(places, tip_from, ramp, tip_until)
+        middles = (values @ mesh.lattice[nodes])[:, triangles].mean(axis=-2)
         if bands[0]:
-            middles = (values @ mesh.lattice[nodes])[:, triangles].mean(axis=-2)
             turned = turned_share(middles, mesh.lattice) if is_wound else 0.0
             within = (places - bands[0] * turned - tip_from) % bands[0] < bands[0] * bands[1]
             sides = np.where(within, sides, ROOT)
+        if speckle[0]:
+            sides = np.where(speckled(middles, *speckle), sides, ROOT)
         if heights is not None:
             above = (values @ heights[nodes][..., None])[:, triangles, 0].mean(axis=-1)
             sides = np.where(above > 0.0, sides, ROOT)

@@ -25,6 +25,8 @@ from benchmarks.blind.ninth_forms import NINTH_FORMS, NINTH_PAIRS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
+from benchmarks.blind.seventeenth_forms import SEVENTEENTH_FORMS, SEVENTEENTH_PAIRS
+from benchmarks.blind.seventeenth_outside import SEVENTEENTH_OUTSIDE
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS, SEVENTH_PAIRS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.sixteenth_forms import SIXTEENTH_FORMS, SIXTEENTH_PAIRS
@@ -48,6 +50,7 @@ COUNTS = {
     'fourteenth': {'clean': 300, 'form': 16, 'pair': 4, 'outside': 4},
     'fifteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'sixteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'seventeenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -90,6 +93,13 @@ OWN = {
     ),
     'sixteenth': Own(
         SIXTEENTH_FORMS, SIXTEENTH_PAIRS, SIXTEENTH_OUTSIDE, frozenset({'load', 'sensor'}), 3
+    ),
+    'seventeenth': Own(
+        SEVENTEENTH_FORMS,
+        SEVENTEENTH_PAIRS,
+        SEVENTEENTH_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
     ),
 }
 

@@ -24,6 +24,8 @@ from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.ninth_forms import NINTH_FORMS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.setups import Setup
+from benchmarks.blind.seventeenth_forms import SEVENTEENTH_FORMS
+from benchmarks.blind.seventeenth_outside import SEVENTEENTH_OUTSIDE
 from benchmarks.blind.seventh_forms import SEVENTH_FORMS
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.sixteenth_forms import SIXTEENTH_FORMS
@@ -84,6 +86,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/shaken': {'clamp_scatter': ()},
     'gravity_tilt/layer': {'tilt_form': 'tilt'},
     'rest_curvature/folded': {'curvature_form': 'arc'},
+    'added_mass/markers': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/foil': {'contrast_mode': 'split'},
+    'compliant_clamp/wrist': {'clamp_form': 'turn'},
+    'gravity_tilt/extractor': {'tilt_form': 'tilt'},
+    'rest_curvature/weighed down': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -113,14 +120,19 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/smudge': {'depth_form': 'affine'},
     'depth_bias_by_region/wound': {'region_bands': (0.0, 0.0)},
     'camera_offset/swayed': {'camera_scatter': ()},
+    'depth_affine/saturated': {'depth_form': 'affine'},
+    'depth_bias_by_region/speckled': {'region_dot': 0.0},
+    'camera_offset/leaned on': {'camera_scatter': ()},
 }
 OTHERS = {
+    'clamp_offset/bowed',
     'clamp_offset/dragged',
     'clamp_offset/pinched',
     'clamp_offset/slid out',
     'contact_plane/rig',
     'camera_offset/pane',
     'contact_plane/brush',
+    'contact_plane/cushion',
     'contact_plane/dish',
     'contact_plane/knob',
     'contact_plane/mat',
@@ -148,6 +160,7 @@ CAUSES = {
     **FOURTEENTH_OUTSIDE,
     **FIFTEENTH_OUTSIDE,
     **SIXTEENTH_OUTSIDE,
+    **SEVENTEENTH_OUTSIDE,
 }
 
 
@@ -158,7 +171,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
-    last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS)
+    last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -172,6 +185,7 @@ def test_every_form_is_checked_here() -> None:
         (FOURTEENTH_FORMS, {'gravity_tilt', 'added_mass', 'camera_offset'}),
         (FIFTEENTH_FORMS, {'depth_bias_by_region'}),
         (SIXTEENTH_FORMS, {'added_mass'}),
+        (SEVENTEENTH_FORMS, {'strain_stiffening'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

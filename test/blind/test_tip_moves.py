@@ -78,6 +78,17 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'seventeenth': (
+        (
+            'added_mass/markers',
+            'stiffness_contrast/foil',
+            'compliant_clamp/wrist',
+            'clamp_offset/bowed',
+            'gravity_tilt/extractor',
+            'rest_curvature/weighed down',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
