@@ -141,7 +141,7 @@ def summary(verdict: dict[str, Any]) -> dict[str, Any]:
         'closure': verdict['closure'],
         'moduli_kPa': {
             when: {
-                name: [1e-3 * float(p['value']), 1e-3 * float(p['std_error'])]
+                name: [None if p[own] is None else 1e-3 * p[own] for own in ('value', 'std_error')]
                 for name, p in verdict['parameters'][when].items()
                 if name.startswith('youngs_modulus')
             }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.calibration.parameters.parameters import Kind, PLACING
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit
-from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, PosedShapes
+from diffcal_ros.calibration.search.posed_shapes import CoarseObjective, FLOOR, PosedShapes
 from diffcal_ros.calibration.search.shapes import modulus_indices, Shape
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.levenberg_marquardt import minimise
@@ -45,7 +45,14 @@ class Basin:
 
 
 class Placing:
-    """Places shapes before the coarse cameras."""
+    """Places shapes before the coarse cameras.
+
+    Attributes:
+        model: of the bodies.
+        objective: compares shapes of them with the coarse images.
+        shapes: in families, each from stiff to soft.
+        doubt: by how much what is stated leaves open where a body is, one deviation [m].
+    """
 
     def __init__(
         self, model: PosedShapes, objective: CoarseObjective, shapes: Sequence[Shape]
@@ -69,6 +76,7 @@ class Placing:
         ]
         self._longest = longest_steps(model.parameters)
         self._bounds = model.parameters.bounds()
+        self.doubt = self._doubt_of_places()
 
     def basins(self, start: FloatArray, leeway: float = 1.0) -> list[Basin]:
         """Return places that are worth a fit, the best first.
@@ -115,7 +123,8 @@ class Placing:
         coordinates[self._indices] = start[self._indices]
         objective = self.objective.of_shape(shape.world, leeway)
         try:
-            if self._indices:
+            # What is stated better than a coarse image can tell stays as it is stated.
+            if leeway * self.doubt > FLOOR:
                 coordinates = minimise(
                     objective,
                     coordinates,
@@ -127,6 +136,27 @@ class Placing:
         except NotSimulatedError:
             return None
         return Basin(coordinates, misfit, number)
+
+    def _doubt_of_places(self) -> float:
+        """Return what `doubt` says.
+
+        Of the point and the view where it is most: turns count by their levers.
+        """
+        indices = self._indices
+        if not indices or not self.shapes:
+            return 0.0
+        mean, precision = self.model.parameters.prior()
+        own = precision[np.ix_(indices, indices)]
+        if (np.diagonal(own) <= 0.0).any():
+            return np.inf
+        covariance, doubt = np.linalg.inv(own), 0.0
+        for number, world in enumerate(self.shapes[0].world):
+            motions = self.model.cameras.motions(number, world, mean)
+            nothing = np.zeros_like(world)
+            moves = np.stack([motions.get(index, nothing) for index in indices])
+            variances = np.einsum('inj,ik,knj->n', moves, covariance, moves)
+            doubt = max(doubt, float(np.sqrt(variances.max())))
+        return doubt
 
     def _try(
         self, numbers: Iterable[int], start: FloatArray, leeway: float, found: dict[int, Basin]

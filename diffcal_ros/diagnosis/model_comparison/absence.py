@@ -13,6 +13,7 @@ holds zero is none all the same.
 from collections.abc import Sequence
 
 from diffcal_ros.chi_square import chance_beyond
+from diffcal_ros.diagnosis.model_comparison.guessed_floor import noise_scale
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, only
@@ -96,7 +97,8 @@ def _may_be_absent(hypothesis: Hypothesis, one: Candidate, without: Refit | None
     if not hypothesis.evaluator.is_measured:
         # The ratio is one of maxima, and robust fits are none of what patches say. What they
         # leave is the only measure of their noise.
-        return hypothesis.chance_of_zero(one, hypothesis.chi_square_per_patch) > _BY_CHANCE
+        left = whiten(hypothesis.fit.groups, Part.FIT).values
+        return hypothesis.chance_of_zero(one, noise_scale(left)) > _BY_CHANCE
     by_itself = hypothesis.chance_of_zero(one)
     if without is None:
         return by_itself > _BY_CHANCE

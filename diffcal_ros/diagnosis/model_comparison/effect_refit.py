@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
+from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
@@ -72,18 +73,33 @@ def try_effects(
     """
     scene, evaluator = with_effects(nominal, base, added, freed)
     far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
-    best: Refit | None = None
-    for more in more_starts(nominal, base, added):
+    found: list[Hypothesis] = []
+    for more in _all_starts(nominal, base, added):
         is_robust = not evaluator.is_measured and not far & more.keys()
         # Of several starts the best is kept.
-        least = least_log_evidence if best is None else max(least_log_evidence, best.log_evidence)
+        least = max([least_log_evidence, *(own.fit.log_evidence for own in found)])
         begin = {**starts, **more}
-        found = _refit_from(evaluator, base, begin, max_iterations, is_robust, least)
-        if found is None:
-            continue
-        if best is None or found.log_evidence > best.log_evidence:
-            best = found
-    return None if best is None else Hypothesis(tuple(added), scene, evaluator, best)
+        fit = _refit_from(evaluator, base, begin, max_iterations, is_robust, least)
+        if fit is not None:
+            found.append(Hypothesis(tuple(added), scene, evaluator, fit))
+    # Squares in units of a floor that is a guess would tell of the few worst patches.
+    judged = found if evaluator.is_measured else ranked(found)
+    best = max(range(len(found)), key=lambda number: judged[number].log_evidence, default=None)
+    return None if best is None else found[best]
+
+
+def _all_starts(
+    nominal: PatchEvaluator, base: Refit, added: Sequence[Candidate]
+) -> list[dict[str, float]]:
+    """Return starts to be tried, SI units by name.
+
+    Where robust fits end depends on where they begin if an effect is beyond their reach: from
+    where it is absent, too, then.
+    """
+    listed = more_starts(nominal, base, added)
+    if len(listed) < 2 or nominal.is_measured:
+        return listed
+    return [*listed, {name: 0.0 for own in added for name in own.names}]
 
 
 def with_fewer_effects(

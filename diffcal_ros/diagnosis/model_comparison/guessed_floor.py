@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.patches.patch_group import PatchName
 from diffcal_ros.diagnosis.patches.whitened import Part, residuals_by_patch
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ FloatArray = NDArray[np.float64]
 _FREEDOM = 4.0
 # Sizes of what is left that are tried [m].
 _SIZES = np.geomspace(2e-5, 5e-2, 200)
+# The same in floors that are a guess.
+_RELATIVE_SIZES = np.geomspace(0.05, 1e3, 200)
 
 
 def ranked(models: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -43,12 +46,60 @@ def ranked(models: Sequence[Hypothesis]) -> list[Hypothesis]:
     ]
 
 
+def predicts_better(one: Hypothesis, other: Hypothesis) -> float:
+    """Return by how much more log density another model gives to held-out patches.
+
+    Sizes are those of what each leaves on the patches that it was fitted to.
+
+    Args:
+        one: fitted model.
+        other: another one of the same nominal model.
+    """
+    told = [_told(model) for model in (one, other)]
+    common = sorted(told[0].keys() & told[1].keys())
+    before, after = (sum(own[name] for name in common) for own in told)
+    return float(after - before)
+
+
+def noise_scale(whitened: FloatArray) -> float:
+    """Return by how much the variances of amplitudes exceed those by a guessed floor.
+
+    Of an amplitude Student's t of four degrees of freedom and size s tells as much as a Gaussian
+    of variance 7/5 s^2: its Fisher information is (f + 1) / (f + 3) / s^2. A few patches that are
+    off by centimetres make no amplitude less sure.
+
+    Args:
+        whitened: what is left of patches in units of the floor, shape (n,).
+    """
+    size = _likeliest(whitened, _RELATIVE_SIZES)
+    return max(1.0, (_FREEDOM + 3.0) / (_FREEDOM + 1.0) * size**2)
+
+
 def log_density(residuals: FloatArray) -> float:
     """Return the log density of residuals of the likeliest size, up to a constant.
 
     Args:
         residuals: [m], shape (n,).
     """
-    scaled = residuals[:, None] / _SIZES
-    levels = -np.log(_SIZES) - 0.5 * (_FREEDOM + 1.0) * np.log1p(scaled**2 / _FREEDOM)
-    return float(levels.sum(axis=0).max())
+    return float(_log_densities(residuals, _SIZES).sum(axis=0).max())
+
+
+def _told(model: Hypothesis) -> dict[PatchName, float]:
+    """Return the log densities of a model's held-out patches by their names."""
+    fitted = residuals_by_patch(model.fit.groups, Part.FIT)
+    size = _likeliest(np.array(list(fitted.values())), _SIZES)
+    held_out = residuals_by_patch(model.fit.groups, Part.REPORT)
+    densities = _log_densities(np.array(list(held_out.values())), np.array([size]))
+    return dict(zip(held_out, densities[:, 0].tolist(), strict=True))
+
+
+def _likeliest(residuals: FloatArray, sizes: FloatArray) -> float:
+    """Return the likeliest size of residuals, shape (n,)."""
+    return float(sizes[_log_densities(residuals, sizes).sum(axis=0).argmax()])
+
+
+def _log_densities(residuals: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Return log densities of residuals, shape (n,), by size, up to a constant, shape (n, s)."""
+    scaled = residuals[:, None] / sizes
+    tails = -0.5 * (_FREEDOM + 1.0) * np.log1p(scaled**2 / _FREEDOM)
+    return np.asarray(tails - np.log(sizes))

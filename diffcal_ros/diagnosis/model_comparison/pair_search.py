@@ -9,6 +9,7 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import with_fewer_effec
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
+from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -23,7 +24,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR_GAIN
 from diffcal_ros.diagnosis.patches.patch_group import Rows, rows_of
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.screening import Screen, screen
+from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
@@ -31,7 +32,7 @@ import numpy as np
 # Best single effects that a second one is sought for, and how many for each.
 _FIRSTS, _SECONDS = 2, 3
 # Pairs that are tried at most; fewer where the floor is a guess, and every fit a robust one.
-_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 3
+_MOST_PAIRS, _MOST_PAIRS_GUESSED = 6, 4
 # Of what tangents promise, and what stands in for them, a pair comes to so much at most; and how
 # near it must come to one that leaves noise.
 _TANGENTS_MISS, _STAND_INS_MISS, _FAR_TANGENTS_MISS = 1.25, 2.5, 4.0
@@ -121,8 +122,9 @@ def _offers(
             again = screen(one.evaluator, one.fit.coordinates, others, _forms(one, basis))
         except NotSimulatedError:
             continue  # It was reached by small load steps, and is not found from rest.
-        for score in distinct(again.scores)[:_SECONDS]:
-            key = tuple(sorted((first.identifier, score.candidate.identifier)))
+        for score in _seconds(first, again.scores, pool.nominal.is_measured):
+            names = tuple(sorted((first.identifier, score.candidate.identifier)))
+            key = names if pool.nominal.is_measured else (*names, *score.candidate.components)
             starts = {**one.fit.values_by_name(), **starts_of(score)}
             request = first_request([first, score.candidate], starts, singles)
             request = replace(request, freed=one.freed)
@@ -130,6 +132,19 @@ def _offers(
             offer = _Offer(request, one.level, score.log_evidence, misses, is_known)
             found.setdefault(key, offer)
     return list(found.values())
+
+
+def _seconds(first: Candidate, scores: Sequence[Score], is_measured: bool) -> list[Score]:
+    """Return what is offered beside a first effect, each in its best variant.
+
+    What another material does, it does from one border on: by a guessed floor nothing rules such a
+    variant out.
+    """
+    best = distinct(scores)[:_SECONDS]
+    if is_measured or not first.effect.has_boundary:
+        return best
+    likewise = {own.candidate.identifier for own in best if own.candidate.effect.has_boundary}
+    return [score for score in scores if score in best or score.candidate.identifier in likewise]
 
 
 def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:
@@ -170,6 +185,8 @@ def halves(
     """
     if not pairs:
         return []
+    if pool.nominal.stays_robust:
+        return _halves_by_most_patches(pool, singles, pairs)
     best = min(judged(pairs, basis, is_brief=True), key=by_evidence)
     if best.level < singles[0].level:
         return []
@@ -192,3 +209,18 @@ def halves(
         > least[added.identifier]
     ]
     return finished(pool, pool.refit_all(requests), rivals=[best])
+
+
+def _halves_by_most_patches(
+    pool: RefitPool, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Return the halves of the best pair where the floor is a guess.
+
+    Robust fits end where they began: what a pair leaves less may be a better end alone.
+    """
+    levelled = ranked([*singles, *pairs])
+    best = min(levelled[len(singles) :], key=by_evidence)
+    if best.level < max(single.level for single in levelled[: len(singles)]):
+        return []
+    starts = best.fit.values_by_name()
+    return pool.refit_all([first_request([added], starts) for added in best.added])

@@ -13,7 +13,7 @@ from diffcal_ros.diagnosis.model_comparison.freed_effects import (
     with_less_freedom,
     with_those_freed,
 )
-from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
+from diffcal_ros.diagnosis.model_comparison.guessed_floor import predicts_better, ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     AS_WELL,
     FARTHEST_FORM,
@@ -39,8 +39,7 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     second_adds,
 )
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
-from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
 import numpy as np
@@ -54,10 +53,8 @@ _POOR_FLOORS = 2.0
 # of the first.
 _LEAST_GAIN = 4.0
 # A second effect must be better by so much log likelihood on held-out patches, and on each pose
-# given the others. Where the floor is a guess likelihoods are too: it must close so much of what
-# the first one leaves on those.
+# given the others.
 _HELD_OUT_GAIN = 4.0
-_CLOSES_GUESSED = 0.5
 
 
 @dataclass(frozen=True)
@@ -127,7 +124,7 @@ class Selection:
     def _is_confirmed(self, one: Hypothesis, two: Hypothesis) -> bool:
         """Tell whether held-out patches want the second effect, too."""
         if not self.is_measured:
-            return _closed(one.fit, two.fit) > _CLOSES_GUESSED
+            return predicts_better(one, two) > _HELD_OUT_GAIN
         in_form = one.judged is not None and one.judged.fraction <= FARTHEST_FORM
         if one.judged is not None and two.judged is not None and in_form:
             told = two.judged.log_prediction - one.judged.log_prediction
@@ -157,15 +154,6 @@ class Selection:
             and not (h.is_at_bound or h.has_absent_amplitude)
         ]
         return max(variants, key=lambda h: h.amplitude_count, default=leader)
-
-
-def _closed(one: Refit, two: Refit) -> float:
-    """Return the share of the excess on held-out patches that a second effect closes."""
-    before, after = patch_gap(one.groups, Part.REPORT), patch_gap(two.groups, Part.REPORT)
-    floor = before.whole_floor
-    if before.most - floor <= 0.2 * floor:
-        return 0.0
-    return closed_fraction(before.most, after.most, floor)
 
 
 def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selection:

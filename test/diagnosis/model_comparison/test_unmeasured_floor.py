@@ -3,9 +3,11 @@
 """Effects in single images, whose noise nobody has measured: fits are robust, and stand so."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.model_comparison import effect_refit, pair_search
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -59,3 +61,73 @@ def test_noise_that_is_larger_than_stated_makes_an_amplitude_less_sure():
     assert chances[0] == chances[1] < chances[2] < chances[3]
     assert chances[3] == pytest.approx(1.0, abs=0.05)
     assert np.isfinite(found.log_evidence)
+
+
+def _leaving(fit: Refit, residuals: np.ndarray) -> Refit:
+    """Return a fit that leaves given residuals of its first patches [m], and 3 mm elsewhere."""
+    groups = []
+    for group in fit.groups:
+        values = np.full_like(group.patches.values, 0.003)
+        values[: len(residuals)] = residuals[: len(values)]
+        groups.append(replace(group, patches=replace(group.patches, values=values)))
+    return replace(fit, groups=groups)
+
+
+def test_of_several_ends_the_one_that_meets_most_patches_is_kept(monkeypatch):
+    """Squares in units of a guess would choose one that is 5 mm off everywhere."""
+    found, _ = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
+    evaluator, nominal = fit_nominal(found.scene, found.evaluator.model.observations, None)
+    begun = []
+    ends = [
+        replace(_leaving(found.fit, np.full(400, 0.005)), log_evidence=-100.0),
+        replace(_leaving(found.fit, np.full(400, 0.001)), log_evidence=-900.0),
+        replace(_leaving(found.fit, np.full(400, 0.004)), log_evidence=-200.0),
+    ]
+
+    def end(evaluator, base, starts, *rest):
+        begun.append(starts)
+        return ends[len(begun) % len(ends)]
+
+    monkeypatch.setattr(effect_refit, '_refit_from', end)
+    kept = try_effects(evaluator, nominal, found.added, {})
+    assert kept is not None
+    assert kept.fit is ends[1]
+    (name,) = found.added[0].names
+    # One of them is where there is no step.
+    assert begun[-1] == {name: 0.0}
+    assert len(begun) > 2
+
+
+@pytest.fixture(scope='module')
+def one_and_two():
+    """A fit with a step, and one with a tilt besides."""
+    found, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
+    tilt = next(c for c in candidates(found.scene) if c.identifier == 'gravity_tilt')
+    evaluator, _ = fit_nominal(found.scene, found.evaluator.model.observations, None)
+    both = try_effects(evaluator, nominal, (*found.added, tilt), {})
+    assert both is not None
+    return found, both
+
+
+@pytest.mark.parametrize(
+    ('single_leaves', 'pair_leaves', 'asked'),
+    [(0.004, 0.001, [('depth_bias_by_region',), ('gravity_tilt',)]), (0.001, 0.004, [])],
+)
+def test_each_effect_of_a_better_pair_is_fitted_alone_from_where_the_pair_ended(
+    one_and_two, single_leaves, pair_leaves, asked
+):
+    single, pair = (
+        replace(own, fit=_leaving(own.fit, np.full(400, leaves)))
+        for own, leaves in zip(one_and_two, (single_leaves, pair_leaves), strict=True)
+    )
+    requests = []
+
+    def refit_all(listed):
+        requests.extend(listed)
+        return [single] * len(listed)
+
+    pool = SimpleNamespace(nominal=single.evaluator, refit_all=refit_all)
+    halves = pair_search.halves(pool, [single], [pair], None)
+    assert [tuple(c.identifier for c in own.added) for own in requests] == asked
+    assert all(own.starts == pair.fit.values_by_name() for own in requests)
+    assert halves == [single] * len(asked)
