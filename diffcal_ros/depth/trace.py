@@ -14,6 +14,7 @@ from diffcal_ros.depth import (
 )
 from diffcal_ros.depth.area_image import AreaImage
 from diffcal_ros.depth.buffers import TracerBuffers
+from diffcal_ros.depth.corner_weights import corner_pairs, corner_weights
 from diffcal_ros.depth.facing import facing_cosines
 from diffcal_ros.depth.silhouette_segments import make_segments, Segments
 from diffcal_ros.warp_runtime.device_array import (
@@ -107,6 +108,19 @@ class Trace:
     def facing(self) -> FloatArray:
         """Cosine between each triangle's normal and its line of sight, shape (F,)."""
         return facing_cosines(download(self.points), download(self.buffers.triangles))
+
+    def corner_weights(self, faces: IntArray, directions: FloatArray) -> FloatArray:
+        """Return where on triangles pixels see them, see `corner_weights`, shape (n, 3).
+
+        Args:
+            faces: triangle that each shows, shape (n,).
+            directions: in which each is seen, x / z and y / z, shape (n, 2).
+        """
+        return corner_weights(self._corner_pairs[faces], directions)
+
+    @cached_property
+    def _corner_pairs(self) -> FloatArray:
+        return corner_pairs(download(self.points), download(self.buffers.triangles))
 
     def full_depth(self) -> FloatArray:
         """Return z over the whole image [m], shape (H, W); NaN beside the body."""

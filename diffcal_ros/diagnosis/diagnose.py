@@ -18,7 +18,11 @@ from diffcal_ros.diagnosis.detection.disagreement import (
 )
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
 from diffcal_ros.diagnosis.detection.material_bands import find_bands
-from diffcal_ros.diagnosis.detection.material_boundary import with_borders, with_material_boundary
+from diffcal_ros.diagnosis.detection.material_boundary import (
+    placed_by_pixels,
+    with_borders,
+    with_material_boundary,
+)
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
@@ -235,10 +239,10 @@ def _borders(scene: Scene, evaluator: PatchEvaluator, nominal: Refit) -> tuple[f
     if knows_boundary(scene):
         return ()
     found = find_bands(evaluator, nominal)
-    if found is not None:
-        return found
-    at = find_depth_discontinuity(evaluator, nominal)
-    return () if at is None else (at,)
+    if found is None:
+        at = find_depth_discontinuity(evaluator, nominal)
+        found = () if at is None else (at,)
+    return placed_by_pixels(evaluator, nominal.coordinates, found)
 
 
 def _are_watched(scene: Scene, observations: Sequence[Observation]) -> bool:

@@ -48,7 +48,12 @@ def without_unused(numbers: Mapping[str, float]) -> dict[str, float]:
 
 def is_second(shares: FloatArray, settings: Mapping[str, float]) -> NDArray[np.bool_]:
     """Tell which shares of the free length are of the second material, as `shares`."""
-    return np.asarray(np.searchsorted(borders(settings), shares) % 2 == 1)
+    return is_between(shares, borders(settings))
+
+
+def is_between(shares: FloatArray, places: Sequence[float]) -> NDArray[np.bool_]:
+    """Tell the same by the borders themselves, ascending."""
+    return np.asarray(np.searchsorted(places, shares) % 2 == 1)
 
 
 def in_words(settings: Mapping[str, float]) -> str:

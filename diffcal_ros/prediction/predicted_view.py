@@ -65,7 +65,7 @@ class PredictedView:
             trace = self._trace(tracer, positions, time)
             image = np.full((camera.height, camera.width), np.nan, dtype=np.float32)
             directions = camera.directions(trace.rows, trace.columns)
-            seen = surface.seen(trace.depth, trace.faces, directions, trace.facing)
+            seen = surface.seen(trace, directions)
             image[trace.rows, trace.columns] = sensor.reading(seen)
             yield image
 

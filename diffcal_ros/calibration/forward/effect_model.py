@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
+from diffcal_ros.depth.trace import Trace
+from diffcal_ros.effects import bands
 from diffcal_ros.effects.effect import Effect, Numbers
 from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
@@ -64,29 +66,52 @@ class SurfacePlaces:
         is_second: triangles of another material than the first, shape (F,).
         places: of the triangles on the body at rest, see `BodyAxes.places`, shape (F, 3); None:
             they are none of a body.
+        shares: how far along the free part the corners of the triangles are, shape (F, 3); None:
+            they are none of a body, or its materials end where elements do.
+        borders: where materials end along it, see `bands`; empty: where elements do.
     """
 
     is_second: NDArray[np.bool_]
     places: FloatArray | None = None
+    shares: FloatArray | None = None
+    borders: tuple[float, ...] = ()
 
     def seen(
-        self,
-        depth: FloatArray,
-        faces: NDArray[np.int32],
-        directions: FloatArray,
-        facing: FloatArray,
+        self, trace: Trace, directions: FloatArray, pixels: NDArray[np.int32] | None = None
     ) -> SeenPixels:
         """Return pixels as errors of a sensor see them.
 
         Args:
-            depth: of each [m].
-            faces: triangle that each shows; -1: any.
-            directions: in which each is seen, see `SeenPixels`.
-            facing: cosine at which each triangle is met, shape (F,).
+            trace: of the view.
+            directions: in which its pixels are seen, see `SeenPixels`, shape (h, w, 2).
+            pixels: flat indices into the window, shape (M,); None: all, of shape (h, w).
         """
+        depth, faces = trace.depth, trace.faces
+        if pixels is not None:
+            depth, faces = depth.ravel()[pixels], faces.ravel()[pixels]
+            directions = directions.reshape(-1, 2)[pixels]
         shown = np.maximum(faces, 0)
         places = None if self.places is None else self.places[shown]
-        return SeenPixels(depth, self.is_second[shown], places, directions, facing[shown])
+        is_second = self.is_second[shown]
+        if self.borders:
+            on = faces >= 0
+            shares = self.shares_at(trace, faces[on], directions[on])
+            is_second[on] = bands.is_between(shares, self.borders)
+        return SeenPixels(depth, is_second, places, directions, trace.facing[shown])
+
+    def shares_at(
+        self, trace: Trace, faces: NDArray[np.int32], directions: FloatArray
+    ) -> FloatArray:
+        """Return how far along the free part pixels see the body, shape (n,).
+
+        Args:
+            trace: of the view.
+            faces: triangle that each shows, shape (n,).
+            directions: in which each is seen, shape (n, 2).
+        """
+        assert self.shares is not None
+        weights = trace.corner_weights(faces, directions)
+        return np.asarray((self.shares[faces] * weights).sum(axis=1))
 
 
 class EffectModel:
@@ -218,21 +243,15 @@ class EffectModel:
         )
 
     def second_triangles(
-        self,
-        nodes: NDArray[np.int32],
-        triangles: NDArray[np.int32],
-        settings: Numbers | None = None,
+        self, nodes: NDArray[np.int32], triangles: NDArray[np.int32]
     ) -> NDArray[np.bool_]:
         """Tell which surface triangles show another material than the first, shape (F,).
 
         Args:
             nodes: of the elements, shape (T, n).
             triangles: of the surface, shape (F, 3).
-            settings: where the materials end, see `bands`; None: as the scene says.
         """
-        if settings is None:
-            settings = self._scene.effects.get(seen_boundary().identifier, {})
-        is_second = self._tets.second(settings)
+        is_second = self._tets.second(self._scene.effects.get(seen_boundary().identifier, {}))
         count = int(nodes.max()) + 1
         votes, all_votes = np.zeros(count), np.zeros(count)
         np.add.at(votes, nodes, is_second[:, None].astype(np.float64))
@@ -254,7 +273,13 @@ class EffectModel:
         rest = shape.rest_nodes
         middles = rest[triangles].mean(axis=1)
         places = self.axes(setup_index).places(middles, rest)
-        return SurfacePlaces(self.second_triangles(shape.nodes, triangles), places)
+        is_second = self.second_triangles(shape.nodes, triangles)
+        if self._tets.is_second is not None:
+            return SurfacePlaces(is_second, places)
+        shares = self.axes(setup_index).fraction(rest[triangles])
+        stated = self._scene.effects.get(seen_boundary().identifier)
+        borders = () if stated is None else bands.borders(stated)
+        return SurfacePlaces(is_second, places, shares, borders)
 
 
 def _add(own: dict[str, float], parameter: Parameter, more: float) -> None:

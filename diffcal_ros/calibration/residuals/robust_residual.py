@@ -217,10 +217,7 @@ class ViewComparer:
         """Return the rendered depth as the sensor would read it [m], NaN beside the body."""
         if sensor.is_exact:
             return trace.depth
-        directions = self._directions(trace)
-        return sensor.reading(
-            self.surface.seen(trace.depth, trace.faces, directions, trace.facing)
-        )
+        return sensor.reading(self.surface.seen(trace, self._directions(trace)))
 
     def pixels(self, view: View) -> tuple[BoolArray, BoolArray]:
         """Tell which pixels of the window are unmasked body, and which of them are compared.
@@ -262,18 +259,16 @@ class ViewComparer:
 
     def is_second(self, trace: Trace) -> BoolArray:
         """Tell which pixels of the window show another material than the first."""
-        seen: BoolArray = self.surface.is_second[np.maximum(trace.faces, 0)]
-        return seen
+        return self.surface.seen(trace, self._directions(trace)).is_second
+
+    def shares(self, trace: Trace, pixels: IntArray) -> FloatArray:
+        """Return how far along a body of one region some pixels of the window see it, (M,)."""
+        directions = self._directions(trace).reshape(-1, 2)[pixels]
+        return self.surface.shares_at(trace, trace.faces.ravel()[pixels], directions)
 
     def seen(self, view: View, indices: IntArray) -> SeenPixels:
         """Return what errors of the sensor may know of some pixels of the window, (M,) each."""
-        trace = view.trace
-        return self.surface.seen(
-            trace.depth.ravel()[indices],
-            trace.faces.ravel()[indices],
-            self._directions(trace).reshape(-1, 2)[indices],
-            trace.facing,
-        )
+        return self.surface.seen(view.trace, self._directions(view.trace), indices)
 
     def _directions(self, trace: Trace) -> FloatArray:
         return self._tracer.camera.directions(trace.rows, trace.columns)

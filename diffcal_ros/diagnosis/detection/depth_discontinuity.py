@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.detection.material_boundary import (
-    faces_beyond,
+    BORDERS,
     LEAST_STEP,
     outstanding_boundary,
 )
@@ -18,7 +18,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
-from diffcal_ros.diagnosis.patches.patches import averaged_by_cell, cell_numbers
+from diffcal_ros.diagnosis.patches.patches import averaged_by_cell, cells_of_depth
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.projection import Projection
@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # A jump stands out when it explains so much chi-square, too.
 _LEAST_GAIN = 30.0
@@ -45,11 +44,9 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
     """
     if knows_boundary(evaluator.model.scene) or not evaluator.is_measured:
         return None
-    boundaries = faces_beyond(evaluator)
-    groups = with_jumps(evaluator, nominal, list(boundaries.values()))
-    jumps = jumps_seen(groups, nominal)
-    gains, heights = jumps.gains(np.eye(len(boundaries)))
-    left = dict(zip(boundaries, (jumps.whole - gains).tolist(), strict=True))
+    jumps = jumps_seen(with_jumps(evaluator, nominal, BORDERS), nominal)
+    gains, heights = jumps.gains(np.eye(len(BORDERS)))
+    left = dict(zip(BORDERS, (jumps.whole - gains).tolist(), strict=True))
     at = outstanding_boundary(left, jumps.whole)
     best = int(gains.argmax())
     return at if gains[best] >= _LEAST_GAIN and abs(heights[best]) <= _HIGHEST else None
@@ -100,28 +97,30 @@ def jumps_seen(groups: Sequence[PatchGroup], nominal: Refit) -> Jumps:
 
 
 def with_jumps(
-    evaluator: PatchEvaluator, nominal: Refit, beyond: Sequence[BoolArray]
+    evaluator: PatchEvaluator, nominal: Refit, places: Sequence[float]
 ) -> list[PatchGroup]:
     """Return a fit's patches with more columns: of the whole body's bias, then of each jump's.
 
     Args:
         evaluator: of the nominal model.
         nominal: its fit.
-        beyond: triangles of the surface beyond each jump, shape (F,) each.
+        places: where jumps begin, shares of the free length.
     """
     views = evaluator.model.views(nominal.coordinates)
     compared = evaluator.comparisons(nominal.coordinates)
-    parts = [np.ones_like(beyond[0]), *beyond]
+    parts = np.array([-np.inf, *places])
     groups = []
     for group in nominal.groups:
         fractions = np.zeros((len(group.patches.values), len(parts)))
         if group.kind == 'depth' and not group.is_rigid:
             depth = compared[group.view].depth
-            shown = views[group.view].trace.faces.ravel()[depth.indices]
-            numbers = cell_numbers(depth.pixels, evaluator.cell)
-            on_part = np.stack([triangles[shown] for triangles in parts], axis=1)
+            comparer = evaluator.comparers[group.view]
+            shares = comparer.shares(views[group.view].trace, depth.indices)
+            # Of a cell across a border its average has the side with more pixels.
+            numbers, weights = cells_of_depth(depth, evaluator.cell)
+            on_part = shares[:, None] > parts
             _, means, _, cells, _ = averaged_by_cell(
-                depth, on_part.astype(np.float64), numbers, np.ones(len(numbers)), 0.0
+                depth, on_part.astype(np.float64), numbers, weights, 0.0
             )
             fractions = means[np.searchsorted(cells, group.patches.cells)]
         wide = np.hstack([group.patches.jacobian, fractions])

@@ -8,11 +8,10 @@ jumps: the jump of a set is their sum with signs in turn. Sets are searched by m
 or two, as long as one pays for its borders.
 """
 
-from collections.abc import Mapping
 from itertools import combinations
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps, jumps_seen, with_jumps
-from diffcal_ros.diagnosis.detection.material_boundary import faces_beyond, LEFT
+from diffcal_ros.diagnosis.detection.material_boundary import LEFT
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
@@ -43,12 +42,11 @@ def find_bands(evaluator: PatchEvaluator, nominal: Refit) -> tuple[float, ...] |
     """
     if not evaluator.is_measured:
         return None
-    beyond = faces_beyond(evaluator, _PLACES)
-    jumps = jumps_seen(with_jumps(evaluator, nominal, list(beyond.values())), nominal)
+    jumps = jumps_seen(with_jumps(evaluator, nominal, _PLACES), nominal)
     chosen = best_borders(jumps)
     if chosen.sum() < 2 or not _stands_out(jumps, chosen):
         return None
-    return tuple(_middle_of_alike(beyond, _PLACES[number]) for number in np.flatnonzero(chosen))
+    return tuple(_PLACES[number] for number in np.flatnonzero(chosen))
 
 
 def best_borders(jumps: Jumps) -> BoolArray:
@@ -86,12 +84,6 @@ def _stands_out(jumps: Jumps, chosen: BoolArray) -> bool:
     left = jumps.whole - jumps.gains(several)[0]
     one = left[2:].min()
     return bool(left[0] < LEFT * min(jumps.whole, one) and left[0] < _OF_SMOOTH * left[1])
-
-
-def _middle_of_alike(beyond: Mapping[float, BoolArray], place: float) -> float:
-    """Return the safest of the borders between the same two layers of elements."""
-    alike = [other for other in beyond if np.array_equal(beyond[other], beyond[place])]
-    return alike[len(alike) // 2]
 
 
 def _signs(chosen: BoolArray) -> FloatArray:

@@ -18,13 +18,15 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 # Borders that are tried, as shares of the free length; the middle is one of them.
-_BORDERS = np.linspace(0.14, 0.86, 37).round(3).tolist()
+BORDERS = np.linspace(0.14, 0.86, 73).round(3).tolist()
 _MIDDLE = 0.5
 # A jump stands out when it is at least so high [m], leaves at most this share of what no jump
 # leaves, and of what one in the middle leaves.
 LEAST_STEP = 0.005
 LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
 _ROUNDING = 1e-6
+# How far pixels move a border that patches tell, as a share of the free length, and by what steps.
+_FARTHEST, _OFFERED = 0.03, 25
 
 
 def with_material_boundary(
@@ -39,11 +41,10 @@ def with_material_boundary(
     """
     if knows_boundary(scene):
         return scene
-    beyond = faces_beyond(evaluator)
     best, at = 0.0, None
     for coordinates in candidates:
         try:
-            found = _best_boundary(*_seen_beyond(evaluator, coordinates, beyond))
+            found = _best_boundary(*_seen_beyond(evaluator, coordinates))
         except NotSimulatedError:
             continue
         if found is not None and found[1] > best:
@@ -60,37 +61,66 @@ def with_borders(scene: Scene, places: Sequence[float]) -> Scene:
     return replace(scene, effects={**scene.effects, **own})
 
 
-def faces_beyond(
-    evaluator: PatchEvaluator, borders: Sequence[float] = _BORDERS
-) -> dict[float, BoolArray]:
-    """Return, by boundary, which triangles of the surface lie beyond it, shape (F,) each.
+def placed_by_pixels(
+    evaluator: PatchEvaluator, coordinates: FloatArray, places: Sequence[float]
+) -> tuple[float, ...]:
+    """Return borders where pixels see them that patches know to half of one.
 
-    All postures have the same mesh, and so the same triangles.
+    Args:
+        evaluator: of the nominal model.
+        coordinates: of its fit, shape (k,).
+        places: of the borders, shares of the free length, ascending.
     """
-    model = evaluator.model
-    nodes = model.body(model.observations[0]).discretisation.nodes
-    triangles = model.tracers[0].triangles
-    return {
-        at: model.effects.second_triangles(nodes, triangles, bands.band_settings((at,)))
-        for at in borders
-    }
+    views = _seen_along(evaluator, coordinates)
+    ends = np.array([0.0, *places, 1.0])
+    reaches = np.minimum(0.5 * np.diff(ends)[:-1], 0.5 * np.diff(ends)[1:])
+    return tuple(
+        _best_nearby(views, place, min(_FARTHEST, reach))
+        for place, reach in zip(places, reaches.tolist(), strict=True)
+    )
+
+
+def _best_nearby(
+    views: Sequence[tuple[FloatArray, FloatArray]], place: float, reach: float
+) -> float:
+    """Return where within reach a jump leaves least on pixels up to twice as far.
+
+    Args:
+        views: residuals of depth [m] and shares of the free length, shape (n,) each.
+        place: share of the free length.
+        reach: likewise.
+    """
+    offered = place + reach * np.linspace(-1.0, 1.0, _OFFERED)
+    left = np.zeros(_OFFERED)
+    for residuals, shares in views:
+        near = np.abs(shares - place) < 2.0 * reach
+        own, along = residuals[near], shares[near]
+        left += [_left_by_jump(own, along > at) for at in offered]
+    return float(offered[left.argmin()].round(4))
+
+
+def _seen_along(
+    evaluator: PatchEvaluator, coordinates: FloatArray
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Return residuals of depth [m] of each view and shares of the free length, (n,) each."""
+    found = []
+    compared = evaluator.comparisons(coordinates)
+    views = evaluator.model.views(coordinates)
+    for comparer, view, comparison in zip(evaluator.comparers, views, compared, strict=True):
+        seen = np.isfinite(comparison.difference) & comparison.counted
+        shares = comparer.shares(view.trace, np.flatnonzero(seen).astype(np.int32))
+        found.append((comparison.difference[seen], shares))
+    return found
 
 
 def _seen_beyond(
-    evaluator: PatchEvaluator, coordinates: FloatArray, on_faces: Mapping[float, BoolArray]
+    evaluator: PatchEvaluator, coordinates: FloatArray
 ) -> tuple[FloatArray, dict[float, BoolArray]]:
     """Return residuals of depth [m], shape (n,), and by boundary which pixels lie beyond it."""
-    residuals: list[FloatArray] = []
-    faces: list[NDArray[np.int32]] = []
-    compared = evaluator.comparisons(coordinates)
-    views = evaluator.model.views(coordinates)
-    for view, comparison in zip(views, compared, strict=True):
-        seen = np.isfinite(comparison.difference) & comparison.counted
-        own = comparison.difference[seen]
-        residuals.append(own - np.median(own) if len(own) else own)
-        faces.append(view.trace.faces[seen])
-    shown = np.concatenate(faces)
-    return np.concatenate(residuals), {at: on[shown] for at, on in on_faces.items()}
+    views = _seen_along(evaluator, coordinates)
+    residuals = [own - np.median(own) if len(own) else own for own, _ in views]
+    along = np.concatenate([shares for _, shares in views])
+    return np.concatenate(residuals), {at: along > at for at in BORDERS}
 
 
 def _best_boundary(

@@ -26,8 +26,14 @@ FloatArray = NDArray[np.float64]
 _ALONG = np.linspace(0.0, 1.0, 5)[:, None, None]
 
 
+# Of what is between two borders of bands the strips along them take no more than this each.
+_MOST_OF_BAND = 0.125
+
+
 class BoundaryStrip:
     """The strip along the border of two materials, as wide as half an element to either side.
+
+    Of narrow bands in a body of one region, whose borders are no elements', it is less.
 
     It is the same for every model of a diagnosis, so that none wins by leaving it out.
     """
@@ -42,13 +48,25 @@ class BoundaryStrip:
         self._comparers = list(comparers)
         meshes = [model.body(observation).mesh for observation in model.observations]
         self._widths = [0.5 * _element_size(mesh) for mesh in meshes]
+        setups = [observation.setup_index for observation in model.observations]
+        lengths = [model.effects.object_axes(setup).length for setup in setups]
+        self._shares = [
+            min(width / length, _MOST_OF_BAND * _narrowest(comparer.surface.borders))
+            for width, length, comparer in zip(self._widths, lengths, comparers, strict=True)
+        ]
 
     def without(self, number: int, view: View, depth: Residuals) -> BoolArray:
         """Tell which residuals of a view's depth are beside the strip, shape (M,)."""
+        comparer = self._comparers[number]
         clear = np.ones(len(depth.indices), dtype=bool)
+        borders = comparer.surface.borders
+        if borders:
+            shares = comparer.shares(view.trace, depth.indices)
+            apart = np.abs(shares[:, None] - np.array(borders)).min(axis=1)
+            return np.asarray(apart > self._shares[number])
         tracer = view.tracer
         faces = tracer.edge_faces
-        is_second = self._comparers[number].surface.is_second
+        is_second = comparer.surface.is_second
         meets = (faces.min(axis=1) >= 0) & (is_second[faces[:, 0]] != is_second[faces[:, 1]])
         if not meets.any() or len(clear) == 0:
             return clear
@@ -70,6 +88,11 @@ def knows_boundary(scene: Scene) -> bool:
     return len(scene.regions) > 1 or any(
         effect.identifier in scene.effects for effect in boundary_effects()
     )
+
+
+def _narrowest(borders: Sequence[float]) -> float:
+    """Return the share of the length between the nearest two borders."""
+    return float(np.diff([0.0, *borders, 1.0]).min())
 
 
 def _element_size(mesh: TetMesh) -> float:

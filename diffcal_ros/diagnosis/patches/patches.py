@@ -108,8 +108,7 @@ def depth_patches(
     Where they differ within a cell by more than their noise the average depends on which pixels
     the cell happens to hold, and is known as well as that of so many draws.
     """
-    numbers = cell_numbers(residuals.pixels, cell)
-    weights = residuals.weights * _trust(residuals.values, numbers, _OUTLIER_SLACK)
+    numbers, weights = cells_of_depth(residuals, cell)
     values, slopes, centers, cells, totals = averaged_by_cell(
         residuals, jacobian, numbers, weights, _LEAST_PIXELS
     )
@@ -118,6 +117,17 @@ def depth_patches(
     common = noise.depth_common(len(values))
     standing = noise.depth_standing(len(values)) if noise.standing else None
     return Patches(values, slopes, covariance, centers, cells, totals, common, standing, further)
+
+
+def cells_of_depth(residuals: Residuals, cell: int) -> tuple[IntArray, FloatArray]:
+    """Return the cell of each residual of depth, and how much it counts there, shape (M,) each.
+
+    Args:
+        residuals: of depth.
+        cell: side of the cells [px].
+    """
+    numbers = cell_numbers(residuals.pixels, cell)
+    return numbers, residuals.weights * _trust(residuals.values, numbers, _OUTLIER_SLACK)
 
 
 def edge_patches(

@@ -81,7 +81,7 @@ def test_bands_are_found_where_they_begin_and_end():
     found = evaluator.model.scene.effects
     assert found['depth_bias_by_region'] == found['stiffness_contrast']
     # A layer of elements is 0.07 of the free length.
-    assert bands.borders(found['depth_bias_by_region']) == pytest.approx(BORDERS, abs=0.06)
+    assert bands.borders(found['depth_bias_by_region']) == pytest.approx(BORDERS, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -125,6 +125,6 @@ def test_bands_are_named_and_the_modulus_heals():
     (effect,) = diagnosis.effects
     assert effect.identifier == 'depth_bias_by_region'
     assert effect.amplitude['bias'] == pytest.approx(1e3 * HEIGHT, abs=0.4)
-    assert bands.borders(effect.setting) == pytest.approx(BORDERS, abs=0.06)
+    assert bands.borders(effect.setting) == pytest.approx(BORDERS, abs=0.01)
     after = diagnosis.parameters['after']['youngs_modulus']['value']
     assert abs(after / MODULUS - 1.0) < 0.05

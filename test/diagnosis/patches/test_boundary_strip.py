@@ -77,6 +77,23 @@ def test_a_border_that_is_a_little_off_makes_no_patch_strange():
     assert all(np.abs(g.patches.values).max() < 0.003 for g in evaluator.groups(_start(model)))
 
 
+def test_of_a_narrow_band_three_quarters_are_compared():
+    """Half an element is as wide as all of it."""
+    narrow = {'at': 0.4, 'until': 0.46}
+    scene = replace(beam_scene((8, 2, 2)), effects={'depth_bias_by_region': narrow})
+    model = _model(scene, watched(seed=5))
+    comparers = make_comparers(model)
+    view = model.views(_start(model))[0]
+    depth = comparers[0].compare(view, REACH).depth
+    clear = BoundaryStrip(model, comparers).without(0, view, depth)
+    shares = comparers[0].shares(view.trace, depth.indices)
+    inside = (shares > 0.4) & (shares < 0.46)
+    assert inside.sum() > 100
+    assert clear[inside].mean() == pytest.approx(0.75, abs=0.04)
+    near = np.minimum(np.abs(shares - 0.4), np.abs(shares - 0.46)) < 0.06 / 8
+    np.testing.assert_array_equal(clear, ~near)
+
+
 def _start(model: ForwardModel) -> np.ndarray:
     return model.parameters.start()
 
