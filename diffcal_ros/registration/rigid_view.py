@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from diffcal_ros.calibration.forward.effect_model import SurfacePlaces
+from diffcal_ros.calibration.forward.sensor_model import SurfacePlaces
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import pixels_left_out, ViewMask

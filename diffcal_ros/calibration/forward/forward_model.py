@@ -8,8 +8,9 @@ from functools import partial
 from typing import Any
 
 from diffcal_ros.calibration.forward.body_inputs import BodyInputs
-from diffcal_ros.calibration.forward.effect_model import EffectModel, SensorModel
+from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.calibration.forward.posture import Posture, PostureInputs, PostureStates
+from diffcal_ros.calibration.forward.sensor_model import SensorModel
 from diffcal_ros.calibration.forward.shared_bodies import SharedBodies
 from diffcal_ros.calibration.forward.side_by_side import side_by_side
 from diffcal_ros.calibration.forward.solution import KnownSolutions, Solution, View

@@ -11,12 +11,8 @@ Background, clamp and whatever stands in front weigh nothing.
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from diffcal_ros.calibration.forward.effect_model import (
-    EXACT_SENSOR,
-    SensorModel,
-    SurfacePlaces,
-)
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.sensor_model import EXACT_SENSOR, SensorModel, SurfacePlaces
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import (

@@ -10,8 +10,8 @@ millimetre only, the same one in all poses: a nuisance of the model.
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.forward.effect_model import SensorModel, SurfacePlaces
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.sensor_model import SensorModel, SurfacePlaces
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import pixels_left_out, ViewMask

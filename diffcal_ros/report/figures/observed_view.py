@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.calibrate import Calibration
-from diffcal_ros.calibration.forward.effect_model import SensorModel
+from diffcal_ros.calibration.forward.sensor_model import SensorModel
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.observations.pixel_masks import ViewMask
