@@ -224,6 +224,8 @@ def _freed(model: Hypothesis, least_fraction: float = 0.0) -> list[Parameter]:
     known = model.fit.parameters
     for added in model.added:
         effect, size = added.effect, _size(model, added)
+        if size == 0.0:
+            continue  # What is not there is of no other form either.
         is_moved = effect.most_by_pose >= 1.0
         if is_moved and judged.by_pose >= _LEAST_SHARE:
             found += _in_each(model, added.names, judged.by_pose * size)

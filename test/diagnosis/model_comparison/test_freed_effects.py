@@ -54,6 +54,18 @@ def test_amplitudes_get_a_part_of_their_own_as_large_as_data_say(clamp):
     np.testing.assert_allclose(usual, 0.3 * np.linalg.norm(values / scales))
 
 
+def test_an_effect_that_came_to_nothing_is_of_no_other_form(clamp):
+    """A prior as large as a share of nothing has no precision."""
+    bent = replace(clamp, judged=replace(clamp.judged, fraction=0.3))
+    names = clamp.fit.parameters.names
+    coordinates = clamp.fit.coordinates.copy()
+    coordinates[[names.index(name) for name in clamp.added[0].names]] = 0.0
+    nothing = replace(bent, fit=replace(clamp.fit, coordinates=coordinates))
+    assert freed_effects._freed(bent)
+    assert freed_effects._freed(nothing) == []
+    assert freed_effects._freed(nothing, 0.09) == []
+
+
 def test_only_what_may_be_clamped_or_moved_anew_and_may_win_is_fitted_so(screened, basis, clamp):
     assert freed_effects._may_win(clamp, clamp.level)
     same = replace(clamp, judged=replace(clamp.judged, by_pose=0.05))
