@@ -33,6 +33,10 @@ _LEAST_GAIN = 30.0
 # A modulus that has followed a higher jump may be so far off that tangents there mislead; such a
 # jump is seen as it stands.
 _HIGHEST = LEAST_STEP
+# What comes up over as many places to either side instead has to leave more: else it is no jump,
+# but the form of something smooth, such as a kink.
+_SMOOTHED = 4
+OF_SMOOTH = 0.7
 
 
 def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float | None:
@@ -49,7 +53,11 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
     left = dict(zip(BORDERS, (jumps.whole - gains).tolist(), strict=True))
     at = outstanding_boundary(left, jumps.whole)
     best = int(gains.argmax())
-    return at if gains[best] >= _LEAST_GAIN and abs(heights[best]) <= _HIGHEST else None
+    if at is None or gains[best] < _LEAST_GAIN or abs(heights[best]) > _HIGHEST:
+        return None
+    softened = np.abs(np.arange(len(BORDERS)) - BORDERS.index(at)) <= _SMOOTHED
+    soft, _ = jumps.gains(softened[None] / softened.sum())
+    return at if left[at] < OF_SMOOTH * (jumps.whole - soft[0]) else None
 
 
 @dataclass(frozen=True)

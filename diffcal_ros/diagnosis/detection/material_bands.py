@@ -10,7 +10,12 @@ or two, as long as one pays for its borders.
 
 from itertools import combinations
 
-from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps, jumps_seen, with_jumps
+from diffcal_ros.diagnosis.detection.depth_discontinuity import (
+    Jumps,
+    jumps_seen,
+    OF_SMOOTH,
+    with_jumps,
+)
 from diffcal_ros.diagnosis.detection.material_boundary import LEFT
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -30,7 +35,6 @@ _STARTS = 6
 # What comes up over five places instead has to leave more: else it is no jump, but the form of
 # something smooth.
 _SMOOTHED = 2
-_OF_SMOOTH = 0.7
 
 
 def find_bands(evaluator: PatchEvaluator, nominal: Refit) -> tuple[float, ...] | None:
@@ -83,7 +87,7 @@ def _stands_out(jumps: Jumps, chosen: BoolArray) -> bool:
     several = np.vstack([signs, _softened(signs), np.eye(len(chosen))])
     left = jumps.whole - jumps.gains(several)[0]
     one = left[2:].min()
-    return bool(left[0] < LEFT * min(jumps.whole, one) and left[0] < _OF_SMOOTH * left[1])
+    return bool(left[0] < LEFT * min(jumps.whole, one) and left[0] < OF_SMOOTH * left[1])
 
 
 def _signs(chosen: BoolArray) -> FloatArray:

@@ -26,6 +26,13 @@ def _boundaries(scene):
     return {effect: settings['at'] for effect, settings in scene.effects.items()}
 
 
+def _ramped(begin, end, height, steps=9):
+    seen = watched(seed=4)
+    for at in np.linspace(begin, end, steps):
+        seen = with_step(seen, at, height / steps)
+    return seen
+
+
 @pytest.mark.parametrize(
     ('at', 'step'), [(0.3, 0.0015), (0.66, -0.002), (0.437, 0.0045), (0.3, -0.0035)]
 )
@@ -43,6 +50,7 @@ def test_a_small_step_is_found_where_it_begins(at, step):
         pytest.param(watched(seed=4), id='nothing'),
         pytest.param(watched(seed=4, tilt=0.06), id='tilt'),
         pytest.param(watched(seed=4, bias=0.003), id='bias of the whole'),
+        pytest.param(_ramped(0.26, 0.34, 0.002), id='ramp over a twelfth of the length'),
         pytest.param(
             with_step(watched(seed=4), 0.5, 0.0015), id='middle, where it is sought anyway'
         ),
