@@ -146,7 +146,7 @@ def outstanding_boundary(left: Mapping[float, float], without: float) -> float |
         left: what a jump at each boundary leaves.
         without: what no jump leaves.
     """
-    # Borders between the same two elements are alike: the middle one is the safest.
+    # Borders between which no pixel lies are alike: the middle one is the safest.
     least = min(left.values()) * (1.0 + _ROUNDING)
     alike = [at for at in left if left[at] <= least]
     at = alike[len(alike) // 2]
