@@ -241,7 +241,9 @@ def _borders(scene: Scene, evaluator: PatchEvaluator, nominal: Refit) -> tuple[f
     found = find_bands(evaluator, nominal)
     if found is None:
         at = find_depth_discontinuity(evaluator, nominal)
-        found = () if at is None else (at,)
+        if at is None:
+            return ()
+        found = (at,)
     return placed_by_pixels(evaluator, nominal.coordinates, found)
 
 

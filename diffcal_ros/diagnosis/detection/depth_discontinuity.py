@@ -55,8 +55,8 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
     best = int(gains.argmax())
     if at is None or gains[best] < _LEAST_GAIN or abs(heights[best]) > _HIGHEST:
         return None
-    softened = np.abs(np.arange(len(BORDERS)) - BORDERS.index(at)) <= _SMOOTHED
-    soft, _ = jumps.gains(softened[None] / softened.sum())
+    sharp = np.array([[float(place == at) for place in BORDERS]])
+    soft, _ = jumps.gains(softened(sharp, _SMOOTHED))
     return at if left[at] < OF_SMOOTH * (jumps.whole - soft[0]) else None
 
 
@@ -86,6 +86,21 @@ class Jumps:
         sizes = np.einsum('ms,ms->m', signs @ self.products, signs)
         heights = pulls / (sizes + 1.0 / jump.scale**2)
         return heights * pulls, heights
+
+
+def softened(signs: FloatArray, reach: int) -> FloatArray:
+    """Return jumps spread over neighbouring places, shape (m, s).
+
+    Args:
+        signs: by how much each jump is in each sum, shape (m, s).
+        reach: over so many places to either side.
+    """
+    count = signs.shape[1]
+    soft = np.zeros_like(signs)
+    for shift in range(-reach, reach + 1):
+        places = np.clip(np.arange(count) + shift, 0, count - 1)
+        np.add.at(soft.T, places, signs.T / (2 * reach + 1))
+    return soft
 
 
 def jumps_seen(groups: Sequence[PatchGroup], nominal: Refit) -> Jumps:

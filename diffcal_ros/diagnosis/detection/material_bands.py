@@ -14,6 +14,7 @@ from diffcal_ros.diagnosis.detection.depth_discontinuity import (
     Jumps,
     jumps_seen,
     OF_SMOOTH,
+    softened,
     with_jumps,
 )
 from diffcal_ros.diagnosis.detection.material_boundary import LEFT
@@ -84,7 +85,7 @@ def _worth(jumps: Jumps, chosen: BoolArray) -> FloatArray:
 def _stands_out(jumps: Jumps, chosen: BoolArray) -> bool:
     """Tell whether bands leave far less than none, than one border and than soft ones."""
     signs = _signs(chosen[None])
-    several = np.vstack([signs, _softened(signs), np.eye(len(chosen))])
+    several = np.vstack([signs, softened(signs, _SMOOTHED), np.eye(len(chosen))])
     left = jumps.whole - jumps.gains(several)[0]
     one = left[2:].min()
     return bool(left[0] < LEFT * min(jumps.whole, one) and left[0] < OF_SMOOTH * left[1])
@@ -94,16 +95,6 @@ def _signs(chosen: BoolArray) -> FloatArray:
     """Return by how much each jump is in each set: up, down, up ..., shape (m, s)."""
     ranks = np.cumsum(chosen, axis=1)
     return np.where(chosen, np.where(ranks % 2 == 1, 1.0, -1.0), 0.0)
-
-
-def _softened(signs: FloatArray) -> FloatArray:
-    """Return jumps spread over neighbouring places, shape (m, s)."""
-    count = signs.shape[1]
-    soft = np.zeros_like(signs)
-    for shift in range(-_SMOOTHED, _SMOOTHED + 1):
-        places = np.clip(np.arange(count) + shift, 0, count - 1)
-        np.add.at(soft.T, places, signs.T / (2 * _SMOOTHED + 1))
-    return soft
 
 
 def _moves(count: int) -> BoolArray:

@@ -72,8 +72,8 @@ def placed_by_pixels(
         places: of the borders, shares of the free length, ascending.
     """
     views = _seen_along(evaluator, coordinates)
-    ends = np.array([0.0, *places, 1.0])
-    reaches = np.minimum(0.5 * np.diff(ends)[:-1], 0.5 * np.diff(ends)[1:])
+    halves = 0.5 * np.diff([0.0, *places, 1.0])
+    reaches = np.minimum(halves[:-1], halves[1:])
     return tuple(
         _best_nearby(views, place, min(_FARTHEST, reach))
         for place, reach in zip(places, reaches.tolist(), strict=True)

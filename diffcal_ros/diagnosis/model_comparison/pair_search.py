@@ -143,8 +143,9 @@ def _seconds(first: Candidate, scores: Sequence[Score], is_measured: bool) -> li
     best = distinct(scores)[:_SECONDS]
     if is_measured or not first.effect.has_boundary:
         return best
-    likewise = {own.candidate.identifier for own in best if own.candidate.effect.has_boundary}
-    return [score for score in scores if score in best or score.candidate.identifier in likewise]
+    chosen = {own.candidate for own in best}
+    likewise = {own.identifier for own in chosen if own.effect.has_boundary}
+    return [s for s in scores if s.candidate in chosen or s.candidate.identifier in likewise]
 
 
 def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:

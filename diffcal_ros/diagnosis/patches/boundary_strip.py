@@ -24,8 +24,6 @@ FloatArray = NDArray[np.float64]
 
 # Points along each edge of the border: the strip is wider than they are apart.
 _ALONG = np.linspace(0.0, 1.0, 5)[:, None, None]
-
-
 # Of what is between two borders of bands the strips along them take no more than this each.
 _MOST_OF_BAND = 0.125
 
