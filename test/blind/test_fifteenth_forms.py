@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import quad
 from support.blind_derivatives import check_derivatives
 from support.blind_rests import COARSE, lying, rest_of, tip_moves, tip_rises, turn_of
+from support.blind_views import with_and_without
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.draught import stream_share
@@ -22,7 +23,6 @@ from benchmarks.blind.magnetism import magnetic_forces
 from benchmarks.blind.masses import film_thickness
 from benchmarks.blind.material import constants, respond, stiffened
 from benchmarks.blind.moduli import plug_share
-from benchmarks.blind.observe import true_rendering
 from benchmarks.blind.renderer import on_tilted
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rotations import rotation
@@ -199,12 +199,7 @@ def test_a_stereo_pair_errs_by_the_square_of_the_depth_and_evenly_over_rows(
     faults = _drawn('depth_affine/toed', setup)
     distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
     for pose in (0, 3):
-        view, right = (
-            true_rendering(plain, setup, setup.observations[pose], each, rests[pose])
-            for each in (faults, Faults())
-        )
-        there = np.isfinite(right.depth)
-        assert np.array_equal(there, np.isfinite(view.depth))
+        view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
         rows = (right.row + np.arange(right.depth.shape[0]) - setup.camera.cy) / 240.0
         by_row = np.broadcast_to(1.0 + faults.depth_roll * rows[:, None, None], there.shape)
         expected = 1e-3 * faults.depth_bias * by_row * (right.depth / distance) ** 2

@@ -12,6 +12,7 @@ from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ def _one_frame(observation: Observation) -> Observation:
     return replace(observation, frame_count=1, noise=float('nan'))
 
 
-def _with_step_fitted(seen: Observation) -> tuple[Hypothesis, Refit]:
+def _with_step_fitted(seen: Observation) -> tuple[Hypothesis, PatchEvaluator, Refit]:
     scene = replace(
         beam_scene((6, 2, 2), fit=('youngs_modulus', 'rigid_offset')),
         effects={'depth_bias_by_region': {'at': 0.5}, 'stiffness_contrast': {'at': 0.5}},
@@ -39,23 +40,23 @@ def _with_step_fitted(seen: Observation) -> tuple[Hypothesis, Refit]:
     (step,) = [c for c in listed if c.identifier == 'depth_bias_by_region']
     found = try_effects(evaluator, nominal, (step,), {})
     assert found is not None
-    return found, nominal
+    return found, evaluator, nominal
 
 
 def test_a_deep_step_is_not_drawn_to_nothing():
-    found, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
+    found, _, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
     (amplitude,) = found.amplitudes(found.added[0])
     assert amplitude.value == pytest.approx(-1e3 * STEP, abs=1e3 * CLOSE)
     assert not has_doubtful_effect(found, nominal)
 
 
 def test_a_step_that_is_not_there_may_as_well_be_absent():
-    found, nominal = _with_step_fitted(watched(seed=4))
+    found, _, nominal = _with_step_fitted(watched(seed=4))
     assert has_doubtful_effect(found, nominal)
 
 
 def test_noise_that_is_larger_than_stated_makes_an_amplitude_less_sure():
-    found, _ = _with_step_fitted(with_step(watched(seed=4), 0.5, 0.002))
+    found, _, _ = _with_step_fitted(with_step(watched(seed=4), 0.5, 0.002))
     (step,) = found.added
     chances = [found.chance_of_zero(step, scale) for scale in (0.1, 1.0, 10.0, 1e6)]
     assert chances[0] == chances[1] < chances[2] < chances[3]
@@ -63,25 +64,23 @@ def test_noise_that_is_larger_than_stated_makes_an_amplitude_less_sure():
     assert np.isfinite(found.log_evidence)
 
 
-def _leaving(fit: Refit, residuals: np.ndarray) -> Refit:
-    """Return a fit that leaves given residuals of its first patches [m], and 3 mm elsewhere."""
+def _leaving(fit: Refit, residual: float) -> Refit:
+    """Return a fit that leaves as much on every patch [m]."""
     groups = []
     for group in fit.groups:
-        values = np.full_like(group.patches.values, 0.003)
-        values[: len(residuals)] = residuals[: len(values)]
+        values = np.full_like(group.patches.values, residual)
         groups.append(replace(group, patches=replace(group.patches, values=values)))
     return replace(fit, groups=groups)
 
 
 def test_of_several_ends_the_one_that_meets_most_patches_is_kept(monkeypatch):
     """Squares in units of a guess would choose one that is 5 mm off everywhere."""
-    found, _ = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
-    evaluator, nominal = fit_nominal(found.scene, found.evaluator.model.observations, None)
+    found, evaluator, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
     begun = []
     ends = [
-        replace(_leaving(found.fit, np.full(400, 0.005)), log_evidence=-100.0),
-        replace(_leaving(found.fit, np.full(400, 0.001)), log_evidence=-900.0),
-        replace(_leaving(found.fit, np.full(400, 0.004)), log_evidence=-200.0),
+        replace(_leaving(found.fit, 0.005), log_evidence=-100.0),
+        replace(_leaving(found.fit, 0.001), log_evidence=-900.0),
+        replace(_leaving(found.fit, 0.004), log_evidence=-200.0),
     ]
 
     def end(evaluator, base, starts, *rest):
@@ -101,9 +100,8 @@ def test_of_several_ends_the_one_that_meets_most_patches_is_kept(monkeypatch):
 @pytest.fixture(scope='module')
 def one_and_two():
     """A fit with a step, and one with a tilt besides."""
-    found, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
+    found, evaluator, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
     tilt = next(c for c in candidates(found.scene) if c.identifier == 'gravity_tilt')
-    evaluator, _ = fit_nominal(found.scene, found.evaluator.model.observations, None)
     both = try_effects(evaluator, nominal, (*found.added, tilt), {})
     assert both is not None
     return found, both
@@ -117,7 +115,7 @@ def test_each_effect_of_a_better_pair_is_fitted_alone_from_where_the_pair_ended(
     one_and_two, single_leaves, pair_leaves, asked
 ):
     single, pair = (
-        replace(own, fit=_leaving(own.fit, np.full(400, leaves)))
+        replace(own, fit=_leaving(own.fit, leaves))
         for own, leaves in zip(one_and_two, (single_leaves, pair_leaves), strict=True)
     )
     requests = []
