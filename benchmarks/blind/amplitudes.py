@@ -273,6 +273,8 @@ OUTSIDE_CLASS = {
     'ghost': 'sensor',
     'dished': 'shape',
     'fattened': 'sensor',
+    'shrinking': 'shape',
+    'bleeding': 'sensor',
 }
 
 

@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from benchmarks.blind.bounce import bounced_share
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
@@ -29,7 +30,7 @@ def bias_share(
         return by_row * _squared_depth(rendering, setup)
     if faults.depth_form == 'incidence':
         return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
-    if faults.depth_form in ('near field', 'walk', 'veil', 'saturated'):
+    if faults.depth_form in ('near field', 'walk', 'veil', 'saturated', 'bounced'):
         return _share_by_distance(rendering, setup, faults)
     if faults.depth_form == 'entry':
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, faults.depth_entry)
@@ -80,6 +81,8 @@ def _share_by_distance(rendering: Rendering, setup: Setup, faults: Faults) -> Fl
     seen = np.where(np.isfinite(rendering.depth), rendering.depth, distance)
     if faults.depth_form == 'near field':
         return np.asarray(np.exp((distance - seen) / _NEAR))
+    if faults.depth_form == 'bounced':
+        return bounced_share(rendering, setup, faults.depth_point)
     # The others are stated of what is met squarely.
     if faults.depth_form == 'veil':
         errors = veiled(seen, rendering.facing, distance, faults)

@@ -9,6 +9,8 @@ from itertools import combinations
 import numpy as np
 
 from benchmarks.blind.amplitudes import LIBRARY, MOTION, OUTSIDE, SIZES
+from benchmarks.blind.eighteenth_forms import EIGHTEENTH_PAIRS
+from benchmarks.blind.eighteenth_outside import EIGHTEENTH_OUTSIDE
 from benchmarks.blind.eighth_forms import EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_forms import ELEVENTH_PAIRS
@@ -124,6 +126,7 @@ LAWS_SETS = {
     'fifteenth': Contents(FIFTEENTH_PAIRS, tuple(FIFTEENTH_OUTSIDE), 40),
     'sixteenth': Contents(SIXTEENTH_PAIRS, tuple(SIXTEENTH_OUTSIDE), 40),
     'seventeenth': Contents(SEVENTEENTH_PAIRS, tuple(SEVENTEENTH_OUTSIDE), 40),
+    'eighteenth': Contents(EIGHTEENTH_PAIRS, tuple(EIGHTEENTH_OUTSIDE), 40),
 }
 
 

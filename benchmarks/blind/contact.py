@@ -5,6 +5,7 @@
 import numpy as np
 
 from benchmarks.blind.brush import brush
+from benchmarks.blind.crate import crate, crate_tops
 from benchmarks.blind.dish import dish, dish_tops
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
@@ -53,8 +54,10 @@ def contact_laws(
     if faults.contact_form in ('dish', 'cushion'):
         below = shares > OUTER[faults.contact_form]
         return (dish(observation, faults, stiffness * below),)
-    if faults.contact_form == 'knob':
-        return (knob(faults, stiffness),)
+    if faults.contact_form in ('knob', 'crate'):
+        is_knob = faults.contact_form == 'knob'
+        law = knob(faults, stiffness) if is_knob else crate(observation, faults, stiffness)
+        return (law,)
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
@@ -113,6 +116,8 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
         return groove_tops(points, faults.contact_at)
     if faults.contact_form in ('dish', 'cushion'):
         return dish_tops(points, faults)
+    if faults.contact_form == 'crate':
+        return crate_tops(points, faults)
     if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))
     radius = ROUND[faults.contact_form]

@@ -24,7 +24,7 @@ def fattened(view: Rendering, camera: Camera, radius: float) -> Rendering:
     if not radius:
         return view
     wide = _widened(view, camera, int(np.ceil(radius)))
-    samples = _grid(wide.depth)
+    samples = sample_grid(wide.depth)
     away, (rows, columns) = ndimage.distance_transform_edt(
         ~np.isfinite(samples), return_indices=True
     )
@@ -33,7 +33,8 @@ def fattened(view: Rendering, camera: Camera, radius: float) -> Rendering:
     own_rows, own_columns = np.indices(samples.shape)
     rows, columns = np.where(far, own_rows, rows), np.where(far, own_columns, columns)
     depth, labels, facing = (
-        _pixels(_grid(values)[rows, columns]) for values in (wide.depth, wide.labels, wide.facing)
+        grid_pixels(sample_grid(values)[rows, columns])
+        for values in (wide.depth, wide.labels, wide.facing)
     )
     return replace(wide, depth=depth, labels=labels.astype(np.int64), facing=facing)
 
@@ -54,14 +55,14 @@ def _widened(view: Rendering, camera: Camera, more: int) -> Rendering:
     )
 
 
-def _grid(values: NDArray[Any]) -> FloatArray:
+def sample_grid(values: NDArray[Any]) -> FloatArray:
     """Lay out the samples of pixels (h, w, 9) as they lie in the image, shape (3 h, 3 w)."""
     height, width = values.shape[:2]
     blocks = values.reshape(height, width, SAMPLES, SAMPLES).swapaxes(1, 2)
     return np.asarray(blocks.reshape(height * SAMPLES, width * SAMPLES))
 
 
-def _pixels(samples: FloatArray) -> FloatArray:
+def grid_pixels(samples: FloatArray) -> FloatArray:
     """Put samples that are laid out so back to their pixels, shape (h, w, 9)."""
     height, width = (side // SAMPLES for side in samples.shape)
     blocks = samples.reshape(height, SAMPLES, width, SAMPLES).swapaxes(1, 2)

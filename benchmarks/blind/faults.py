@@ -46,20 +46,22 @@ class Faults(LaterFaults):
             by the sine of the place, aslant, of a tube that is `cored` into the middle of the
             section, up to `contrast_at`, against all else, of a root that is `plugged` by a
             cone, which fills the section at the clamp and comes to its point there, of some
-            `pours` that are alike in length, each of a cup of its own, or of a `foil` on the
-            upper side, from there to `contrast_until`.
+            `pours` that are alike in length, each of a cup of its own, of a `foil` on the
+            upper side, from there to `contrast_until`, or of what `settled` towards the clamp:
+            it falls evenly to none there.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
             `recruited`: of fibres that lie in waves until they are drawn straight, `braided`: of
             threads aslant to the body's length, by the exponential of the square of their
-            growth, `knitted`: of loops along it near the surface, by the cube of that, or
-            `beaded`: of rows of beads along it, where they are pressed, by the cube of that.
+            growth, `knitted`: of loops along it near the surface, by the cube of that,
+            `beaded`: of rows of beads along it, where they are pressed, by the cube of that, or
+            `threaded`: of threads along it near the surface, which are loose at first.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
             Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
             modulus of all fibres, were they straight and not slack, or that at first of a braid
             along the body, or of loops whose square grew by a tenth, or of rows of beads whose
-            square fell by that, over E [-].
+            square fell by that, or of threads once they are taut, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -68,8 +70,9 @@ class Faults(LaterFaults):
             hangs of a `trailing` cable between the side of positive y and a table: more where
             that place is higher; a `loose` ring, which slides as far as `mass_stops`; a wet
             cloth around all between these, which is `drying`; a liquid `pooled` where a channel
-            between them is lowest; a film that `drained` down the surface from the clamp on; or
-            `markers`: balls on stalks, evenly from one of these to the other.
+            between them is lowest; a film that `drained` down the surface from the clamp on;
+            `markers`: balls on stalks, evenly from one of these to the other; or a `tool`, whose
+            middle is ahead of the place that carries it.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -98,8 +101,9 @@ class Faults(LaterFaults):
             draw all the body's mass, did its largest side face it squarely; a `draught`: a
             round stream through `tilt_point`, as is given on its axis, which falls beside that;
             a `layer` of air over a bench, which goes with the square of the height, and is as
-            given where the camera looks; or an `extractor`, which draws all towards its mouth at
-            `tilt_point` by the fourth power of the distance, as hard as given there.
+            given where the camera looks; an `extractor`, which draws all towards its mouth at
+            `tilt_point` by the fourth power of the distance, as hard as given there; or a `fan`
+            that swings, whose push is steady in a pose and another in each.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -112,8 +116,9 @@ class Faults(LaterFaults):
             tip (which moves as far as an arc's), `draped` over a rail at `curvature_at`, from
             which both ends hung (the tip moves as far as an arc's), `buckled` between two
             walls: by the sine of the place (the tip moves as far as an arc's), `folded`: a
-            kink at `curvature_at`, and one the other way at `curvature_again`, or `weighed down`
-            at `curvature_at` between two supports (the tip moves as far as an arc's).
+            kink at `curvature_at`, and one the other way at `curvature_again`, `weighed down`
+            at `curvature_at` between two supports (the tip moves as far as an arc's), or
+            `overhanging` a table's edge at `curvature_at` (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -125,8 +130,8 @@ class Faults(LaterFaults):
             lower beyond `contact_share`, a `vee`: a groove along the world's x, the `pan` of a
             balance, which sinks by all of the force on it, a round `dish` below the outer part,
             a rubber `rope` along the world's z between two posts, the round `knob` at the end
-            of a screw that goes with the rig, a `brush`, whose bristles bend over, or a soft and
-            round `cushion` below the outer part.
+            of a screw that goes with the rig, a `brush`, whose bristles bend over, a soft and
+            round `cushion` below the outer part, or the foam of a `crate` for eggs.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -141,7 +146,8 @@ class Faults(LaterFaults):
             `depth_veil`, by the light that returns; of an imager of a stereo pair that is
             `toed` in and rolled: with the square of the depth, and evenly over the rows; of a
             `smudge` on a window, round `depth_spot`: by the exponential of the square of the way;
-            or of pixels that are `saturated`: by the light beyond `depth_full`.
+            of pixels that are `saturated`: by the light beyond `depth_full`; or of light that
+            `bounced` from `depth_point`: by the inverse square of the distance from there.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -224,7 +230,7 @@ class Faults(LaterFaults):
             z is positive.
         tilt_at: share of the free length of the place that a thread draws.
         curvature_at: share of the free length of the middle of a kink, a rail, a weight or an
-            inner fold.
+            inner fold, or of a table's edge.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
         mass_drop: height above the table at which `added_mass` hangs [m].
         bath: share of the weight of what is below a liquid's level that the liquid bears.
@@ -241,14 +247,15 @@ class Faults(LaterFaults):
             object's x, over their y and z from its middle [-].
         clamp_play: turn at which a clamp with play gives way no more [deg].
         contrast_at: share of the free length above which a lamp stands, where a border lies or a
-            patch or a foil begins, or up to which a tube or a plug reaches.
+            patch or a foil begins, or up to which a tube, a plug or what settled reaches.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the
             camera looks [N].
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
-        stiffening_from: growth of a fibre's square by which it comes straight [-].
+        stiffening_from: growth of a fibre's square by which it comes straight, or of a loose
+            thread's at which it comes taut [-].
         mass_stops: shares of the free length of an inner and an outer stop of a loose ring, of the
             ends of a cloth, or of the first and the last marker.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.

@@ -12,7 +12,7 @@ Fibres in waves have g^3 / (g + w) in place of the square of g = a . C a - 1: ne
 before they are drawn straight, and the square far beyond w. Steep ones have (exp(q g^2) - 1) / q
 (Holzapfel, Gasser and Ogden 2000, J. Elasticity 61). Loops of a knit have g^3: they bear nothing
 at first, and the more the straighter they are; rows of beads have that of |g| where they are
-pressed together.
+pressed together. Loose threads have the square of what g is beyond where they come taut.
 """
 
 from dataclasses import dataclass
@@ -36,6 +36,7 @@ class Fibres:
         steep: q [-]; 0 of those that go with the square.
         pressed: whether they resist a push alone, as the sides of a crack do.
         knit: whether their energy goes with the cube, as that of loops or beads does.
+        loose: growth of their square at which they come taut; of slack ones alone [-].
     """
 
     stiffness: FloatArray
@@ -45,6 +46,7 @@ class Fibres:
     steep: float = 0.0
     pressed: bool = False
     knit: bool = False
+    loose: float = 0.0
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
@@ -102,9 +104,9 @@ class Fibres:
         return g**3 / longer, slope, 2.0 * g * (g**2 + 3.0 * g * w + 3.0 * w**2) / longer**3
 
     def _drawn(self, F: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where a fibre goes, and by how much its square grew where that is resisted."""
+        """Return where a fibre goes, and by how much its square grew that is resisted."""
         drawn = F @ self.direction
         growth = np.einsum('...i,...i->...', drawn, drawn) - 1.0
         if self.pressed:
             return drawn, np.minimum(growth, 0.0)
-        return drawn, np.maximum(growth, 0.0) if self.slack else growth
+        return drawn, np.maximum(growth - self.loose, 0.0) if self.slack else growth

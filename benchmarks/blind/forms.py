@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.amplitudes import direction, number, signed
+from benchmarks.blind.eighteenth_forms import EIGHTEENTH_FORMS
 from benchmarks.blind.eighth_forms import EIGHTH_FORMS
 from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS
 from benchmarks.blind.fifteenth_forms import FIFTEENTH_FORMS
@@ -195,6 +196,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'fifteenth': FIFTEENTH_FORMS,
     'sixteenth': SIXTEENTH_FORMS,
     'seventeenth': SEVENTEENTH_FORMS,
+    'eighteenth': EIGHTEENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

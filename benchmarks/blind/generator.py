@@ -35,6 +35,7 @@ from benchmarks.blind.cases import (
     list_motion_form_cases,
     SETS,
 )
+from benchmarks.blind.eighteenth_outside import EIGHTEENTH_OUTSIDE
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
@@ -107,7 +108,8 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
     last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE, **FIFTEENTH_OUTSIDE, **SIXTEENTH_OUTSIDE}
-    drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **SEVENTEENTH_OUTSIDE, **forms}
+    newest = {**SEVENTEENTH_OUTSIDE, **EIGHTEENTH_OUTSIDE}
+    drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **newest, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)
     faults = combined(effects)

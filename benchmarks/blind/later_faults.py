@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the seventeenth set.
+    """Amplitudes that came with the twelfth to the eighteenth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -31,8 +31,9 @@ class LaterFaults:
             empty: `region_from` in all.
         mass_filled: share of a channel that its liquid fills.
         contrast_wave: length of the streaks' waves, as a share of the free length.
-        contact_ahead: where a dish is lowest or a cushion highest, along the world's x [m], and
-            along z at `contact_at`; or a knob highest, along the object's x, and along y at that.
+        contact_ahead: where a dish is lowest, or a cushion or a crate's foam highest, along the
+            world's x [m], and along z at `contact_at`; or a knob highest, along the object's x,
+            and along y at that.
         contact_round: radius to which a dish is round at its bottom; below 0: to which a cushion
             is at its top [m].
         clamp_rub: moment by which a clamp that rubs lags behind [N m].
@@ -81,7 +82,8 @@ class LaterFaults:
         mass_count: number of markers.
         clamp_bow: turn per length of a held section in bowed jaws, about the object's y and z,
             from its inner end on [1/m].
-        contact_stiffness: pressure of a cushion by its dent [Pa/m]; 0: it is as hard as all else.
+        contact_stiffness: pressure of a cushion or a crate's foam by its dent [Pa/m]; 0: it is as
+            hard as all else.
         depth_full: light from which on pixels are saturated, over that of what is met squarely
             where the camera looks [-].
         region_dot: edge of dots in which `region_bias` is added [m]; 0: there are none.
@@ -89,6 +91,17 @@ class LaterFaults:
         region_seed: of what is drawn for their places.
         dished: share of the height that the true body lacks amid its hollow upper side.
         fattened: by how much a body's outline is seen too far out [px].
+        mass_ahead: from the middle of its foot on a body to a tool's mass, along the body [mm].
+        clamp_gape: by how much less than stated a body is held by jaws that gape [mm].
+        contact_wave: way from crest to crest of a crate's foam, along the world's x and z [m].
+        contact_trough: by how much its troughs are lower than its crests [m].
+        depth_point: of the world, from which light bounces to a body [m].
+        region_strip: share of each side that a strip along its middle covers; 0: all of it.
+        tilt_shares: how much of a fan's push there is in each pose.
+        shrinking: by how much all lengths of a body without stress are shorter at last [%].
+        shrinking_shares: how much of that is there in each pose.
+        bleeding: error of depth on a body's outline [mm].
+        bleeding_width: way inwards from there over which it falls to a third [px].
     """
 
     stiffening_slant: float = 0.0
@@ -158,3 +171,14 @@ class LaterFaults:
     region_seed: int = 0
     dished: float = 0.0
     fattened: float = 0.0
+    mass_ahead: float = 0.0
+    clamp_gape: float = 0.0
+    contact_wave: float = 1.0
+    contact_trough: float = 0.0
+    depth_point: Vector = (0.0, 0.0, 0.0)
+    region_strip: float = 0.0
+    tilt_shares: tuple[float, ...] = ()
+    shrinking: float = 0.0
+    shrinking_shares: tuple[float, ...] = ()
+    bleeding: float = 0.0
+    bleeding_width: float = 1.0

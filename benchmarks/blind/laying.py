@@ -40,7 +40,7 @@ def lay_on_plane(
     normal = np.array(faults.contact_normal)
     if faults.contact_form == 'vee':
         faults = replace(faults, contact_at=_below_tip(setup, faults)[2])
-    if faults.contact_form in ('dish', 'cushion'):
+    if faults.contact_form in ('dish', 'cushion', 'crate'):
         ahead, _, aside = _below_tip(setup, faults)
         ahead, aside = ahead + faults.contact_ahead, aside + faults.contact_at
         faults = replace(faults, contact_ahead=ahead, contact_at=aside)
@@ -118,7 +118,7 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
 
 
 def _below_tip(setup: Setup, faults: Faults) -> list[float]:
-    """Return where in the world the tip hangs below which a groove or a dish is to lie [m]."""
+    """Return where in the world the tip hangs below which something is to lie [m]."""
     free = replace(faults, contact_height=None)
     specimen, observation = make_specimen(setup, free), setup.observations[0]
     rest = settle(specimen, setup, observation, free)

@@ -137,6 +137,9 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)
+    if faults.tilt_form == 'fan':
+        share = faults.tilt_shares[setup.pose_number(observation)]
+        return np.asarray(object_from_world @ (down + share * side))
     if faults.tilt_form in _PUSHES:
         return np.asarray(object_from_world @ down)
     if faults.tilt_form == 'side_force':

@@ -55,6 +55,7 @@ def added_mass(
         'pooled': (_MASS_REACH, 0.0),
         # Each of several has a place of its own.
         'markers': (_MASS_REACH, 0.0),
+        'tool': (_MASS_REACH, 1.0),
     }[faults.mass_form]
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)
@@ -73,8 +74,9 @@ def added_mass(
     if faults.mass_form == 'cable':
         cable = _shared(faults.added_mass, (share < faults.added_mass_at) * volumes)
         masses = 0.5 * (masses + cable)
-    if faults.mass_form == 'arm':
-        masses = masses * _carried(masses, np.array([0.0, *faults.mass_arm]), quadrature, mesh)
+    if faults.mass_form in ('arm', 'tool'):
+        arm = np.array([0.0, *faults.mass_arm]) + faults.mass_ahead * tip_direction(setup)
+        masses = masses * _carried(masses, arm, quadrature, mesh)
     if faults.mass_form == 'markers':
         masses = _markers(faults, share, quadrature, mesh)
     return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
@@ -99,6 +101,13 @@ def _markers(
         foot = _shared(faults.added_mass / faults.mass_count, weights)
         found += foot * _carried(foot, stalk, quadrature, mesh)
     return found
+
+
+def tip_direction(setup: Setup) -> FloatArray:
+    """Return where a body's middle line points at its tip, object frame, shape (3,)."""
+    length = setup.shape.length
+    line = setup.shape.place(np.array([[(1.0 - 1e-4) * length, 0.0, 0.0], [length, 0.0, 0.0]]))
+    return np.asarray((line[1] - line[0]) / np.linalg.norm(line[1] - line[0]))
 
 
 def film_thickness(share: FloatArray) -> FloatArray:

@@ -38,6 +38,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'patched': _patch(faults, share, points),
         'streaky': np.sin(2.0 * np.pi * _aslant(setup, faults, share, points)),
         'plugged': plug_share(share, outward.max(axis=1), faults.contrast_at),
+        'settled': settled_share(share, faults.contrast_at),
         'foil': on_foil(setup, faults, share, points),
         'pours': pour_value(share, faults.contrast_pours),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
@@ -77,6 +78,18 @@ def plug_share(share: FloatArray, outward: FloatArray, end: float) -> FloatArray
     radius = 1.0 - share / max(end, 1e-9)
     # Over a fifth of the half section: Gauss points are few, and rubber creeps into a plug's skin.
     return np.asarray(np.clip(0.5 + (radius - outward) / _PLUG_SKIN, 0.0, 1.0) * (radius > 0.0))
+
+
+def settled_share(share: FloatArray, end: float) -> FloatArray:
+    """Return how much settled at places of a mould that stood on its clamp's end, 1 at the clamp.
+
+    It falls evenly to where the rubber is clear, as that of grains of all sizes does.
+
+    Args:
+        share: of the free length, any shape.
+        end: share from which on there is nothing.
+    """
+    return np.asarray(np.maximum(1.0 - share / max(end, 1e-9), 0.0))
 
 
 def pour_value(share: FloatArray, values: tuple[float, ...]) -> FloatArray:

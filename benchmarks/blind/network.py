@@ -4,7 +4,8 @@
 
 Short ones in all directions, which lie in waves until they are drawn straight; or threads of a
 braid, which cross the body aslant and resist a pull by its exponential; or loops of a knitted
-sleeve, along the body and near its surface; or rows of beads along it, which resist a push. On
+sleeve, along the body and near its surface; or rows of beads along it, which resist a push; or
+threads along it and near its surface, which are loose until they are drawn taut. On
 the upper side alone a fabric resists a pull, and the sides of its cracks a push.
 """
 
@@ -26,7 +27,7 @@ _AXES = np.array(
 )
 AXES = _AXES / np.linalg.norm(_AXES[0])
 _ALONG = np.array([1.0, 0.0, 0.0])
-_KNIT_FROM = 0.6  # Of the way from the section's middle to its surface.
+_KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads as well.
 _DRAWN = 0.1  # Growth of a loop's square, or loss of a row's, at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
 _SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
@@ -46,6 +47,10 @@ def reinforced(
     if faults.stiffening_form == 'knitted' and faults.stiffening:
         knit = faults.stiffening * modulus / (24.0 * _DRAWN) * (np.asarray(outward) > _KNIT_FROM)
         return replace(numbers, network=(Fibres(knit, _ALONG, slack=True, knit=True),))
+    if faults.stiffening_form == 'threaded' and faults.stiffening:
+        threads = faults.stiffening * modulus / 8.0 * (np.asarray(outward) > _KNIT_FROM)
+        loose = Fibres(threads, _ALONG, slack=True, loose=faults.stiffening_from)
+        return replace(numbers, network=(loose,))
     if faults.stiffening_form == 'beaded' and faults.stiffening:
         rows = faults.stiffening * modulus / (24.0 * _DRAWN)
         return replace(numbers, network=(Fibres(rows, _ALONG, pressed=True, knit=True),))

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.biases import bias_share
+from benchmarks.blind.bleeding import bleeding_share
 from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
+from benchmarks.blind.hexahedra import HexMesh
 from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
 from benchmarks.blind.rotations import applied, rigid, rotation
@@ -68,7 +70,7 @@ def _seen(
             _border(setup, observation, faults),
             faults.region_ramp,
             faults.region_until,
-            mesh.lattice[:, 2] if faults.region_above else None,
+            _covered(mesh, setup, faults),
             faults.region_bands,
             is_wound=faults.region_wound,
             speckle=(faults.region_dot, faults.region_cover, faults.region_seed),
@@ -87,7 +89,7 @@ def _seen(
         scale *= setup.pose_number(observation) / max(len(setup.observations) - 1, 1)
     depth = rendering.depth * (1.0 + 0.01 * scale) + bias + _wiggle(rendering, faults)
     depth = depth + _stripes(rendering, faults) + _tiles(rendering, setup.camera, faults)
-    depth = depth + _jump(rendering, faults)
+    depth = depth + _jump(rendering, faults) + _bleeding(rendering, faults)
     tip = tip_part(rendering.labels) * rendering.facing**faults.region_gloss
     depth = depth + 1e-3 * faults.region_bias * tip
     depth = np.maximum(depth, _least_depth(faults))
@@ -129,6 +131,25 @@ def _jump(rendering: Rendering, faults: Faults) -> FloatArray | float:
     if not faults.jump:
         return 0.0
     return np.asarray(1e-3 * faults.jump * (rendering.depth > faults.jump_from))
+
+
+def _bleeding(rendering: Rendering, faults: Faults) -> FloatArray | float:
+    """Return an error that falls from a body's outline inwards [m]."""
+    if not faults.bleeding:
+        return 0.0
+    return 1e-3 * faults.bleeding * bleeding_share(rendering, faults.bleeding_width)
+
+
+def _covered(mesh: HexMesh, setup: Setup, faults: Faults) -> FloatArray | None:
+    """Return what is above 0 where a region is on a section, at the nodes, shape (N,).
+
+    Strips lie along the middle of each side: where one of both places across, 1 and -1 at the
+    sides, is less than their width; the other is 1 or -1 on the surface. None: it is all around.
+    """
+    if faults.region_strip:
+        across = mesh.lattice[:, 1:] / (0.5 * np.array(setup.shape.section))
+        return np.asarray(1.0 + faults.region_strip**2 - (across**2).sum(axis=1))
+    return mesh.lattice[:, 2] if faults.region_above else None
 
 
 def _least_depth(faults: Faults) -> float:

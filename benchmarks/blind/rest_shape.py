@@ -21,8 +21,9 @@ _KINK = 0.1  # Share of the free length of a kink, or of a fold.
 def true_shape(shape: Shape, faults: Faults) -> Shape:
     """Return the shape that a body has in place of the stated one, bending aside."""
     x, y, z = shape.breaks
-    # A body that slid out is held by so much less, and keeps its shape.
-    held, end = x[1] - 1e-3 * faults.clamp_slid, x[-1] - 1e-3 * faults.trimmed
+    # A body that slid out, or whose jaws gape, is held by so much less, and keeps its shape.
+    held = x[1] - 1e-3 * faults.clamp_slid - 1e-3 * faults.clamp_gape
+    end = x[-1] - 1e-3 * faults.trimmed
     one, other = shape.taper
     longer = [place + faults.drawn * (place - held) for place in (*x[2:-1], end)]
     return replace(
@@ -58,6 +59,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
     if faults.curvature_form == 'folded':
         return _bent_in_parts(nodes, shape, _folds(curvature, faults))
+    if faults.curvature_form == 'overhanging':
+        return _bent_in_parts(nodes, shape, _overhung(curvature, faults.curvature_at))
     if faults.curvature_form in ('draped', 'weighed down'):
         return _bent_in_parts(nodes, shape, _supported(curvature, faults))
     if faults.curvature_form in ('S', 'middle', 'helix', *_RATES):
@@ -124,6 +127,23 @@ def _supported(curvature: FloatArray, faults: Faults) -> list[tuple[float, float
         middle = 0.5 * (begin + end)
         moment = min(middle / at, (1.0 - middle) / (1.0 - at)) ** power
         found.append((begin, end, 0.5 / lever * moment * curvature))
+    return found
+
+
+def _overhung(curvature: FloatArray, edge: float) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that lay on a table and hung over its edge, the outer one first.
+
+    What lay on the table stayed straight, and the tip is as far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        edge: share of the free length that lay over the table's edge.
+    """
+    outer, found = 1.0 - edge, []
+    for number in reversed(range(_PARTS)):
+        begin, end = edge + outer * number / _PARTS, edge + outer * (number + 1) / _PARTS
+        left = 1.0 - (number + 0.5) / _PARTS
+        found.append((begin, end, 2.0 / outer**2 * left**2 * curvature))
     return found
 
 

@@ -116,6 +116,14 @@ def _heated(specimen: Specimen, growth: float) -> Specimen:
     return replace(specimen, body=replace(specimen.body, quadrature=quadrature))
 
 
+def _shrunk(specimen: Specimen, growth: float) -> Specimen:
+    """Let all of a body grow by a percentage, and what it weighs with its volume."""
+    body = specimen.body
+    quadrature = _swollen(body.quadrature, np.ones(specimen.heights.shape), growth)
+    masses = body.masses * (1.0 + 0.01 * growth) ** 3
+    return replace(specimen, body=replace(body, quadrature=quadrature, masses=masses))
+
+
 def _recovered(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
 ) -> Specimen:
@@ -183,6 +191,9 @@ def _in_pose(
     if faults.heat:
         share = faults.heat_shares[setup.pose_number(observation)]
         specimen = _heated(specimen, share * faults.heat)
+    if faults.shrinking:
+        share = faults.shrinking_shares[setup.pose_number(observation)]
+        specimen = _shrunk(specimen, -share * faults.shrinking)
     if faults.curvature_shares:
         specimen = _recovered(specimen, setup, observation, faults)
     if faults.warming:

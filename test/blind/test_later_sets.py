@@ -11,6 +11,8 @@ from support.blind_labels import check_label, labelled
 
 from benchmarks.blind.amplitudes import Drawer, LIBRARY, OUTSIDE, OUTSIDE_CLASS
 from benchmarks.blind.cases import Case, LAWS_SETS, list_form_cases
+from benchmarks.blind.eighteenth_forms import EIGHTEENTH_FORMS, EIGHTEENTH_PAIRS
+from benchmarks.blind.eighteenth_outside import EIGHTEENTH_OUTSIDE
 from benchmarks.blind.eighth_forms import EIGHTH_FORMS, EIGHTH_PAIRS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS, ELEVENTH_PAIRS
@@ -51,6 +53,7 @@ COUNTS = {
     'fifteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'sixteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'seventeenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'eighteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -100,6 +103,9 @@ OWN = {
         SEVENTEENTH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
+    ),
+    'eighteenth': Own(
+        EIGHTEENTH_FORMS, EIGHTEENTH_PAIRS, EIGHTEENTH_OUTSIDE, frozenset({'shape', 'sensor'}), 3
     ),
 }
 

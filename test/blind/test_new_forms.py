@@ -11,6 +11,8 @@ import pytest
 from support.blind_rests import rest_of
 
 from benchmarks.blind.amplitudes import LIBRARY
+from benchmarks.blind.eighteenth_forms import EIGHTEENTH_FORMS
+from benchmarks.blind.eighteenth_outside import EIGHTEENTH_OUTSIDE
 from benchmarks.blind.eighth_forms import EIGHTH_FORMS
 from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_forms import ELEVENTH_FORMS
@@ -91,6 +93,10 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'compliant_clamp/wrist': {'clamp_form': 'turn'},
     'gravity_tilt/extractor': {'tilt_form': 'tilt'},
     'rest_curvature/weighed down': {'curvature_form': 'arc'},
+    'added_mass/tool': {'mass_form': 'hat'},
+    'stiffness_contrast/settled': {'contrast_mode': 'split'},
+    'gravity_tilt/fan': {'tilt_form': 'tilt'},
+    'rest_curvature/overhanging': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -123,15 +129,20 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/saturated': {'depth_form': 'affine'},
     'depth_bias_by_region/speckled': {'region_dot': 0.0},
     'camera_offset/leaned on': {'camera_scatter': ()},
+    'depth_affine/bounced': {'depth_form': 'affine'},
+    'depth_bias_by_region/lengthwise': {'region_strip': 0.0},
+    'camera_offset/put back': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
     'clamp_offset/dragged',
     'clamp_offset/pinched',
     'clamp_offset/slid out',
+    'compliant_clamp/gaping',
     'contact_plane/rig',
     'camera_offset/pane',
     'contact_plane/brush',
+    'contact_plane/crate',
     'contact_plane/cushion',
     'contact_plane/dish',
     'contact_plane/knob',
@@ -147,6 +158,7 @@ OTHERS = {
     'strain_stiffening/hart_smith',
     'strain_stiffening/knitted',
     'strain_stiffening/recruited',
+    'strain_stiffening/threaded',
     'strain_stiffening/veronda_westmann',
 }
 CAUSES = {
@@ -161,6 +173,7 @@ CAUSES = {
     **FIFTEENTH_OUTSIDE,
     **SIXTEENTH_OUTSIDE,
     **SEVENTEENTH_OUTSIDE,
+    **EIGHTEENTH_OUTSIDE,
 }
 
 
@@ -171,7 +184,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
-    last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS)
+    last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -186,6 +199,7 @@ def test_every_form_is_checked_here() -> None:
         (FIFTEENTH_FORMS, {'depth_bias_by_region'}),
         (SIXTEENTH_FORMS, {'added_mass'}),
         (SEVENTEENTH_FORMS, {'strain_stiffening'}),
+        (EIGHTEENTH_FORMS, {'clamp_offset'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -89,6 +89,15 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'eighteenth': (
+        (
+            'added_mass/tool',
+            'stiffness_contrast/settled',
+            'gravity_tilt/fan',
+            'rest_curvature/overhanging',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys

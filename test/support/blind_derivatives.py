@@ -40,12 +40,18 @@ def check_derivatives(
     return np.asarray(stiff)
 
 
-def check_body_stiffness(body: Body, positions: np.ndarray) -> None:
-    """Fail where a body's stiffness is not the slopes of its forces, drawn longer by 3 %."""
+def check_body_stiffness(body: Body, positions: np.ndarray, *, step: float = 1e-8) -> None:
+    """Fail where a body's stiffness is not the slopes of its forces, drawn longer by 3 %.
+
+    Args:
+        body: the elastic body.
+        positions: of its nodes before that [m], shape (N, 3).
+        step: by which nodes are moved to either side, by standard normal draws [m].
+    """
     random = np.random.default_rng(2)
     bent = positions * np.array([1.03, 0.99, 0.99])
     bent = bent + 1e-4 * random.standard_normal(bent.shape)
-    move, h = random.standard_normal(bent.shape), 1e-8
+    move, h = random.standard_normal(bent.shape), step
     one, other = (body.evaluate(bent + way * h * move).gradient for way in (1.0, -1.0))
     blocks = body.evaluate(bent).blocks
     assert blocks is not None
