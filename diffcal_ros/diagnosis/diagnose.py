@@ -36,6 +36,7 @@ from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups, Screen, screen
 from diffcal_ros.diagnosis.verdict.conclude import conclude
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.one_blas_thread import blas_on_one_thread
@@ -136,6 +137,7 @@ def diagnose(
         judged, outliers = _without_local_outliers(judged, listed, settings.margin, report)
         evaluator, nominal = judged.evaluator, judged.nominal
         selection = choice = None
+        witness = FieldWitness(evaluator, nominal)
         if judged.disagreement.is_worth_naming:
             jobs = settings.jobs
             with RefitPool(evaluator, nominal, report, jobs=jobs, processes=processes) as pool:
@@ -144,7 +146,7 @@ def diagnose(
                 selection = select(pool, judged.scores, with_pairs=is_named)
             choice = choose(selection, evaluator, nominal)
             if choice is not None:
-                choice = with_sure_part(choice, selection, nominal)
+                choice = with_sure_part(choice, selection, nominal, witness)
     scores, disagreement = judged.scores, judged.disagreement
     if choice is not None:
         disagreement = beside_a_model(disagreement, choice.hypothesis.fit)
@@ -154,7 +156,7 @@ def diagnose(
         choice = replace(choice, hypothesis=refitted_there(choice.hypothesis))
     seconds = time.perf_counter() - begun
     diagnosis = conclude(
-        evaluator, nominal, scores, disagreement, selection, choice, seconds, outliers
+        evaluator, nominal, scores, disagreement, selection, choice, seconds, outliers, witness
     )
     return DiagnosisTrace(evaluator, nominal, scores, disagreement, selection, diagnosis)
 

@@ -14,6 +14,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import where_largest
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.screening import largest_cosines, Screen
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.naming import find_name, Naming
 from diffcal_ros.diagnosis.verdict.notes import notes_of
 from diffcal_ros.diagnosis.verdict.time_course import time_course
@@ -38,14 +39,16 @@ def conclude(
     choice: Choice | None,
     seconds: float,
     outliers: Sequence[LocalOutlier] = (),
+    witness: FieldWitness | None = None,
 ) -> Diagnosis:
     """Put the verdict together."""
+    witness = witness or FieldWitness(evaluator, nominal)
     added, fitted, doubt = nominal, nominal, 0.0
     if choice is not None:
         added, fitted = choice.hypothesis.fit, choice.hypothesis.in_any_form
         doubt = weight_doubt(choice.hypothesis)
     singles = () if selection is None else selection.singles
-    named = find_name(evaluator, nominal, scores, disagreement, choice, singles)
+    named = find_name(evaluator, nominal, scores, disagreement, choice, singles, witness)
     unknown = named.unknown
     return Diagnosis(
         verdict=disagreement.verdict,

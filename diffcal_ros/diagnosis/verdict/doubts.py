@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import (
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture
 from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, LEAST_CLOSURE
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
@@ -29,10 +30,15 @@ import numpy as np
 
 # What closes more of the gap in the library's form tells the class, if not the name.
 MOST_OF_IT = 0.5
+# What closes so much of the gap on patches that no fit has seen leaves next to nothing there.
+NEARLY_ALL = 0.95
 
 
 def doubts_about(
-    hypothesis: Hypothesis, nominal: Refit, singles: Sequence[Hypothesis] = ()
+    hypothesis: Hypothesis,
+    nominal: Refit,
+    singles: Sequence[Hypothesis] = (),
+    witness: FieldWitness | None = None,
 ) -> tuple[str, ...]:
     """Say why a model may not be named, however much likelier than others it is.
 
@@ -43,12 +49,13 @@ def doubts_about(
         hypothesis: the model.
         nominal: fit of the model without its effects.
         singles: models with one effect each, best first.
+        witness: who may speak for a form that is far off; None: nobody does.
     """
     closures = _closures(hypothesis, nominal)
     reason = (
         _of_amplitudes(hypothesis, nominal, singles)
         or _of_the_gap(hypothesis, nominal, closures)
-        or _of_freedom(hypothesis)
+        or _of_freedom(hypothesis, closures[0], witness)
         or _of_what_is_left(hypothesis, nominal, closures)
     )
     if reason is None:
@@ -89,17 +96,50 @@ def _of_the_gap(
     return None
 
 
-def _of_freedom(hypothesis: Hypothesis) -> str | None:
-    """Say by what freedom a model follows more than what it is."""
+def _of_freedom(
+    hypothesis: Hypothesis, closure: float, witness: FieldWitness | None
+) -> str | None:
+    """Say by what freedom a model follows more than what it is, where nothing speaks for it.
+
+    Of what is another one in each pose its class is all that fields tell.
+    """
+    reason = freedom_of(hypothesis)
+    if reason is not None and not _is_spoken_for(hypothesis, closure, witness):
+        return reason
+    differs = _differs_by_pose(hypothesis)
+    if differs is not None:
+        return f'with a {differs}'
+    fraction = _off_in_form(hypothesis) if reason is None else 0.0
+    if _is_another_by_pose(hypothesis, fraction):
+        return 'in a form that is another one in each pose'
+    return None
+
+
+def _is_spoken_for(hypothesis: Hypothesis, closure: float, witness: FieldWitness | None) -> bool:
+    """Tell whether two witnesses who know nothing of one another speak for a form that is far off.
+
+    Patches that no fit has seen, where as it is fitted it leaves next to no gap, and smooth fields
+    of its class, which predict each pose best by the others. What forms may explain besides, by
+    tangents, says nothing. Fields are of one class: of two effects the other one may be anything,
+    so that a free form is forgiven no more than another one.
+    """
+    if witness is None or not closure >= NEARLY_ALL:
+        return False
+    count = len(hypothesis.added)
+    is_far = hypothesis.is_free_in_everything or _off_in_form(hypothesis) > FARTHEST_FORM / count
+    return not (count > 1 and is_far) and witness.speaks_for(hypothesis)
+
+
+def freedom_of(hypothesis: Hypothesis) -> str | None:
+    """Say by what freedom a model follows more than what the library says of it."""
     if hypothesis.is_free_in_everything:
         # Of seven names that were given so two were right, both beside another effect: a lens and
         # a place of its own in each pose follow what contact, a mass or a bend does, too.
         return 'in another form and as another one in each pose, which may be anything'
-    differs = _differs_by_pose(hypothesis)
-    if differs is not None:
-        return f'with a {differs}'
-    off = _off_in_form(hypothesis)
-    return None if off is None else f'in a form that is {off}'
+    fraction = _off_in_form(hypothesis)
+    if fraction > _farthest_form(hypothesis):
+        return f'in a form that is off by {fraction:.0%} of what it does'
+    return None
 
 
 def _of_what_is_left(
@@ -139,33 +179,51 @@ def _leaves_more(hypothesis: Hypothesis) -> bool:
     return hypothesis.judged is not None and hypothesis.judged.left > FAR_ABOVE * floor
 
 
-def _off_in_form(hypothesis: Hypothesis) -> str | None:
-    """Say by how much effects are off from the library's form, where that is too much for a name.
+def _off_in_form(hypothesis: Hypothesis) -> float:
+    """Return by what share effects are off from the library's form, as far as data ask for that.
 
-    It is not where that form leaves noise, or owes other forms next to nothing and leaves little.
-    What is moved, clamped anew or warms up may be another one in each pose. Of two effects either
-    of which may be far off nothing is known.
+    They do not where that form leaves noise, or where next to nothing is owed to other forms and
+    little is left.
     """
     judged = hypothesis.judged
     if judged is None:
-        return None
+        return 0.0
+    asks = hypothesis.leaning >= LEAST_LEANING
     if hypothesis.fit.chance_of_noise >= ALPHA:
         # As another one in each pose much leaves noise that is not it.
-        is_set_anew = any(part.posture is not None for part in hypothesis.freed)
-        asks = is_set_anew and hypothesis.leaning >= LEAST_LEANING
-        is_far = asks and judged.fraction > FARTHEST_FORM
-        return f'off by {judged.fraction:.0%} of what it does' if is_far else None
-    left = patch_gap(hypothesis.fit.groups, Part.REPORT)
-    asks_for_it = hypothesis.leaning >= LEAST_LEANING or left.rms > FAR_ABOVE * left.whole_floor
-    fraction = judged.fraction if asks_for_it else 0.0
-    # What is of a free form already, and asks for another one yet, is hardly it.
+        asks &= any(part.posture is not None for part in hypothesis.freed)
+    else:
+        left = patch_gap(hypothesis.fit.groups, Part.REPORT)
+        asks |= left.rms > FAR_ABOVE * left.whole_floor
+    return judged.fraction if asks else 0.0
+
+
+def _farthest_form(hypothesis: Hypothesis) -> float:
+    """Return what share forms may be off by for a name.
+
+    Of two effects either of which may be far off nothing is known. What is of a free form already,
+    and asks for another one yet, is hardly it.
+    """
+    if hypothesis.fit.chance_of_noise >= ALPHA:
+        return FARTHEST_FORM
     is_free = any(part.posture is None for part in hypothesis.freed)
-    if fraction > FARTHEST_FORM / (len(hypothesis.added) * (2 if is_free else 1)):
-        return f'off by {fraction:.0%} of what it does'
+    return FARTHEST_FORM / (len(hypothesis.added) * (2 if is_free else 1))
+
+
+def _is_another_by_pose(hypothesis: Hypothesis, fraction: float) -> bool:
+    """Tell whether a model is by too much another one in each pose, or in itself and in each.
+
+    What is moved, clamped anew or warms up may be.
+
+    Args:
+        hypothesis: the model.
+        fraction: by what share its effects are off in themselves.
+    """
+    judged = hypothesis.judged
+    if judged is None or hypothesis.fit.chance_of_noise >= ALPHA:
+        return False
     is_moved = len(hypothesis.added) == 1 and hypothesis.added[0].effect.most_by_pose >= 1.0
-    if not is_moved and np.hypot(fraction, judged.by_pose) > FARTHEST_FORM:
-        return 'another one in each pose'
-    return None
+    return not is_moved and bool(np.hypot(fraction, judged.by_pose) > FARTHEST_FORM)
 
 
 def _differs_by_pose(hypothesis: Hypothesis) -> str | None:

@@ -14,6 +14,7 @@ from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about, MOST_OF_IT
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture
 from diffcal_ros.diagnosis.verdict.unknown import (
     describe_unknown,
@@ -68,12 +69,13 @@ def find_name(
     disagreement: Disagreement,
     choice: Choice | None,
     singles: Sequence[Hypothesis],
+    witness: FieldWitness,
 ) -> Naming:
     """Name the chosen effects, a class outside the library, or nothing."""
     doubts: tuple[str, ...] = ()
     closure = float('nan')
     if choice is not None:
-        doubts = doubts_about(choice.hypothesis, nominal, singles)
+        doubts = doubts_about(choice.hypothesis, nominal, singles, witness)
         part = judged_part(nominal, is_moving=evaluator.model.is_moving)
         closure = closure_of(nominal, choice.hypothesis.fit, evaluator.is_measured, part)
     nearest = _nearest_class(evaluator, nominal, scores, disagreement, choice, closure)
@@ -86,7 +88,7 @@ def find_name(
         # A form that is free may close anything.
         is_free = choice is not None and bool(choice.hypothesis.freed)
         closes = float('nan') if is_free else closure
-        unknown = describe_unknown(evaluator, nominal, nearest, is_sure=is_sure, closes=closes)
+        unknown = describe_unknown(witness, nearest, is_sure=is_sure, closes=closes)
     effects: tuple[NamedEffect, ...] = ()
     is_open = choice is None or unknown is not None or bool(doubts)
     # A name is for a disagreement: at the size of what sensor and forms are off by anyway several

@@ -13,6 +13,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.verdict.doubts import freedom_of
 from diffcal_ros.diagnosis.verdict.naming import Naming
 from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE
 from diffcal_ros.diagnosis.verdict.verdict import NamedEffect
@@ -69,6 +70,7 @@ def notes_of(
         *(EFFECTS[name].imitated_by for name in named.imitated),
         *([_of_this_cause(doubt)] if named.imitated else []),
         *(of_another_form(choice.hypothesis) if choice and named.effects else ()),
+        *(_in_spite_of_form(choice.hypothesis) if choice and named.effects else ()),
         *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
         *_beside(choice, named.effects),
         *_class_of_all(choice if not (named.is_open or named.effects) else None),
@@ -88,6 +90,19 @@ def _of_this_cause(doubt: float) -> str:
     if doubt == 0.0:
         return _OF_THIS_CAUSE
     return f'what looks the same may add to the weight: {doubt:.0%} of the moduli, in their errors'
+
+
+def _in_spite_of_form(hypothesis: Hypothesis) -> list[str]:
+    """Say why a model has its name that is free to follow more than the library says of it."""
+    freedom = freedom_of(hypothesis)
+    if freedom is None:
+        return []
+    names = ' and '.join(hypothesis.identifiers)
+    return [
+        f'{names} is there {freedom}: it has its name because it leaves next to no gap on '
+        'patches that no fit has seen, and smooth fields that know nothing of it tell the same '
+        'class'
+    ]
 
 
 def _beside(choice: Choice | None, effects: Sequence[NamedEffect]) -> list[str]:

@@ -14,24 +14,31 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import FORM_DOUBT, Hypoth
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 
 
-def with_sure_part(choice: Choice, selection: Selection, nominal: Refit) -> Choice:
+def with_sure_part(
+    choice: Choice,
+    selection: Selection,
+    nominal: Refit,
+    witness: FieldWitness | None = None,
+) -> Choice:
     """Return the choice of the sure one of two effects; the choice as it is where none is.
 
     Args:
         choice: the favoured model.
         selection: all models.
         nominal: fit of the model without effects.
+        witness: see `doubts_about`.
     """
     pair = choice.hypothesis
-    if len(pair.added) < 2 or not doubts_about(pair, nominal, selection.singles):
+    if len(pair.added) < 2 or not doubts_about(pair, nominal, selection.singles, witness):
         return choice
     for name in pair.identifiers:
         alone = next((h for h in selection.singles if h.identifiers == (name,)), None)
         if alone is None or not _is_sure(name, alone, pair, selection, nominal):
             continue
-        if not doubts_about(alone, nominal, selection.singles):
+        if not doubts_about(alone, nominal, selection.singles, witness):
             other = next(n for n in pair.identifiers if n != name)
             return replace(
                 choice, hypothesis=alone, confidences={name: 1.0}, alike=(name,), beside=other

@@ -8,9 +8,9 @@ from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
-from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
-from diffcal_ros.diagnosis.verdict.frame_test import ClassScore, frame_test
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
+from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 from diffcal_ros.diagnosis.verdict.verdict import StandIn
 import numpy as np
 
@@ -102,8 +102,7 @@ def is_unexplained(
 
 
 def describe_unknown(
-    evaluator: PatchEvaluator,
-    nominal: Refit,
+    witness: FieldWitness,
     nearest: str,
     *,
     is_sure: bool = False,
@@ -117,15 +116,12 @@ def describe_unknown(
     differ it was one of the two in 7 of 9.
 
     Args:
-        evaluator: of the nominal model.
-        nominal: its fit.
+        witness: smooth fields of all classes.
         nearest: class of the library's effect that comes nearest.
         is_sure: whether that tells the class, whatever fields close.
         closes: share of the held-out gap that it closes; NaN: not to be told by that.
     """
-    # Frames of a motion are no poses of which one could be predicted from the others.
-    is_moving = any(seen.instant is not None for seen in evaluator.model.observations)
-    tested = () if is_moving else frame_test(evaluator, nominal)
+    tested = witness.scores
     if not tested:
         return Unknown((nearest,), None)
     best, own = tested[0], next((score for score in tested if score.group == nearest), tested[0])

@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import doubts, naming
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.unknown import is_unexplained, Unknown
 from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form, closure_of
 import numpy as np
@@ -157,7 +158,7 @@ def test_what_is_free_in_form_and_in_each_pose_may_be_anything(clearly_screened,
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
 def test_what_is_free_in_form_and_still_another_one_has_no_name(bent, fraction, is_named):
     judged = _judged(bent, fraction=fraction)
-    fixed, free = doubts._off_in_form(judged), doubts._off_in_form(_with_a_free_form(judged))
+    fixed, free = doubts.freedom_of(judged), doubts.freedom_of(_with_a_free_form(judged))
     assert fixed is None
     assert (free is None) == is_named
     assert is_named or 'off by 40%' in free
@@ -173,8 +174,8 @@ def test_what_leaves_noise_as_another_one_in_each_pose_is_of_about_its_form(
     judged = _judged(bent, fraction=fraction, exact=bent.fit.log_evidence - leaning)
     same = replace(judged, fit=replace(bent.fit, chi_square=0.8 * bent.fit.patch_count))
     assert same.fit.chance_of_noise > 0.05
-    assert doubts._off_in_form(same) is None
-    assert (doubts._off_in_form(_with_poses(same)) is None) == is_named
+    assert doubts.freedom_of(same) is None
+    assert (doubts.freedom_of(_with_poses(same)) is None) == is_named
 
 
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.1, True), (0.2, False)])
@@ -182,8 +183,8 @@ def test_two_effects_one_of_which_is_free_in_form_share_what_is_left_to_that(
     bent, fraction, is_named
 ):
     judged = _with_a_free_form(_judged(bent, fraction=fraction))
-    assert doubts._off_in_form(judged) is None
-    twice = doubts._off_in_form(replace(judged, added=(*judged.added, *judged.added)))
+    assert doubts.freedom_of(judged) is None
+    twice = doubts.freedom_of(replace(judged, added=(*judged.added, *judged.added)))
     assert (twice is None) == is_named
 
 
@@ -258,7 +259,8 @@ def test_a_free_form_closes_nothing_for_the_class(clearly_screened, bent, monkey
     models = [_judged(model, fraction=0.9) for model in (bent, free)]
     for own in models:
         choice = Choice(own, dict.fromkeys(own.identifiers, 1.0), own.identifiers, None)
-        naming.find_name(evaluator, nominal, scores, judged, choice, ())
+        witness = FieldWitness(evaluator, nominal)
+        naming.find_name(evaluator, nominal, scores, judged, choice, (), witness)
     closes, free = told
     assert closes == closure_of(nominal, models[0].fit, is_measured=True)
     assert np.isnan(free)

@@ -8,7 +8,8 @@ from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.verdict import unknown
+from diffcal_ros.diagnosis.verdict import field_witness
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 from diffcal_ros.diagnosis.verdict.unknown import describe_unknown, is_unexplained
 import numpy as np
@@ -145,7 +146,7 @@ def test_only_closure_counts_where_the_floor_is_a_guess(closure, expected):
 
 def test_one_view_has_the_class_of_the_effect_that_comes_nearest(screened):
     evaluator, nominal, _ = screened
-    found = describe_unknown(evaluator, nominal, 'material')
+    found = describe_unknown(FieldWitness(evaluator, nominal), 'material')
     assert found.groups == ('material',)
     assert found.stand_in is None
     assert found.sentence.endswith('class material')
@@ -165,8 +166,9 @@ def test_the_class_is_that_of_what_closes_more_where_no_fit_has_seen_it(
 ):
     evaluator, nominal, _ = screened
     tested = (ClassScore('shape', 90.0, 1.0, 0.5), ClassScore('sensor', 80.0, 1.0, 0.2))
-    monkeypatch.setattr(unknown, 'frame_test', lambda *_: tested)
-    found = describe_unknown(evaluator, nominal, 'sensor', is_sure=is_sure, closes=closes)
+    monkeypatch.setattr(field_witness, 'frame_test', lambda *_: tested)
+    witness = FieldWitness(evaluator, nominal)
+    found = describe_unknown(witness, 'sensor', is_sure=is_sure, closes=closes)
     assert found.groups == expected
     assert found.stand_in is not None
     assert found.stand_in.group == expected[0]
@@ -176,5 +178,6 @@ def test_the_class_is_that_of_what_closes_more_where_no_fit_has_seen_it(
 def test_two_that_tell_the_same_class_tell_one(screened, monkeypatch):
     evaluator, nominal, _ = screened
     tested = (ClassScore('shape', 90.0, 1.0, 0.5), ClassScore('sensor', 80.0, 1.0, 0.2))
-    monkeypatch.setattr(unknown, 'frame_test', lambda *_: tested)
-    assert describe_unknown(evaluator, nominal, 'shape', closes=0.4).groups == ('shape',)
+    monkeypatch.setattr(field_witness, 'frame_test', lambda *_: tested)
+    witness = FieldWitness(evaluator, nominal)
+    assert describe_unknown(witness, 'shape', closes=0.4).groups == ('shape',)
