@@ -125,7 +125,9 @@ class RefitPool:
             least: log evidence below which each of these is of no use.
         """
         tasks = [
-            Continuation(h.added, h.fit.coordinates, h.fit.groups, log_evidence, h.freed)
+            Continuation(
+                h.added, h.fit.coordinates, h.fit.groups, log_evidence, h.freed, pace=h.fit.pace
+            )
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
         fits = self._fits([*requests, *tasks])

@@ -4,11 +4,12 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects, with_effects
+from diffcal_ros.diagnosis.patch_fits.patch_fit import Pace
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -83,6 +84,7 @@ class Continuation:
         least_log_evidence: log evidence below which the model is of no use.
         freed: what effects are besides in single postures and other forms.
         max_iterations: evaluations of the model at most.
+        pace: how its fit got on when it stopped there.
     """
 
     added: tuple[Candidate, ...]
@@ -91,6 +93,7 @@ class Continuation:
     least_log_evidence: float
     freed: tuple[Parameter, ...] = ()
     max_iterations: int = MAX_ITERATIONS
+    pace: Pace = field(default_factory=Pace)
 
     @property
     def words(self) -> str:
@@ -108,5 +111,6 @@ class Continuation:
                 max_iterations=self.max_iterations,
                 least_log_evidence=self.least_log_evidence,
                 known=self.groups,
+                pace=self.pace,
             )
         return None

@@ -3,6 +3,7 @@
 """A fit of patches on its way: Gauss-Newton with Levenberg and Marquardt's damping."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -10,6 +11,7 @@ from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size, whiten, Whitened
 from diffcal_ros.errors import NotSimulatedError
+from diffcal_ros.least_squares.boxed_step import boxed_step
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
 from diffcal_ros.least_squares.normal_equations import Prior
 import numpy as np
@@ -49,6 +51,19 @@ def prior_of(evaluator: PatchEvaluator) -> Prior:
     return Prior(mean - evaluator.discretisation_error.shifts_of(parameters), precision)
 
 
+@dataclass(frozen=True)
+class Pace:
+    """How a fit got on when it stopped: what goes on from there need not find that out anew.
+
+    Attributes:
+        damping: of Levenberg and Marquardt.
+        rejections: steps on end that led nowhere.
+    """
+
+    damping: float = 0.0
+    rejections: int = 0
+
+
 class PatchFit:
     """A fit on its way.
 
@@ -68,6 +83,7 @@ class PatchFit:
         start: FloatArray,
         part: Part,
         known: Sequence[PatchGroup] | None = None,
+        pace: Pace | None = None,
     ) -> None:
         """Begin.
 
@@ -76,7 +92,9 @@ class PatchFit:
             start: coordinates, shape (k,).
             part: patches that are fitted.
             known: all patches there, where they were evaluated before.
+            pace: of the fit that stopped there; None: it begins.
         """
+        pace = pace or Pace()
         parameters = evaluator.model.parameters
         self._evidence, self._part = evaluator, part
         self._bounds = parameters.bounds()
@@ -84,10 +102,15 @@ class PatchFit:
         self._prior = prior_of(evaluator)
         self.here = np.clip(start, *self._bounds)
         self.groups = evaluator.groups(self.here) if known is None else list(known)
-        self.evaluations, self.rejections, self.is_done = 1, 0, False
-        self._damping, self._idle, self._least = 0.0, 0, np.inf
+        self.evaluations, self.rejections, self.is_done = 1, pace.rejections, False
+        self._damping, self._idle, self._least = pace.damping, 0, np.inf
         # A model that is far off is not held to the last tenth of a millimetre on its way.
         self._weigh(_SLACK * residual_size(self.groups, part))
+
+    @property
+    def pace(self) -> Pace:
+        """How it gets on."""
+        return Pace(self._damping, self.rejections)
 
     @property
     def is_exhausted(self) -> bool:
@@ -195,7 +218,7 @@ class PatchFit:
         whole = self.seen.equations().under(self._prior, self.here)
         step = gauss_newton_step(whole, self.here, *self._bounds, damping)
         gain = whole.gain(step)
-        return step / max(1.0, float((np.abs(step) / self._limits).max())), gain
+        return boxed_step(whole, self.here, self._bounds, step, self._limits, damping), gain
 
 
 def _per_patch(cost: float, seen: Whitened) -> float:

@@ -3,11 +3,11 @@
 """Fit the patches of one model, nonlinearly, with all nominal parameters free."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.chi_square import chance_beyond
-from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit, prior_of
+from diffcal_ros.diagnosis.patch_fits.patch_fit import Pace, PatchFit, prior_of
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
@@ -40,6 +40,7 @@ class Refit:
         patch_count: number of patches fitted.
         evaluations: of the model.
         is_converged: whether it came to rest, or ran out of evaluations.
+        pace: how it got on when it stopped.
     """
 
     parameters: ParameterSet
@@ -53,6 +54,7 @@ class Refit:
     patch_count: int
     evaluations: int
     is_converged: bool
+    pace: Pace = field(default_factory=Pace)
 
     @property
     def chi_square_per_patch(self) -> float:
@@ -98,6 +100,7 @@ def refit(
     part: Part = Part.FIT,
     least_log_evidence: float = -np.inf,
     known: Sequence[PatchGroup] | None = None,
+    pace: Pace | None = None,
 ) -> Refit:
     """Fit by Gauss-Newton with Levenberg and Marquardt's damping.
 
@@ -109,13 +112,14 @@ def refit(
         least_log_evidence: log evidence below which the fit is of no use: it is given
             up where it will hardly come so far.
         known: all patches at the start, where they were evaluated before.
+        pace: of the fit that stopped at the start; None: it begins there.
 
     Raises:
         EquilibriumError: when the start cannot be simulated.
         MotionError: likewise.
         OutOfViewError: when a camera does not see the body at the start.
     """
-    fit = PatchFit(evaluator, start, part, known)
+    fit = PatchFit(evaluator, start, part, known, pace)
     fit.run(max_iterations, -least_log_evidence)
     return ended(
         evaluator,
@@ -125,6 +129,7 @@ def refit(
         promise=fit.promise(),
         evaluations=fit.evaluations,
         is_converged=max_iterations == 1 or fit.is_done or fit.is_exhausted,
+        pace=fit.pace,
     )
 
 
@@ -137,6 +142,7 @@ def ended(
     promise: float,
     evaluations: int,
     is_converged: bool,
+    pace: Pace | None = None,
 ) -> Refit:
     """Return what a fit tells that ended somewhere.
 
@@ -148,6 +154,7 @@ def ended(
         promise: see `Refit`.
         evaluations: of the model.
         is_converged: whether it came to rest.
+        pace: how it got on; None: nobody goes on from there.
     """
     parameters = evaluator.model.parameters
     prior = prior_of(evaluator)
@@ -165,6 +172,7 @@ def ended(
         patch_count=len(seen),
         evaluations=evaluations,
         is_converged=is_converged,
+        pace=pace or Pace(),
     )
 
 

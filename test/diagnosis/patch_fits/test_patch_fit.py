@@ -97,6 +97,50 @@ def test_steps_that_overshoot_are_damped_until_they_serve():
     assert moved == pytest.approx(0.1, abs=0.01)
 
 
+def test_what_goes_on_need_not_find_out_anew_how_long_steps_may_be():
+    first = Landscape(None).model.parameters.start()[0]
+
+    def steep(here, _):
+        return 3.0 * _SLOPES * (first + 0.1 - here) + 0.01 * _ELSEWHERE
+
+    landscape, stopped, _ = run(steep, most=3)
+    assert stopped.pace.rejections == 2
+    assert stopped.pace.damping >= 1.0
+    asked = []
+    for pace in (None, stopped.pace):
+        fit = PatchFit(landscape, stopped.here, Part.FIT, stopped.groups, pace)
+        fit.run(30)
+        assert fit.is_done
+        assert fit.here[0] - first == pytest.approx(0.1, abs=0.01)
+        asked.append(fit.evaluations)
+    assert asked[1] == asked[0] - 2
+
+
+def test_one_that_wants_to_go_far_does_not_keep_the_others():
+    """An edge that is far off its prior would go by 25 times its longest step."""
+    landscape = Landscape(smooth(0.3))
+    parameters = make_parameters(beam_scene(), ('youngs_modulus',))
+    landscape.model.parameters = replace(parameters, parameters=parameters.parameters[:2])
+    one = landscape.groups
+
+    def both(coordinates):
+        (group,) = one(coordinates)
+        own = 0.05 * _ELSEWHERE
+        patches = replace(
+            group.patches,
+            values=group.patches.values + 50.0 * own,
+            jacobian=np.column_stack([group.patches.jacobian[:, 0], own]),
+        )
+        return [replace(group, patches=patches)]
+
+    landscape.groups = both
+    fit = PatchFit(landscape, landscape.model.parameters.start(), Part.FIT)
+    first = fit.here.copy()
+    fit.run(2)
+    moved = np.abs(fit.here - first)
+    assert moved[0] == pytest.approx(0.3, abs=0.02)
+
+
 def creeps(here, asked):
     return (3.0 * _ELSEWHERE + 0.1 * _SLOPES) * 0.97**asked
 
