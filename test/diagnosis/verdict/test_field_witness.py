@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
-from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -18,6 +17,7 @@ from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 import pytest
+from support.judged_models import with_judgement
 
 
 def _witness(clearly_screened, **predictions: float) -> FieldWitness:
@@ -35,20 +35,7 @@ def far_off(clearly_screened) -> Hypothesis:
     evaluator, nominal, scores = clearly_screened
     score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
     model = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
-    judged = Tolerated(
-        log_evidence=model.fit.log_evidence,
-        log_prediction=0.0,
-        fraction=0.8,
-        by_pose=0.05,
-        left=2e-4,
-        chi_square=model.fit.chi_square,
-        freedom=float(model.fit.patch_count),
-        exact=model.fit.log_evidence - 80.0,
-        coordinates=model.fit.coordinates,
-        covariance=model.fit.covariance,
-    )
-    fit = replace(model.fit, chi_square=3.0 * model.fit.patch_count)
-    return replace(model, fit=fit, judged=judged)
+    return with_judgement(model, fraction=0.8)
 
 
 @pytest.mark.parametrize(
@@ -119,8 +106,7 @@ def test_of_two_effects_fields_speak_for_one(
     monkeypatch.setattr(doubts, '_differs_by_pose', lambda _: None)
     # Of a free form: without a witness an eighth is what a pair may be off by.
     monkeypatch.setattr(doubts, '_farthest_form', lambda _: 0.125)
-    judged = replace(far_off.judged, fraction=fraction)
-    model = replace(far_off, added=far_off.added * count, judged=judged)
+    model = replace(with_judgement(far_off, fraction=fraction), added=far_off.added * count)
     own = _witness(clearly_screened, load=60.0, shape=40.0)
     assert doubts_about(model, nominal)
     assert (doubts_about(model, nominal, (), own) == ()) is is_named

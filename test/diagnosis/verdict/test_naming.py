@@ -9,7 +9,6 @@ from diffcal_ros.calibration.parameters.form_parameters import form_parameters, 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
-from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
@@ -23,6 +22,7 @@ from diffcal_ros.diagnosis.verdict.unknown import is_unexplained, Unknown
 from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form, closure_of
 import numpy as np
 import pytest
+from support.judged_models import with_judgement
 
 
 @pytest.fixture(scope='module')
@@ -42,29 +42,10 @@ def _named(screened: tuple, identifier: str) -> Hypothesis:
     return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
 
 
-def _judged(model: Hypothesis, **changes: float) -> Hypothesis:
-    judged = Tolerated(
-        log_evidence=model.fit.log_evidence,
-        log_prediction=0.0,
-        fraction=0.05,
-        by_pose=0.05,
-        left=2e-4,
-        chi_square=model.fit.chi_square,
-        freedom=float(model.fit.patch_count),
-        # It owes much to other forms.
-        exact=model.fit.log_evidence - 80.0,
-        coordinates=model.fit.coordinates,
-        covariance=model.fit.covariance,
-    )
-    # In the library's form it leaves more than noise.
-    fit = replace(model.fit, chi_square=3.0 * model.fit.patch_count)
-    return replace(model, fit=fit, judged=replace(judged, **changes))
-
-
 def test_an_effect_in_about_its_form_has_its_name(clearly_screened, tilted):
     _, nominal, _ = clearly_screened
-    assert doubts_about(_judged(tilted), nominal) == ()
-    assert doubts_about(_judged(tilted, fraction=0.45, by_pose=0.15), nominal) == ()
+    assert doubts_about(with_judgement(tilted), nominal) == ()
+    assert doubts_about(with_judgement(tilted, fraction=0.45, by_pose=0.15), nominal) == ()
 
 
 @pytest.mark.parametrize(
@@ -79,14 +60,14 @@ def test_what_is_far_from_the_form_of_the_library_has_none(
     clearly_screened, tilted, changes, words
 ):
     _, nominal, _ = clearly_screened
-    (doubt,) = doubts_about(_judged(tilted, **changes), nominal)
+    (doubt,) = doubts_about(with_judgement(tilted, **changes), nominal)
     assert words in doubt
     assert doubt.endswith('no name for it')
 
 
 def test_where_the_form_of_the_library_leaves_noise_none_is_asked_for(clearly_screened, tilted):
     _, nominal, _ = clearly_screened
-    other = replace(_judged(tilted, fraction=0.8), fit=tilted.fit)
+    other = replace(with_judgement(tilted, fraction=0.8), fit=tilted.fit)
     assert tilted.fit.chance_of_noise > 0.05
     assert doubts_about(other, nominal) == ()
 
@@ -94,8 +75,8 @@ def test_where_the_form_of_the_library_leaves_noise_none_is_asked_for(clearly_sc
 def test_where_next_to_nothing_is_owed_to_other_forms_none_is_asked_for(clearly_screened, tilted):
     _, nominal, _ = clearly_screened
     exact = tilted.fit.log_evidence - 30.0
-    assert doubts_about(_judged(tilted, fraction=0.8, exact=exact), nominal) == ()
-    (doubt,) = doubts_about(_judged(tilted, by_pose=0.9, exact=exact), nominal)
+    assert doubts_about(with_judgement(tilted, fraction=0.8, exact=exact), nominal) == ()
+    (doubt,) = doubts_about(with_judgement(tilted, by_pose=0.9, exact=exact), nominal)
     assert 'another one in each pose' in doubt
 
 
@@ -104,7 +85,7 @@ def test_what_leaves_far_more_than_the_floors_asks_for_its_form(
     clearly_screened, tilted, floors, is_named
 ):
     _, nominal, _ = clearly_screened
-    judged = _judged(tilted, fraction=0.8, exact=tilted.fit.log_evidence - 30.0)
+    judged = with_judgement(tilted, fraction=0.8, exact=tilted.fit.log_evidence - 30.0)
     left = floors * patch_gap(tilted.fit.groups, Part.REPORT).whole_floor
     groups = [
         replace(one, patches=replace(one.patches, values=np.full(len(one.mesh), left)))
@@ -145,7 +126,7 @@ def _with_poses(model: Hypothesis) -> Hypothesis:
 
 def test_what_is_free_in_form_and_in_each_pose_may_be_anything(clearly_screened, bent):
     _, nominal, _ = clearly_screened
-    model = _judged(bent, fraction=0.0, by_pose=0.0)
+    model = with_judgement(bent, fraction=0.0, by_pose=0.0)
     form, poses = _with_a_free_form(model), _with_poses(model)
     free = [own.is_free_in_everything for own in (model, form, poses, _with_poses(form))]
     assert free == [False, False, False, True]
@@ -157,7 +138,7 @@ def test_what_is_free_in_form_and_in_each_pose_may_be_anything(clearly_screened,
 
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
 def test_what_is_free_in_form_and_still_another_one_has_no_name(bent, fraction, is_named):
-    judged = _judged(bent, fraction=fraction)
+    judged = with_judgement(bent, fraction=fraction)
     fixed, free = doubts.freedom_of(judged), doubts.freedom_of(_with_a_free_form(judged))
     assert fixed is None
     assert (free is None) == is_named
@@ -171,7 +152,7 @@ def test_what_is_free_in_form_and_still_another_one_has_no_name(bent, fraction, 
 def test_what_leaves_noise_as_another_one_in_each_pose_is_of_about_its_form(
     bent, fraction, leaning, is_named
 ):
-    judged = _judged(bent, fraction=fraction, exact=bent.fit.log_evidence - leaning)
+    judged = with_judgement(bent, fraction=fraction, exact=bent.fit.log_evidence - leaning)
     same = replace(judged, fit=replace(bent.fit, chi_square=0.8 * bent.fit.patch_count))
     assert same.fit.chance_of_noise > 0.05
     assert doubts.freedom_of(same) is None
@@ -182,7 +163,7 @@ def test_what_leaves_noise_as_another_one_in_each_pose_is_of_about_its_form(
 def test_two_effects_one_of_which_is_free_in_form_share_what_is_left_to_that(
     bent, fraction, is_named
 ):
-    judged = _with_a_free_form(_judged(bent, fraction=fraction))
+    judged = _with_a_free_form(with_judgement(bent, fraction=fraction))
     assert doubts.freedom_of(judged) is None
     twice = doubts.freedom_of(replace(judged, added=(*judged.added, *judged.added)))
     assert (twice is None) == is_named
@@ -192,7 +173,7 @@ def test_two_effects_one_of_which_is_free_in_form_share_what_is_left_to_that(
 def test_a_form_that_may_not_be_named_closes_nothing(clearly_screened, tilted, fraction, expected):
     """Where the library's form leaves noise on fitted patches its own closure counts, too."""
     _, nominal, _ = clearly_screened
-    judged = _judged(tilted, fraction=fraction, left=0.0)
+    judged = with_judgement(tilted, fraction=fraction, left=0.0)
     assert closed_in_its_form(nominal, judged, 0.3) == pytest.approx(expected)
     far = [
         replace(one, patches=replace(one.patches, values=one.patches.values + 3e-3))
@@ -205,7 +186,7 @@ def test_a_form_that_may_not_be_named_closes_nothing(clearly_screened, tilted, f
 
 def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):
     _, nominal, _ = clearly_screened
-    judged = _judged(tilted, fraction=0.4)
+    judged = with_judgement(tilted, fraction=0.4)
     twice = replace(judged, added=(*judged.added, *judged.added))
     assert doubts_about(judged, nominal) == ()
     assert 'off by 40%' in doubts_about(twice, nominal)[0]
@@ -213,7 +194,7 @@ def test_two_effects_share_what_forms_may_be_off_by(clearly_screened, tilted):
 
 def test_a_pair_that_leaves_more_than_the_floors_is_not_all(clearly_screened, tilted):
     _, nominal, _ = clearly_screened
-    judged = _judged(tilted, left=0.004)
+    judged = with_judgement(tilted, left=0.004)
     twice = replace(judged, added=(*judged.added, *judged.added))
     assert 'not all that is missing' in doubts_about(twice, nominal)[0]
     assert doubts_about(judged, nominal) == (), 'of one effect its form tells the rest'
@@ -233,7 +214,7 @@ def test_what_closes_the_gap_in_about_its_form_tells_the_class(
     clearly_screened, tilted, changes, closure, expected
 ):
     _, nominal, _ = clearly_screened
-    assert naming._tells_class(nominal, _judged(tilted, **changes), closure) is expected
+    assert naming._tells_class(nominal, with_judgement(tilted, **changes), closure) is expected
 
 
 def test_a_free_form_closes_nothing_for_the_class(clearly_screened, bent, monkeypatch):
@@ -256,7 +237,7 @@ def test_a_free_form_closes_nothing_for_the_class(clearly_screened, bent, monkey
         freed=tuple(form_parameters(bent.added[0].effect, 0.3)),
     )
     # By a form that is another thing: it has no name.
-    models = [_judged(model, fraction=0.9) for model in (bent, free)]
+    models = [with_judgement(model, fraction=0.9) for model in (bent, free)]
     for own in models:
         choice = Choice(own, dict.fromkeys(own.identifiers, 1.0), own.identifiers, None)
         witness = FieldWitness(evaluator, nominal)
@@ -269,16 +250,16 @@ def test_a_free_form_closes_nothing_for_the_class(clearly_screened, bent, monkey
 def test_no_shape_is_another_one_in_each_pose(clearly_screened, tilted, bent):
     _, nominal, _ = clearly_screened
     other = {'by_pose': 1.0, 'left': 1e-4}
-    assert naming._tells_class(nominal, _judged(bent, left=1e-4), 0.1)
-    assert not naming._tells_class(nominal, _judged(bent, **other), 0.1)
-    assert naming._tells_class(nominal, _judged(tilted, **other), 0.1), 'loads may be'
+    assert naming._tells_class(nominal, with_judgement(bent, left=1e-4), 0.1)
+    assert not naming._tells_class(nominal, with_judgement(bent, **other), 0.1)
+    assert naming._tells_class(nominal, with_judgement(tilted, **other), 0.1), 'loads may be'
 
 
 def test_a_clamp_that_gives_way_in_each_pose_by_itself_and_in_none_of_all_has_no_name(
     clearly_screened, monkeypatch
 ):
     _, nominal, _ = clearly_screened
-    clamp = _judged(_named(clearly_screened, 'compliant_clamp'))
+    clamp = with_judgement(_named(clearly_screened, 'compliant_clamp'))
     monkeypatch.setattr(doubts, 'has_doubtful_effect', lambda *_: False)
     monkeypatch.setattr(doubts, 'spread_of_amount', lambda *_: 0.8)
     (doubt,) = doubts_about(clamp, nominal)

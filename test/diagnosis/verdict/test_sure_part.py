@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
-from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -17,24 +16,13 @@ from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 import pytest
+from support.judged_models import with_judgement
 
 
 def _level(model: Hypothesis, level: float, fraction: float) -> Hypothesis:
     """Return a model with a log evidence and a tolerance of its form that it owes much to."""
-    judged = Tolerated(
-        log_evidence=level,
-        log_prediction=0.0,
-        fraction=fraction,
-        by_pose=0.05,
-        left=2e-4,
-        chi_square=model.fit.chi_square,
-        freedom=float(model.fit.patch_count),
-        exact=level - 80.0,
-        coordinates=model.fit.coordinates,
-        covariance=model.fit.covariance,
-    )
-    fit = replace(model.fit, log_evidence=level, chi_square=3.0 * model.fit.patch_count)
-    return replace(model, fit=fit, judged=judged)
+    own = with_judgement(model, log_evidence=level, fraction=fraction, exact=level - 80.0)
+    return replace(own, fit=replace(own.fit, log_evidence=level))
 
 
 @pytest.fixture(scope='module')

@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Refitted models with a tolerance for the form of their effects that a test chooses."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+
+
+def with_judgement(model: Hypothesis, **changes: float) -> Hypothesis:
+    """Return a model that leaves more than noise, and owes much to other forms than the library's.
+
+    Args:
+        model: refitted.
+        changes: of `Tolerated`.
+    """
+    own = Tolerated(
+        log_evidence=model.fit.log_evidence,
+        log_prediction=0.0,
+        fraction=0.05,
+        by_pose=0.05,
+        left=2e-4,
+        chi_square=model.fit.chi_square,
+        freedom=float(model.fit.patch_count),
+        exact=model.fit.log_evidence - 80.0,
+        coordinates=model.fit.coordinates,
+        covariance=model.fit.covariance,
+    )
+    fit = replace(model.fit, chi_square=3.0 * model.fit.patch_count)
+    return replace(model, fit=fit, judged=replace(own, **changes))
