@@ -9,7 +9,13 @@ from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import Part, residual_size, whiten, Whitened
+from diffcal_ros.diagnosis.patches.whitened import (
+    chosen_patches,
+    Part,
+    residual_size,
+    whiten,
+    Whitened,
+)
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.boxed_step import boxed_step
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
@@ -93,6 +99,9 @@ class PatchFit:
             part: patches that are fitted.
             known: all patches there, where they were evaluated before.
             pace: of the fit that stopped there; None: it begins.
+
+        Raises:
+            NotSimulatedError: where the start cannot be simulated, or no patch shows the body.
         """
         pace = pace or Pace()
         parameters = evaluator.model.parameters
@@ -101,7 +110,7 @@ class PatchFit:
         self._limits = longest_steps(parameters)
         self._prior = prior_of(evaluator)
         self.here = np.clip(start, *self._bounds)
-        self.groups = evaluator.groups(self.here) if known is None else list(known)
+        self.groups = self._groups(self.here) if known is None else list(known)
         self.evaluations, self.rejections, self.is_done = 1, pace.rejections, False
         self._damping, self._idle, self._least = pace.damping, 0, np.inf
         # A model that is far off is not held to the last tenth of a millimetre on its way.
@@ -171,10 +180,21 @@ class PatchFit:
             self._weigh(0.0)
             self.rejections = 0
 
+    def _groups(self, coordinates: FloatArray) -> list[PatchGroup]:
+        """Return all patches at some coordinates.
+
+        Raises:
+            NotSimulatedError: as the evaluator says, or when none of them shows the body.
+        """
+        groups = self._evidence.groups(coordinates)
+        if not any(len(chosen_patches(group, self._part)) for group in groups):
+            raise NotSimulatedError('no patch shows the body where the model has it')
+        return groups
+
     def _try(self, trial: FloatArray) -> None:
         self.evaluations += 1
         try:
-            groups = self._evidence.groups(trial)
+            groups = self._groups(trial)
         except NotSimulatedError:
             self._reject()
             return

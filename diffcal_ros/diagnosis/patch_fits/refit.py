@@ -118,6 +118,7 @@ def refit(
         EquilibriumError: when the start cannot be simulated.
         MotionError: likewise.
         OutOfViewError: when a camera does not see the body at the start.
+        NotSimulatedError: when no patch shows it there; all others are kinds of it.
     """
     fit = PatchFit(evaluator, start, part, known, pace)
     fit.run(max_iterations, -least_log_evidence)

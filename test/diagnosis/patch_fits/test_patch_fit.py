@@ -12,6 +12,7 @@ from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.patches.whitened import Part
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 import pytest
 from support.scenes import beam_scene
@@ -139,6 +140,42 @@ def test_one_that_wants_to_go_far_does_not_keep_the_others():
     fit.run(2)
     moved = np.abs(fit.here - first)
     assert moved[0] == pytest.approx(0.3, abs=0.02)
+
+
+def _losing(landscape, is_lost):
+    """Let a landscape have no patches, wherever that is so of the modulus and of how often."""
+    seen = landscape.groups
+
+    def groups(coordinates):
+        found = seen(coordinates)
+        if not is_lost(coordinates[0], landscape.asked):
+            return found
+        none = np.zeros(0, dtype=int)
+        lost = [(group, group.patches.chosen(none)) for group in found]
+        return [
+            replace(group, patches=own, mesh=group.mesh[none], is_report=group.is_report[none])
+            for group, own in lost
+        ]
+
+    landscape.groups = groups
+    return landscape
+
+
+def test_a_start_at_which_nothing_is_seen_is_none():
+    landscape = _losing(Landscape(smooth(0.3)), lambda *_: True)
+    with pytest.raises(NotSimulatedError, match='no patch shows the body'):
+        PatchFit(landscape, landscape.model.parameters.start(), Part.FIT)
+
+
+def test_a_step_to_where_nothing_is_seen_is_shortened():
+    landscape = _losing(Landscape(smooth(0.3)), lambda _, asked: asked == 2)
+    fit = PatchFit(landscape, landscape.model.parameters.start(), Part.FIT)
+    first = fit.here[0]
+    fit.run(2)
+    assert fit.rejections == 1
+    fit.run(30)
+    assert fit.is_done
+    assert fit.here[0] - first == pytest.approx(0.3, abs=0.02)
 
 
 def creeps(here, asked):
