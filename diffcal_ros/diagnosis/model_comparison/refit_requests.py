@@ -4,12 +4,12 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects, with_effects
-from diffcal_ros.diagnosis.patch_fits.patch_fit import Pace
+from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, Pace
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -93,7 +93,7 @@ class Continuation:
     least_log_evidence: float
     freed: tuple[Parameter, ...] = ()
     max_iterations: int = MAX_ITERATIONS
-    pace: Pace = field(default_factory=Pace)
+    pace: Pace = AT_FIRST
 
     @property
     def words(self) -> str:

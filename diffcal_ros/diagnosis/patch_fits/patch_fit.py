@@ -70,6 +70,10 @@ class Pace:
     rejections: int = 0
 
 
+# Of a fit that begins.
+AT_FIRST = Pace()
+
+
 class PatchFit:
     """A fit on its way.
 
@@ -89,7 +93,7 @@ class PatchFit:
         start: FloatArray,
         part: Part,
         known: Sequence[PatchGroup] | None = None,
-        pace: Pace | None = None,
+        pace: Pace = AT_FIRST,
     ) -> None:
         """Begin.
 
@@ -98,12 +102,11 @@ class PatchFit:
             start: coordinates, shape (k,).
             part: patches that are fitted.
             known: all patches there, where they were evaluated before.
-            pace: of the fit that stopped there; None: it begins.
+            pace: of the fit that stopped there.
 
         Raises:
             NotSimulatedError: where the start cannot be simulated, or no patch shows the body.
         """
-        pace = pace or Pace()
         parameters = evaluator.model.parameters
         self._evidence, self._part = evaluator, part
         self._bounds = parameters.bounds()

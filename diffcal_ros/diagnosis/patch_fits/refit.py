@@ -3,11 +3,11 @@
 """Fit the patches of one model, nonlinearly, with all nominal parameters free."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.chi_square import chance_beyond
-from diffcal_ros.diagnosis.patch_fits.patch_fit import Pace, PatchFit, prior_of
+from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, Pace, PatchFit, prior_of
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
@@ -54,7 +54,7 @@ class Refit:
     patch_count: int
     evaluations: int
     is_converged: bool
-    pace: Pace = field(default_factory=Pace)
+    pace: Pace = AT_FIRST
 
     @property
     def chi_square_per_patch(self) -> float:
@@ -100,7 +100,7 @@ def refit(
     part: Part = Part.FIT,
     least_log_evidence: float = -np.inf,
     known: Sequence[PatchGroup] | None = None,
-    pace: Pace | None = None,
+    pace: Pace = AT_FIRST,
 ) -> Refit:
     """Fit by Gauss-Newton with Levenberg and Marquardt's damping.
 
@@ -112,7 +112,7 @@ def refit(
         least_log_evidence: log evidence below which the fit is of no use: it is given
             up where it will hardly come so far.
         known: all patches at the start, where they were evaluated before.
-        pace: of the fit that stopped at the start; None: it begins there.
+        pace: of the fit that stopped at the start.
 
     Raises:
         EquilibriumError: when the start cannot be simulated.
@@ -143,7 +143,7 @@ def ended(
     promise: float,
     evaluations: int,
     is_converged: bool,
-    pace: Pace | None = None,
+    pace: Pace = AT_FIRST,
 ) -> Refit:
     """Return what a fit tells that ended somewhere.
 
@@ -155,7 +155,7 @@ def ended(
         promise: see `Refit`.
         evaluations: of the model.
         is_converged: whether it came to rest.
-        pace: how it got on; None: nobody goes on from there.
+        pace: how it got on.
     """
     parameters = evaluator.model.parameters
     prior = prior_of(evaluator)
@@ -173,7 +173,7 @@ def ended(
         patch_count=len(seen),
         evaluations=evaluations,
         is_converged=is_converged,
-        pace=pace or Pace(),
+        pace=pace,
     )
 
 

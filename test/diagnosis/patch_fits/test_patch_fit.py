@@ -6,7 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
-from diffcal_ros.diagnosis.patch_fits.patch_fit import PatchFit
+from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, PatchFit
 from diffcal_ros.diagnosis.patches.discretisation_error import DiscretisationError
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -108,7 +108,7 @@ def test_what_goes_on_need_not_find_out_anew_how_long_steps_may_be():
     assert stopped.pace.rejections == 2
     assert stopped.pace.damping >= 1.0
     asked = []
-    for pace in (None, stopped.pace):
+    for pace in (AT_FIRST, stopped.pace):
         fit = PatchFit(landscape, stopped.here, Part.FIT, stopped.groups, pace)
         fit.run(30)
         assert fit.is_done
