@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.blind_derivatives import check_body_stiffness, check_derivatives
-from support.blind_rests import COARSE, lying, rest_of, tip_rises
+from support.blind_contact import check_pushes, dents_of
+from support.blind_derivatives import check_body_stiffness
+from support.blind_rests import COARSE, lying, rest_of, tip_moves, tip_rises
 from support.blind_views import with_and_without
 
 from benchmarks.blind.bounce import bounced_share
@@ -147,13 +148,7 @@ def test_jaws_that_gape_move_a_tip_by_some_4_and_10_mm(setup: Setup, plain: Spec
     for size, least, most in ((1, 2.5, 6.0), (2, 6.0, 16.0)):
         faults = _drawn('compliant_clamp/gaping', setup, size)
         tip = make_specimen(setup, faults, COARSE).shares > 0.99
-        moves = [
-            np.linalg.norm(
-                rest_of(setup, faults, pose)[tip].mean(axis=0)
-                - rest_of(setup, Faults(), pose)[plain.shares > 0.99].mean(axis=0)
-            )
-            for pose in range(4)
-        ]
+        moves = tip_moves(setup, plain, faults, tip)
         assert least < 1e3 * max(moves) < most
 
 
@@ -172,9 +167,7 @@ def test_a_crate_bears_a_body_by_its_crests(
     for pose in range(4):
         found, move = lying(laid, plain, faults, pose)
         moves.append(move)
-        world = laid.observations[pose].world_from_object
-        points = found @ world[:3, :3].T + world[:3, 3]
-        dents = faults.contact_height - highest_tops(points, faults)
+        dents = dents_of(laid, faults, found, pose)
         assert (dents.max() > 0.0) == (pose in (0, 2))
         assert dents.max() < 0.009
     assert 0.006 < moves[0] < 0.013
@@ -203,16 +196,7 @@ def test_a_crate_pushes_by_its_energy(
     on_a_crate: tuple[Setup, Faults], plain: Specimen, step: float
 ) -> None:
     laid, faults = on_a_crate
-    assert faults.contact_height is not None
-    (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
-    world = laid.observations[0].world_from_object
-    dented = rest_of(laid, faults) - 0.002 * world[1, :3]
-    # But for nodes that just come to it: there a push begins.
-    tops = highest_tops(dented @ world[:3, :3].T + world[:3, 3], faults)
-    away = np.abs(tops - faults.contact_height) > 1e-4
-    assert away.mean() > 0.9
-    stiff = check_derivatives(law, dented, step=step, is_smooth=away, share=1e-4)
-    assert np.abs(stiff[away]).max() > 0.0
+    check_pushes(laid, plain, faults, step)
 
 
 def test_a_crate_presses_upright_by_its_stiffness_where_it_is_dented(
@@ -221,9 +205,8 @@ def test_a_crate_presses_upright_by_its_stiffness_where_it_is_dented(
     laid, faults = on_a_crate
     assert faults.contact_height is not None
     (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
-    found, world = rest_of(laid, faults), laid.observations[0].world_from_object
-    pushes = -law(found).gradient @ world[1, :3]
-    dents = faults.contact_height - highest_tops(found @ world[:3, :3].T + world[:3, 3], faults)
+    found, up = rest_of(laid, faults), laid.observations[0].world_from_object[1, :3]
+    pushes, dents = -law(found).gradient @ up, dents_of(laid, faults, found)
     assert pushes.max() > 0.0
     expected = faults.contact_stiffness * plain.areas * np.maximum(dents, 0.0)
     assert pushes == pytest.approx(expected)

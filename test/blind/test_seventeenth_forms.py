@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
-from support.blind_derivatives import check_derivatives
+from support.blind_contact import check_pushes, dents_of
 from support.blind_rests import COARSE, lying, rest_of, turn_of
 from support.blind_views import with_and_without
 
@@ -217,16 +217,7 @@ def test_a_cushion_pushes_by_its_energy(
     on_a_cushion: tuple[Setup, Faults], plain: Specimen, step: float
 ) -> None:
     laid, faults = on_a_cushion
-    assert faults.contact_height is not None
-    (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
-    world = laid.observations[0].world_from_object
-    dented = rest_of(laid, faults) - 0.002 * world[1, :3]
-    # But for nodes that just come to it: there a push begins.
-    tops = highest_tops(dented @ world[:3, :3].T + world[:3, 3], faults)
-    away = np.abs(tops - faults.contact_height) > 1e-4
-    assert away.mean() > 0.9
-    stiff = check_derivatives(law, dented, step=step, is_smooth=away, share=1e-4)
-    assert np.abs(stiff[away]).max() > 0.0
+    check_pushes(laid, plain, faults, step)
 
 
 def test_a_cushion_presses_by_its_stiffness_where_it_is_dented(
@@ -235,9 +226,8 @@ def test_a_cushion_presses_by_its_stiffness_where_it_is_dented(
     laid, faults = on_a_cushion
     assert faults.contact_height is not None
     (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
-    found, world = rest_of(laid, faults), laid.observations[0].world_from_object
-    pushes = -law(found).gradient @ world[1, :3]
-    dents = faults.contact_height - highest_tops(found @ world[:3, :3].T + world[:3, 3], faults)
+    found, up = rest_of(laid, faults), laid.observations[0].world_from_object[1, :3]
+    pushes, dents = -law(found).gradient @ up, dents_of(laid, faults, found)
     below = np.maximum(dents, 0.0) * (plain.shares > OUTER['cushion'])
     assert pushes.max() > 0.0
     assert pushes == pytest.approx(faults.contact_stiffness * plain.areas * below)

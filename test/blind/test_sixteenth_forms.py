@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.blind_derivatives import check_derivatives
+from support.blind_contact import check_pushes
 from support.blind_rests import COARSE, lying, rest_of, tip_rises, turn_of
 from support.blind_views import with_and_without
 
@@ -171,14 +171,7 @@ def test_a_brush_pushes_by_its_energy(
     on_a_brush: tuple[Setup, Faults], plain: Specimen, step: float
 ) -> None:
     laid, faults = on_a_brush
-    assert faults.contact_height is not None
-    (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
-    up, high = np.split(laid.observations[0].world_from_object[1], [3])
-    dented = rest_of(laid, faults) - 0.002 * up
-    # But for nodes that just come to it: there a push begins.
-    away = np.abs(dented @ up + high - faults.contact_height) > 1e-4
-    assert away.mean() > 0.9
-    check_derivatives(law, dented, step=step, is_smooth=away, share=1e-4)
+    check_pushes(laid, plain, faults, step)
 
 
 def test_bristles_that_are_bent_over_press_no_more(

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What the blind generator's bodies lie on: how deep they dent it, and how it pushes."""
+
+import numpy as np
+
+from benchmarks.blind.contact import contact_laws, highest_tops
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.setups import Setup
+from benchmarks.blind.simulation import Specimen
+from support.blind_derivatives import check_derivatives
+from support.blind_rests import rest_of
+
+
+def dents_of(laid: Setup, faults: Faults, positions: np.ndarray, pose: int = 0) -> np.ndarray:
+    """Return how deep nodes dent what is below them, negative above it [m], shape (N,).
+
+    Args:
+        laid: with its poses.
+        faults: say what it is and how high.
+        positions: of the nodes, object frame [m], shape (N, 3).
+        pose: number.
+    """
+    assert faults.contact_height is not None
+    world = laid.observations[pose].world_from_object
+    tops = highest_tops(positions @ world[:3, :3].T + world[:3, 3], faults)
+    return np.asarray(faults.contact_height - tops)
+
+
+def check_pushes(laid: Setup, plain: Specimen, faults: Faults, step: float) -> None:
+    """Fail where what a body lies on does not push by its energy, some 2 mm below its rest.
+
+    Args:
+        laid: whose body lies on it in the first pose.
+        plain: the body.
+        faults: say what it is.
+        step: by which nodes are moved to either side, by standard normal draws [m].
+    """
+    (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
+    up = laid.observations[0].world_from_object[1, :3]
+    dented = rest_of(laid, faults) - 0.002 * up
+    # But for nodes that just come to it: there a push begins.
+    away = np.abs(dents_of(laid, faults, dented)) > 1e-4
+    assert away.mean() > 0.9
+    stiff = check_derivatives(law, dented, step=step, is_smooth=away, share=1e-4)
+    assert np.abs(stiff[away]).max() > 0.0
