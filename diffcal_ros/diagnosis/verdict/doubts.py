@@ -19,7 +19,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
-from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture
+from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture, words_with_fixture
 from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, LEAST_CLOSURE
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
     closed_in_its_form,
@@ -71,8 +71,9 @@ def _of_amplitudes(
         return 'with an amplitude that may be zero'
     if class_with_fixture(hypothesis) is not None:
         return (
-            'but the fixture is displaced as the clamp is: rig or camera is elsewhere than the '
-            'scene says, and not the body in its clamp'
+            f'but the fixture is displaced as the clamp is, by {words_with_fixture(hypothesis)}: '
+            'rig or camera is elsewhere than the scene says, and not the body in its clamp; check '
+            'where the marker is on the rig'
         )
     return None
 

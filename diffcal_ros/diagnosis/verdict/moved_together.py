@@ -17,6 +17,17 @@ import numpy as np
 _LEAST_BESIDE = 0.5
 
 
+def words_with_fixture(hypothesis: Hypothesis) -> str:
+    """Say how far a model's fixture, and what it holds, is from where the scene says it is."""
+    offset = fixture_offset(hypothesis.fit.parameters, hypothesis.fit.coordinates)
+    shift, turn = (float(np.linalg.norm(part)) for part in (offset[:3], offset[3:]))
+    x, y, z = 1e3 * offset[:3]
+    return (
+        f'{1e3 * shift:.1f} mm ({x:.1f}, {y:.1f}, {z:.1f} along the axes of the object) and '
+        f'{np.degrees(turn):.1f} degrees'
+    )
+
+
 def class_with_fixture(hypothesis: Hypothesis) -> str | None:
     """Return the class of what moved the fixture by most of what a clamp was displaced by.
 

@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """A clamp that seems displaced with the fixture around it is none."""
 
+import re
+
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
-from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture
+from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture, words_with_fixture
 from diffcal_ros.diagnosis.verdict.naming import _class_of
 import numpy as np
 import pytest
 from support.fixtured_beam import scene, seen, SHIFT
+from support.scenes import DEPTH_FROM_WORLD, WORLD_FROM_OBJECT
 
 CLAMP = Candidate('clamp_offset', ('x', 'y', 'z'))
 TILT = Candidate('gravity_tilt', ('a', 'b'))
@@ -40,7 +43,7 @@ def test_what_the_fixture_follows_has_no_name_and_is_of_the_class_sensor(displac
     assert abs(model.fit.coordinates[own]) > 0.002
     assert class_with_fixture(model) == 'sensor'
     (doubt,) = doubts_about(model, nominal)
-    assert 'fixture is displaced as the clamp is' in doubt
+    assert f'fixture is displaced as the clamp is, by {words_with_fixture(model)}' in doubt
     assert _class_of(model) == 'sensor'
 
 
@@ -49,3 +52,17 @@ def test_other_effects_and_scenes_without_a_fixture_are_not_asked():
         observation = seen(body_shift=SHIFT, block_shift=SHIFT)
         evaluator, nominal = fit_nominal(scene(has_fixture=has_fixture), [observation], None)
         assert class_with_fixture(try_effects(evaluator, nominal, [own], {})) is None
+
+
+def test_it_is_told_how_far_and_along_which_axes_the_fixture_is_elsewhere(displaced):
+    _, model = displaced['both']
+    words = re.fullmatch(
+        r'(\S+) mm \((\S+), (\S+), (\S+) along the axes of the object\) and (\S+) degrees',
+        words_with_fixture(model),
+    )
+    size, *axes, turn = map(float, words.groups())
+    # The shift is one of the camera's frame. Of one view a fixture's place is known to this.
+    turn_of_object = (DEPTH_FROM_WORLD @ WORLD_FROM_OBJECT)[:3, :3]
+    np.testing.assert_allclose(axes, 1e3 * turn_of_object.T @ SHIFT, atol=0.5)
+    assert size == pytest.approx(np.linalg.norm(axes), abs=0.1)
+    assert turn < 1.0
