@@ -275,6 +275,8 @@ OUTSIDE_CLASS = {
     'fattened': 'sensor',
     'shrinking': 'shape',
     'bleeding': 'sensor',
+    'unglued': 'material',
+    'trailing': 'sensor',
 }
 
 

@@ -5,6 +5,7 @@
 import numpy as np
 
 from benchmarks.blind.bounce import bounced_share
+from benchmarks.blind.exposure import exposure, returned_light
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
@@ -44,15 +45,24 @@ def bias_share(
     if faults.depth_form == 'ramp':
         columns = rendering.column + np.arange(width) - setup.camera.cx
         return np.broadcast_to(0.7 + columns / setup.camera.width, (height, width))[..., None]
-    share = 1.0
+    share = _share_of_pose(rendering, setup, observation, faults)
+    return np.full((height, width, 1), share)
+
+
+def _share_of_pose(
+    rendering: Rendering, setup: Setup, observation: Observation, faults: Faults
+) -> float:
+    """Return how much of an error of depth there is that is the same all over an image."""
+    if faults.depth_form == 'exposed':
+        return exposure(rendering, float(np.linalg.norm(setup.depth_from_world[:3, 3])))
     if faults.depth_form == 'settling':
-        share = 0.7 ** setup.pose_number(observation)
+        return float(0.7 ** setup.pose_number(observation))
     if faults.depth_form == 'drift':
-        share = setup.reached(observation)
+        return setup.reached(observation)
     if faults.depth_form == 'temperature':
         through = (setup.pose_number(observation) + 0.5) / len(setup.observations)
-        share = float(np.sin(np.pi * through))
-    return np.full((height, width, 1), share)
+        return float(np.sin(np.pi * through))
+    return 1.0
 
 
 def _share_around(rendering: Rendering, setup: Setup, faults: Faults) -> FloatArray:
@@ -87,7 +97,7 @@ def _share_by_distance(rendering: Rendering, setup: Setup, faults: Faults) -> Fl
     if faults.depth_form == 'veil':
         errors = veiled(seen, rendering.facing, distance, faults)
         return np.asarray(errors / (1e-3 * faults.depth_bias))
-    light = np.maximum(rendering.facing, 1.0 / 3.0) * (distance / seen) ** 2
+    light = returned_light(rendering, distance)
     if faults.depth_form == 'saturated':
         return np.asarray(np.maximum(light - faults.depth_full, 0.0) / (1.0 - faults.depth_full))
     return np.asarray(1.0 - np.log(light))

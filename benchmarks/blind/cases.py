@@ -21,6 +21,8 @@ from benchmarks.blind.forms import FORMS, PAIRS
 from benchmarks.blind.fourteenth_forms import FOURTEENTH_PAIRS
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.motion_forms import MOTION_FORMS
+from benchmarks.blind.nineteenth_forms import NINETEENTH_PAIRS
+from benchmarks.blind.nineteenth_outside import NINETEENTH_OUTSIDE
 from benchmarks.blind.ninth_forms import NINTH_PAIRS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
@@ -127,6 +129,7 @@ LAWS_SETS = {
     'sixteenth': Contents(SIXTEENTH_PAIRS, tuple(SIXTEENTH_OUTSIDE), 40),
     'seventeenth': Contents(SEVENTEENTH_PAIRS, tuple(SEVENTEENTH_OUTSIDE), 40),
     'eighteenth': Contents(EIGHTEENTH_PAIRS, tuple(EIGHTEENTH_OUTSIDE), 40),
+    'nineteenth': Contents(NINETEENTH_PAIRS, tuple(NINETEENTH_OUTSIDE), 40),
 }
 
 

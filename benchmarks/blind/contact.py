@@ -26,7 +26,7 @@ BAR = 0.010  # Radius of a bar [m].
 _ROLL = 0.018  # Of a roll of foam [m].
 _ROPE = 0.006  # Of a rubber rope [m].
 # Share of the free length at which what lies below the outer part alone begins.
-OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4}
+OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4}
 # Radius of what is round, along the world's z [m].
 ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE}
 

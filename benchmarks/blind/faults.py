@@ -47,21 +47,24 @@ class Faults(LaterFaults):
             section, up to `contrast_at`, against all else, of a root that is `plugged` by a
             cone, which fills the section at the clamp and comes to its point there, of some
             `pours` that are alike in length, each of a cup of its own, of a `foil` on the
-            upper side, from there to `contrast_until`, or of what `settled` towards the clamp:
-            it falls evenly to none there.
+            upper side, from there to `contrast_until`, of what `settled` towards the clamp: it
+            falls evenly to none there, or of the swirls of a rubber that is `marbled`, by their
+            standard deviation.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
             `recruited`: of fibres that lie in waves until they are drawn straight, `braided`: of
             threads aslant to the body's length, by the exponential of the square of their
             growth, `knitted`: of loops along it near the surface, by the cube of that,
-            `beaded`: of rows of beads along it, where they are pressed, by the cube of that, or
-            `threaded`: of threads along it near the surface, which are loose at first.
+            `beaded`: of rows of beads along it, where they are pressed, by the cube of that,
+            `threaded`: of threads along it near the surface, which are loose at first, or
+            `coils`: of those of a spring there, which touch once they are pressed together.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
             Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
             modulus of all fibres, were they straight and not slack, or that at first of a braid
             along the body, or of loops whose square grew by a tenth, or of rows of beads whose
-            square fell by that, or of threads once they are taut, over E [-].
+            square fell by that, or of threads once they are taut, or of coils once they touch,
+            over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -71,8 +74,9 @@ class Faults(LaterFaults):
             that place is higher; a `loose` ring, which slides as far as `mass_stops`; a wet
             cloth around all between these, which is `drying`; a liquid `pooled` where a channel
             between them is lowest; a film that `drained` down the surface from the clamp on;
-            `markers`: balls on stalks, evenly from one of these to the other; or a `tool`, whose
-            middle is ahead of the place that carries it.
+            `markers`: balls on stalks, evenly from one of these to the other; a `tool`, whose
+            middle is ahead of the place that carries it; or a cable `slung` from the rig to that
+            place, which draws it down and towards the rig.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -86,8 +90,9 @@ class Faults(LaterFaults):
             `rubbing`: as given but for a moment of `clamp_rub`, by which it lags behind;
             `creeping`: in each pose by a part `clamp_crept` of what it lacks to that; on a
             `post`, which shifts and turns it by force and moment as the end of an upright rod;
-            on an `angle iron` along the object's x, which bends most about `clamp_slant`; or on a
-            robot's `wrist` of three joints about the object's axes, two of them behind it.
+            on an `angle iron` along the object's x, which bends most about `clamp_slant`; on a
+            robot's `wrist` of three joints about the object's axes, two of them behind it; or
+            `glued`: by the lower face alone, but for what `clamp_gape` says.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -117,8 +122,9 @@ class Faults(LaterFaults):
             which both ends hung (the tip moves as far as an arc's), `buckled` between two
             walls: by the sine of the place (the tip moves as far as an arc's), `folded`: a
             kink at `curvature_at`, and one the other way at `curvature_again`, `weighed down`
-            at `curvature_at` between two supports (the tip moves as far as an arc's), or
-            `overhanging` a table's edge at `curvature_at` (the tip moves as far as an arc's).
+            at `curvature_at` between two supports (the tip moves as far as an arc's),
+            `overhanging` a table's edge at `curvature_at` (the tip moves as far as an arc's), or
+            `wavy`: by the sine of some waves (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -131,7 +137,8 @@ class Faults(LaterFaults):
             balance, which sinks by all of the force on it, a round `dish` below the outer part,
             a rubber `rope` along the world's z between two posts, the round `knob` at the end
             of a screw that goes with the rig, a `brush`, whose bristles bend over, a soft and
-            round `cushion` below the outer part, or the foam of a `crate` for eggs.
+            round `cushion` below the outer part, the foam of a `crate` for eggs, or a `flap`
+            below the outer part, which turns about a hinge along the world's z.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -146,8 +153,9 @@ class Faults(LaterFaults):
             `depth_veil`, by the light that returns; of an imager of a stereo pair that is
             `toed` in and rolled: with the square of the depth, and evenly over the rows; of a
             `smudge` on a window, round `depth_spot`: by the exponential of the square of the way;
-            of pixels that are `saturated`: by the light beyond `depth_full`; or of light that
-            `bounced` from `depth_point`: by the inverse square of the distance from there.
+            of pixels that are `saturated`: by the light beyond `depth_full`; of light that
+            `bounced` from `depth_point`: by the inverse square of the distance from there; or of
+            a frame that is `exposed` by the mean of its light: by the inverse of that.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -255,7 +263,7 @@ class Faults(LaterFaults):
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
         stiffening_from: growth of a fibre's square by which it comes straight, or of a loose
-            thread's at which it comes taut [-].
+            thread's at which it comes taut, or loss of a coil's at which it touches [-].
         mass_stops: shares of the free length of an inner and an outer stop of a loose ring, of the
             ends of a cloth, or of the first and the last marker.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.

@@ -12,7 +12,8 @@ Fibres in waves have g^3 / (g + w) in place of the square of g = a . C a - 1: ne
 before they are drawn straight, and the square far beyond w. Steep ones have (exp(q g^2) - 1) / q
 (Holzapfel, Gasser and Ogden 2000, J. Elasticity 61). Loops of a knit have g^3: they bear nothing
 at first, and the more the straighter they are; rows of beads have that of |g| where they are
-pressed together. Loose threads have the square of what g is beyond where they come taut.
+pressed together. Loose threads have the square of what g is beyond where they come taut, and
+coils of a spring that of what -g is beyond where they touch.
 """
 
 from dataclasses import dataclass
@@ -36,7 +37,8 @@ class Fibres:
         steep: q [-]; 0 of those that go with the square.
         pressed: whether they resist a push alone, as the sides of a crack do.
         knit: whether their energy goes with the cube, as that of loops or beads does.
-        loose: growth of their square at which they come taut; of slack ones alone [-].
+        loose: growth of their square at which slack ones come taut, or loss at which pressed
+            ones touch [-].
     """
 
     stiffness: FloatArray
@@ -108,5 +110,5 @@ class Fibres:
         drawn = F @ self.direction
         growth = np.einsum('...i,...i->...', drawn, drawn) - 1.0
         if self.pressed:
-            return drawn, np.minimum(growth, 0.0)
+            return drawn, np.minimum(growth + self.loose, 0.0)
         return drawn, np.maximum(growth - self.loose, 0.0) if self.slack else growth

@@ -31,6 +31,7 @@ from benchmarks.blind.form import (
     tilt_form,
 )
 from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS
+from benchmarks.blind.nineteenth_forms import NINETEENTH_FORMS
 from benchmarks.blind.ninth_forms import NINTH_FORMS
 from benchmarks.blind.rotations import rigid, rotation
 from benchmarks.blind.sensor import DRAWN
@@ -197,6 +198,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'sixteenth': SIXTEENTH_FORMS,
     'seventeenth': SEVENTEENTH_FORMS,
     'eighteenth': EIGHTEENTH_FORMS,
+    'nineteenth': NINETEENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

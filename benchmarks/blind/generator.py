@@ -46,6 +46,7 @@ from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.labels import label_of, write_json
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.motion_forms import MOTION_FORMS
+from benchmarks.blind.nineteenth_outside import NINETEENTH_OUTSIDE
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
@@ -108,7 +109,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
     last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE, **FIFTEENTH_OUTSIDE, **SIXTEENTH_OUTSIDE}
-    newest = {**SEVENTEENTH_OUTSIDE, **EIGHTEENTH_OUTSIDE}
+    newest = {**SEVENTEENTH_OUTSIDE, **EIGHTEENTH_OUTSIDE, **NINETEENTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **newest, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

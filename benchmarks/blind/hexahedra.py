@@ -76,20 +76,24 @@ class HexMesh:
     held: IntArray
 
 
-def mesh_hexahedra(shape: Shape, refinement: float = 1.0) -> HexMesh:
+def mesh_hexahedra(
+    shape: Shape, refinement: float = 1.0, held_cells: int = 1, layers: int = 1
+) -> HexMesh:
     """Mesh a body.
 
     Args:
         shape: the body.
         refinement: how many times finer than usual.
+        held_cells: number of cells along the held section, one where all of it is held.
+        layers: least number of cells over the height.
     """
     width, height = shape.section
     size = (
         0.0062 / refinement,
         min(width / 2.0, 0.0085) / refinement,
-        min(height / 2.0, 0.0085) / refinement,
+        min(min(height / 2.0, 0.0085) / refinement, height / layers),
     )
-    lattice = cut(shape, size, held_cells=1, grading=_GRADING)
+    lattice = cut(shape, size, held_cells=held_cells, grading=_GRADING)
     local = (CORNERS + 1.0).astype(np.int64)
     triples = 2 * lattice.cells[:, None] + local[None]
     ticks = tuple(halved(axis) for axis in lattice.ticks)

@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the eighteenth set.
+    """Amplitudes that came with the twelfth to the nineteenth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -18,7 +18,8 @@ class LaterFaults:
         contrast_side: sign of the object's y on whose side it is.
         mass_shares: how much of `added_mass` a cloth still has in each pose.
         clamp_preload: moment up to which a preloaded clamp does not give way [N m].
-        contact_give: by how much a pan sinks by the force on it [m/N].
+        contact_give: by how much a pan sinks by the force on it [m/N], or a flap turns by the
+            moment on it [rad/(N m)].
         depth_entry: depth whose entry in a sensor's table is wrong [m].
         depth_spacing: between the entries of that table [m].
         guy: stiffness of lines from a post of the rig to one place of the body, which are as
@@ -30,10 +31,10 @@ class LaterFaults:
         region_places: share of the free length from which on `region_bias` is added in each pose;
             empty: `region_from` in all.
         mass_filled: share of a channel that its liquid fills.
-        contrast_wave: length of the streaks' waves, as a share of the free length.
+        contrast_wave: length of the streaks' waves, or of swirls', as a share of the free length.
         contact_ahead: where a dish is lowest, or a cushion or a crate's foam highest, along the
             world's x [m], and along z at `contact_at`; or a knob highest, along the object's x,
-            and along y at that.
+            and along y at that; or where a flap's hinge is along the world's x.
         contact_round: radius to which a dish is round at its bottom; below 0: to which a cushion
             is at its top [m].
         clamp_rub: moment by which a clamp that rubs lags behind [N m].
@@ -92,7 +93,7 @@ class LaterFaults:
         dished: share of the height that the true body lacks amid its hollow upper side.
         fattened: by how much a body's outline is seen too far out [px].
         mass_ahead: from the middle of its foot on a body to a tool's mass, along the body [mm].
-        clamp_gape: by how much less than stated a body is held by jaws that gape [mm].
+        clamp_gape: by how much less than stated a body is held by jaws that gape, or by glue [mm].
         contact_wave: way from crest to crest of a crate's foam, along the world's x and z [m].
         contact_trough: by how much its troughs are lower than its crests [m].
         depth_point: of the world, from which light bounces to a body [m].
@@ -102,6 +103,17 @@ class LaterFaults:
         shrinking_shares: how much of that is there in each pose.
         bleeding: error of depth on a body's outline [mm].
         bleeding_width: way inwards from there over which it falls to a third [px].
+        mass_anchor: where a slung cable hangs from the rig, object frame [mm].
+        mass_longer: by which share that is longer than the way to where it ends on a body.
+        contrast_seed: of what is drawn for the swirls of a rubber that was stirred too little.
+        curvature_waves: number of waves over the free length.
+        region_decay: share of the free length over which `region_bias` falls to a third, from
+            the tip on; 0: it does not.
+        center_scatter: further shift of the principal point in each pose [px].
+        unglued: share of the free length, up to the tip, on which a body's upper and lower half
+            hardly hold together.
+        trailing: error of depth where a beam comes to a body [mm].
+        trailing_width: way down the columns over which it falls to a third [px].
     """
 
     stiffening_slant: float = 0.0
@@ -182,3 +194,12 @@ class LaterFaults:
     shrinking_shares: tuple[float, ...] = ()
     bleeding: float = 0.0
     bleeding_width: float = 1.0
+    mass_anchor: Vector = (0.0, 0.0, 0.0)
+    mass_longer: float = 0.0
+    contrast_seed: int = 0
+    curvature_waves: float = 0.0
+    region_decay: float = 0.0
+    center_scatter: tuple[tuple[float, ...], ...] = ()
+    unglued: float = 0.0
+    trailing: float = 0.0
+    trailing_width: float = 1.0

@@ -40,7 +40,7 @@ def lay_on_plane(
     normal = np.array(faults.contact_normal)
     if faults.contact_form == 'vee':
         faults = replace(faults, contact_at=_below_tip(setup, faults)[2])
-    if faults.contact_form in ('dish', 'cushion', 'crate'):
+    if faults.contact_form in ('dish', 'cushion', 'crate', 'flap'):
         ahead, _, aside = _below_tip(setup, faults)
         ahead, aside = ahead + faults.contact_ahead, aside + faults.contact_at
         faults = replace(faults, contact_ahead=ahead, contact_at=aside)

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.blind.blower import blown
+from benchmarks.blind.catenary import slung
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.draught import drawn_in, layer_share, stream_share
 from benchmarks.blind.equilibrium import Load
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.flap import free_side, turned_flap
 from benchmarks.blind.heights import by_height
 from benchmarks.blind.magnetism import magnetic_forces
 from benchmarks.blind.pulls import pulls, tether, turntable
@@ -55,6 +57,9 @@ def load_in_pose(
     ]
     if faults.tilt_form == 'turntable':
         laws.append(turntable(masses, observation, _side(faults), faults.tilt_radius))
+    if faults.mass_form == 'slung' and faults.added_mass:
+        nodes = specimen.mesh.nodes
+        laws.append(slung(nodes, specimen.body.masses, shares, observation, faults))
     if faults.hose:
         places = specimen.mesh.nodes + 1e-3 * np.array(faults.hose_offset)
         stiffness = around(faults.hose, faults.hose_at, specimen.body.masses, shares)
@@ -69,8 +74,12 @@ def load_in_pose(
 def load_on_pan(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults, sunk: float
 ) -> Load:
-    """Return the load where a pan has sunk by so much [m]."""
+    """Return the load where a pan has sunk by so much [m], or a flap has turned by it [rad]."""
     assert faults.contact_height is not None
+    if faults.contact_form == 'flap':
+        side = free_side(observation, specimen.mesh.nodes, faults)
+        turned = turned_flap(faults, sunk, side)
+        return load_in_pose(specimen, setup, observation, turned)
     lower = replace(faults, contact_height=faults.contact_height - sunk)
     return load_in_pose(specimen, setup, observation, lower)
 

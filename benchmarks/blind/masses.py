@@ -34,29 +34,7 @@ def added_mass(
         mesh: the body.
     """
     across = points[:, 1:] / (0.5 * np.array(setup.shape.section)[:, None])
-    reach, where = {
-        'hat': (_MASS_REACH, 1.0),
-        'ring': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
-        'smear': (_SMEAR_REACH, 1.0),
-        'point': (_POINT_REACH, across[:, 0] > 0.5),
-        'two': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
-        'coat': (_POINT_REACH, 1.0),
-        'opposite': (_POINT_REACH, np.abs(across[:, 0]) > 0.5),
-        'arm': (_MASS_REACH, 1.0),
-        'cable': (_MASS_REACH, across[:, 1] > 0.5),
-        # What lies on the table as far as it does not hang is no mass of its own.
-        'trailing': (_MASS_REACH, 0.0),
-        # Where a loose ring lies, and how wet a cloth is, each pose tells.
-        'loose': (_MASS_REACH, 0.0),
-        'drying': (_MASS_REACH, 0.0),
-        # From the clamp to the tip: how thick it is there is set below.
-        'drained': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
-        # Where a liquid is, the body's own heights tell.
-        'pooled': (_MASS_REACH, 0.0),
-        # Each of several has a place of its own.
-        'markers': (_MASS_REACH, 0.0),
-        'tool': (_MASS_REACH, 1.0),
-    }[faults.mass_form]
+    reach, where = _spread_out(faults, across)
     # At least the elements around the place, however long they are.
     away = np.abs(share - faults.added_mass_at)
     if faults.mass_form == 'opposite':
@@ -80,6 +58,41 @@ def added_mass(
     if faults.mass_form == 'markers':
         masses = _markers(faults, share, quadrature, mesh)
     return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
+
+
+def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray | float]:
+    """Return half the share of the free length over which a mass is, and where across that.
+
+    Args:
+        faults: say how a mass is spread.
+        across: of Gauss points, over half the width and the height, shape (C, 2, 8).
+    """
+    forms: dict[str, tuple[float, FloatArray | float]] = {
+        'hat': (_MASS_REACH, 1.0),
+        'ring': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
+        'smear': (_SMEAR_REACH, 1.0),
+        'point': (_POINT_REACH, across[:, 0] > 0.5),
+        'two': (_POINT_REACH, np.abs(across).max(axis=1) > 0.5),
+        'coat': (_POINT_REACH, 1.0),
+        'opposite': (_POINT_REACH, np.abs(across[:, 0]) > 0.5),
+        'arm': (_MASS_REACH, 1.0),
+        'cable': (_MASS_REACH, across[:, 1] > 0.5),
+        # What lies on the table as far as it does not hang is no mass of its own.
+        'trailing': (_MASS_REACH, 0.0),
+        # Where a loose ring lies, and how wet a cloth is, each pose tells.
+        'loose': (_MASS_REACH, 0.0),
+        'drying': (_MASS_REACH, 0.0),
+        # From the clamp to the tip: how thick it is there is set below.
+        'drained': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
+        # Where a liquid is, the body's own heights tell.
+        'pooled': (_MASS_REACH, 0.0),
+        # Each of several has a place of its own.
+        'markers': (_MASS_REACH, 0.0),
+        'tool': (_MASS_REACH, 1.0),
+        # How much of a cable hangs from a body, each pose tells.
+        'slung': (_MASS_REACH, 0.0),
+    }
+    return forms[faults.mass_form]
 
 
 def _markers(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.marbling import marbled_value
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 
@@ -16,6 +17,8 @@ _CORE = 0.5  # Share of width and height of a tube that is cast in.
 _LAMP = 0.15  # Share of the free length over which a lamp's light falls to a half.
 _PLUG_SKIN = 0.2  # Share of the half section over which a plug's rubber goes over to a body's.
 _CAVITY = 5.0  # By which log E falls where there is no matter.
+PARTED = 5.5  # The same where two halves hardly hold together.
+SEAM_LAYERS = 5  # Cells over the height of such a body, of which that is the one in the middle.
 
 
 def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
@@ -41,6 +44,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'settled': settled_share(share, faults.contrast_at),
         'foil': on_foil(setup, faults, share, points),
         'pours': pour_value(share, faults.contrast_pours),
+        'marbled': _marbled(setup, faults, share, points),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
         'sleeve': -((outward.max(axis=1) > 0.6) & (share < 0.4)).astype(float),
     }[faults.contrast_mode]
@@ -52,6 +56,8 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
     change = change + (faults.soft_skin + np.log1p(-faults.crazed)) * (height > 0.5)
     if faults.torn:
         change = change - 3.0 * _torn(faults, share, height)
+    if faults.unglued:
+        change = change - PARTED * on_seam(share, height, 1.0 - faults.unglued)
     if faults.hollow:
         change = change - _CAVITY * cavity(setup, faults, share, points)
     return change
@@ -131,6 +137,23 @@ def _aslant(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray)
     """Return at how many waves of streaks from the clamp Gauss points lie, shape (C, 8)."""
     height = points[:, 2] / (0.5 * setup.shape.section[1])
     return np.asarray((share - faults.contrast_slant * height) / faults.contrast_wave)
+
+
+def _marbled(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return by which part of the contrast Gauss points are harder, shape (C, 8)."""
+    across = points[:, 1:].swapaxes(0, 1) / (0.5 * np.array(setup.shape.section)[:, None, None])
+    return marbled_value(share, across, faults.contrast_wave, faults.contrast_seed)
+
+
+def on_seam(share: FloatArray, height: FloatArray, begin: float) -> FloatArray:
+    """Return which places lie between an upper and a lower half that came apart, 1 or 0.
+
+    Args:
+        share: of the free length, any shape.
+        height: -1 at the lower face and 1 at the upper one, that shape.
+        begin: share from which on, to the tip, they came apart.
+    """
+    return np.asarray(((np.abs(height) < 1.0 / SEAM_LAYERS) & (share > begin)).astype(float))
 
 
 def _patch(faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

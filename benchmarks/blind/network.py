@@ -5,8 +5,9 @@
 Short ones in all directions, which lie in waves until they are drawn straight; or threads of a
 braid, which cross the body aslant and resist a pull by its exponential; or loops of a knitted
 sleeve, along the body and near its surface; or rows of beads along it, which resist a push; or
-threads along it and near its surface, which are loose until they are drawn taut. On
-the upper side alone a fabric resists a pull, and the sides of its cracks a push.
+threads along it and near its surface, which are loose until they are drawn taut; or the coils of
+a spring there, which touch once they are pressed together. On the upper side alone a fabric
+resists a pull, and the sides of its cracks a push.
 """
 
 from dataclasses import replace
@@ -27,7 +28,7 @@ _AXES = np.array(
 )
 AXES = _AXES / np.linalg.norm(_AXES[0])
 _ALONG = np.array([1.0, 0.0, 0.0])
-_KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads as well.
+_KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads and coils as well.
 _DRAWN = 0.1  # Growth of a loop's square, or loss of a row's, at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
 _SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
@@ -47,9 +48,10 @@ def reinforced(
     if faults.stiffening_form == 'knitted' and faults.stiffening:
         knit = faults.stiffening * modulus / (24.0 * _DRAWN) * (np.asarray(outward) > _KNIT_FROM)
         return replace(numbers, network=(Fibres(knit, _ALONG, slack=True, knit=True),))
-    if faults.stiffening_form == 'threaded' and faults.stiffening:
-        threads = faults.stiffening * modulus / 8.0 * (np.asarray(outward) > _KNIT_FROM)
-        loose = Fibres(threads, _ALONG, slack=True, loose=faults.stiffening_from)
+    if faults.stiffening_form in ('threaded', 'coils') and faults.stiffening:
+        outer = faults.stiffening * modulus / 8.0 * (np.asarray(outward) > _KNIT_FROM)
+        is_coil, begin = faults.stiffening_form == 'coils', faults.stiffening_from
+        loose = Fibres(outer, _ALONG, slack=not is_coil, pressed=is_coil, loose=begin)
         return replace(numbers, network=(loose,))
     if faults.stiffening_form == 'beaded' and faults.stiffening:
         rows = faults.stiffening * modulus / (24.0 * _DRAWN)

@@ -29,6 +29,7 @@ from benchmarks.blind.surface import (
     moved,
     tip_part,
 )
+from benchmarks.blind.trailing import trailing_share
 
 FRAMES = 8
 _SAGS = 0.8  # What a mount has yet to sag falls by so much of its logarithm from pose to pose.
@@ -74,6 +75,7 @@ def _seen(
             faults.region_bands,
             is_wound=faults.region_wound,
             speckle=(faults.region_dot, faults.region_cover, faults.region_seed),
+            decay=faults.region_decay,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -81,6 +83,7 @@ def _seen(
     moved_by = _camera_share(setup, observation, faults)
     camera_from_world = true_camera(specimen, setup, jostled(setup, observation, faults), moved_by)
     camera = _true_intrinsics(setup.camera, faults, _focused(setup, observation, faults))
+    camera = _cropped(camera, setup, observation, faults)
     surface = through_pane(moved(surface, camera_from_world @ world_from_object), faults)
     rendering = fattened(render(surface, camera), camera, faults.fattened)
     bias = 1e-3 * faults.depth_bias * bias_share(rendering, setup, observation, faults)
@@ -90,6 +93,7 @@ def _seen(
     depth = rendering.depth * (1.0 + 0.01 * scale) + bias + _wiggle(rendering, faults)
     depth = depth + _stripes(rendering, faults) + _tiles(rendering, setup.camera, faults)
     depth = depth + _jump(rendering, faults) + _bleeding(rendering, faults)
+    depth = depth + _trailing(rendering, faults)
     tip = tip_part(rendering.labels) * rendering.facing**faults.region_gloss
     depth = depth + 1e-3 * faults.region_bias * tip
     depth = np.maximum(depth, _least_depth(faults))
@@ -138,6 +142,13 @@ def _bleeding(rendering: Rendering, faults: Faults) -> FloatArray | float:
     if not faults.bleeding:
         return 0.0
     return 1e-3 * faults.bleeding * bleeding_share(rendering, faults.bleeding_width)
+
+
+def _trailing(rendering: Rendering, faults: Faults) -> FloatArray | float:
+    """Return an error that falls from where a beam comes to a body, down the columns [m]."""
+    if not faults.trailing:
+        return 0.0
+    return 1e-3 * faults.trailing * trailing_share(rendering, faults.trailing_width)
 
 
 def _covered(mesh: HexMesh, setup: Setup, faults: Faults) -> FloatArray | None:
@@ -210,6 +221,14 @@ def _true_intrinsics(camera: Camera, faults: Faults, focused: float) -> Camera:
         skew=faults.skewed,
         tilt=faults.imager_tilt,
     )
+
+
+def _cropped(camera: Camera, setup: Setup, observation: Observation, faults: Faults) -> Camera:
+    """Return a camera whose image was cut out elsewhere in a pose than is known."""
+    if not faults.center_scatter:
+        return camera
+    across, down = faults.center_scatter[setup.pose_number(observation)]
+    return replace(camera, cx=camera.cx + across, cy=camera.cy + down)
 
 
 def true_camera(

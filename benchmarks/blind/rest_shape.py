@@ -3,6 +3,7 @@
 """The true shape of a body without stress, object frame."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,7 @@ _HELIX_MORE = 1.3  # Curvature over that of an arc.
 _TRESTLE = 0.15  # Share of a mould's length at which a trestle stands, at either end.
 _UNCOILED = 0.7  # Share by which a spiral's radius is smaller at the tip.
 _KINK = 0.1  # Share of the free length of a kink, or of a fold.
+_WAVE_PARTS = 60  # Arcs that waves are made of.
 
 
 def true_shape(shape: Shape, faults: Faults) -> Shape:
@@ -59,6 +61,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
     if faults.curvature_form == 'folded':
         return _bent_in_parts(nodes, shape, _folds(curvature, faults))
+    if faults.curvature_form == 'wavy':
+        return _bent_in_parts(nodes, shape, _waves(curvature, faults.curvature_waves))
     if faults.curvature_form == 'overhanging':
         return _bent_in_parts(nodes, shape, _overhung(curvature, faults.curvature_at))
     if faults.curvature_form in ('draped', 'weighed down'):
@@ -127,6 +131,26 @@ def _supported(curvature: FloatArray, faults: Faults) -> list[tuple[float, float
         middle = 0.5 * (begin + end)
         moment = min(middle / at, (1.0 - middle) / (1.0 - at)) ** power
         found.append((begin, end, 0.5 / lever * moment * curvature))
+    return found
+
+
+def _waves(curvature: FloatArray, count: float) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that lay on ridges: it is bent by the sine, the outer one first.
+
+    The tip is as far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        count: of waves over the free length.
+    """
+    rate = 2.0 * np.pi * count
+    # How far a tip goes by the sine: the mean of that times the way that is left to the tip.
+    lever = (1.0 - np.sin(rate) / rate) / rate
+    ends, found = np.linspace(0.0, 1.0, _WAVE_PARTS + 1), []
+    for begin, end in reversed(list(pairwise(ends))):
+        # The mean over a part, so that all of them turn by as much as the waves do.
+        mean = (np.cos(rate * begin) - np.cos(rate * end)) / (rate * (end - begin))
+        found.append((begin, end, 0.5 / lever * mean * curvature))
     return found
 
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.blind.body import Body, spread
+from benchmarks.blind.body import Body, IntArray, spread
 from benchmarks.blind.clamps import (
     crept,
     lagged,
@@ -22,6 +22,7 @@ from benchmarks.blind.cloth import cloth_masses
 from benchmarks.blind.contact import friction, half_space
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.flap import hinge_moment
 from benchmarks.blind.flexure import (
     angle_compliance,
     flexure_compliance,
@@ -34,7 +35,7 @@ from benchmarks.blind.loads import load_in_pose, load_on_pan
 from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
-from benchmarks.blind.moduli import cavity, log_modulus
+from benchmarks.blind.moduli import cavity, log_modulus, SEAM_LAYERS
 from benchmarks.blind.network import on_upper_side, reinforced
 from benchmarks.blind.pan import settle_on_pan
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
@@ -46,6 +47,7 @@ from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.wear import worn
 
+_GLUED_CELLS = 4  # Along what is held, where glue holds its lower face alone.
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
 # Masses that are not the same, or not at the same place, in every pose.
 _BY_POSE = {'loose': ring_masses, 'drying': cloth_masses}
@@ -63,17 +65,23 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     ),
     'wrist': lambda faults: wrist_compliance(faults.clamp_compliance, faults.clamp_length),
 }
-# By how much that sinks on which a body lies [m]: rules by the force on it [N].
+# By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
+# it turns [rad], by the moment on it [N m].
 _SINKING: dict[str, Callable[[Faults], Callable[[float], float]]] = {
     'pan': lambda faults: lambda force: faults.contact_give * force,
     'rope': rope_give,
+    'flap': lambda faults: lambda moment: faults.contact_give * moment,
 }
+
+# A flap turns where a body's inner part may lie on it, which is stiff.
+_SINK_PARTS = {'pan': 0.6, 'rope': 0.6, 'flap': 0.2}
 
 
 def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Specimen:
     """Build the true body."""
     shape = true_shape(setup.shape, faults)
-    mesh = mesh_hexahedra(shape, refinement)
+    cells = _GLUED_CELLS if faults.clamp_form == 'glued' else 1
+    mesh = mesh_hexahedra(shape, refinement, cells, SEAM_LAYERS if faults.unglued else 1)
     shares = shape.arc_share(mesh.lattice)
     stress_free = stress_free_nodes(mesh.nodes, shape, faults)
     quadrature = integrate(stress_free, mesh.cells)
@@ -94,8 +102,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         quadrature=_swollen(quadrature, (share > 0.5).astype(float), faults.swelling),
         numbers=numbers,
         masses=spread(masses, quadrature, mesh.cells, count),
-        # What lies in foam moves like all else.
-        held=mesh.held[: 0 if faults.clamp_form == 'lined' else None],
+        held=_held(mesh, faults),
     )
     return Specimen(
         mesh=mesh,
@@ -107,6 +114,17 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
         center=np.array([0.5 * shape.clamp, 0.0, 0.0]),
         heights=heights,
     )
+
+
+def _held(mesh: HexMesh, faults: Faults) -> IntArray:
+    """Return the nodes that a clamp moves, shape (H,)."""
+    if faults.clamp_form == 'lined':
+        # What lies in foam moves like all else.
+        return mesh.held[:0]
+    if faults.clamp_form == 'glued':
+        heights = mesh.lattice[:, 2]
+        return mesh.held[heights[mesh.held] < heights.min() + 1e-9]
+    return mesh.held
 
 
 def _heated(specimen: Specimen, growth: float) -> Specimen:
@@ -220,9 +238,11 @@ def settle(
         return _settle_rubbing(specimen, load, nominal, *half_space(observation, faults))
     if faults.contact_height is not None and faults.contact_form in _SINKING:
         loads = partial(load_on_pan, specimen, setup, observation, faults)
-        start, normal = applied(nominal, specimen.mesh.nodes), half_space(observation, faults)[0]
+        start = applied(nominal, specimen.mesh.nodes)
         sinks = _SINKING[faults.contact_form](faults)
-        return settle_on_pan(specimen.body, start, loads, normal, sinks)
+        pressing = _pressing(observation, faults)
+        part = _SINK_PARTS[faults.contact_form]
+        return settle_on_pan(specimen.body, start, loads, pressing, sinks, part)
     if faults.clamp_form == 'lined':
         return settle_in_foam(specimen, load, nominal, give)
     if faults.clamp_form == 'shear':
@@ -238,6 +258,16 @@ def settle(
         before = _stayed(specimen, setup, observation, faults)
         wanted = _LASTING[faults.clamp_form](before, faults)
     return settle_clamped(specimen, load, nominal, wanted)[0]
+
+
+def _pressing(
+    observation: Observation, faults: Faults
+) -> Callable[[FloatArray, FloatArray], float]:
+    """Return force on a pan or a rope [N], or moment on a flap [N m], by a body's places."""
+    if faults.contact_form == 'flap':
+        return hinge_moment(observation, faults)
+    normal = half_space(observation, faults)[0]
+    return lambda positions, gradient: -float((gradient @ normal).sum())
 
 
 def _stayed(

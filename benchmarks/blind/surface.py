@@ -56,6 +56,7 @@ def body_triangles(
     *,
     is_wound: bool = False,
     speckle: tuple[float, float, int] = (0.0, 0.0, 0),
+    decay: float = 0.0,
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -72,6 +73,8 @@ def body_triangles(
         is_wound: whether the bands are the turns of one, wound around the body.
         speckle: edge of dots [m], which share of the tip they cover, and the seed of their places;
             what is between them is the root's; (0, 0, 0): all is one dot.
+        decay: share over which labels fall from the tip's to a third, from the very tip on, in
+            place of a border; 0: they do not.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -86,7 +89,7 @@ def body_triangles(
         along = values @ shares[nodes][..., None]
         corners.append(points[:, triangles].reshape(-1, 3, 3))
         places = along[:, triangles, 0].mean(axis=-1)
-        sides = _side(places, tip_from, ramp, tip_until)
+        sides = _fading(places, decay) if decay else _side(places, tip_from, ramp, tip_until)
         middles = (values @ mesh.lattice[nodes])[:, triangles].mean(axis=-2)
         if bands[0]:
             turned = turned_share(middles, mesh.lattice) if is_wound else 0.0
@@ -121,8 +124,19 @@ def _side(along: FloatArray, tip_from: float, ramp: float, tip_until: float) -> 
         inside = np.minimum(inside, tip_until - along)
     if not ramp:
         return np.where(inside > 0.0, TIP, ROOT)
-    part = np.round(PARTS * (inside / ramp + 0.5)).astype(np.int64)
-    return np.where(part <= 0, ROOT, np.where(part >= PARTS, TIP, BETWEEN + part))
+    return _between(inside / ramp + 0.5)
+
+
+def _fading(along: FloatArray, decay: float) -> IntArray:
+    """Return labels that fall by the exponential of the way from the tip."""
+    return _between(np.exp((along - 1.0) / decay))
+
+
+def _between(part: FloatArray) -> IntArray:
+    """Return the label of what is the tip's by a part, to the nearest twentieth."""
+    twentieths = np.round(PARTS * part).astype(np.int64)
+    is_tip = np.where(twentieths >= PARTS, TIP, BETWEEN + twentieths)
+    return np.where(twentieths <= 0, ROOT, is_tip)
 
 
 def tip_part(labels: IntArray) -> FloatArray:

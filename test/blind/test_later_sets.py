@@ -23,6 +23,8 @@ from benchmarks.blind.form import Form
 from benchmarks.blind.forms import BY_KEY, FORMS
 from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS, FOURTEENTH_PAIRS
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
+from benchmarks.blind.nineteenth_forms import NINETEENTH_FORMS, NINETEENTH_PAIRS
+from benchmarks.blind.nineteenth_outside import NINETEENTH_OUTSIDE
 from benchmarks.blind.ninth_forms import NINTH_FORMS, NINTH_PAIRS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.rubber import LAWS
@@ -54,6 +56,7 @@ COUNTS = {
     'sixteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'seventeenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'eighteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'nineteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -106,6 +109,13 @@ OWN = {
     ),
     'eighteenth': Own(
         EIGHTEENTH_FORMS, EIGHTEENTH_PAIRS, EIGHTEENTH_OUTSIDE, frozenset({'shape', 'sensor'}), 3
+    ),
+    'nineteenth': Own(
+        NINETEENTH_FORMS,
+        NINETEENTH_PAIRS,
+        NINETEENTH_OUTSIDE,
+        frozenset({'material', 'sensor'}),
+        3,
     ),
 }
 

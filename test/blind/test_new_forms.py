@@ -23,6 +23,8 @@ from benchmarks.blind.fifteenth_outside import FIFTEENTH_OUTSIDE
 from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.fourteenth_forms import FOURTEENTH_FORMS
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
+from benchmarks.blind.nineteenth_forms import NINETEENTH_FORMS
+from benchmarks.blind.nineteenth_outside import NINETEENTH_OUTSIDE
 from benchmarks.blind.ninth_forms import NINTH_FORMS
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.setups import Setup
@@ -97,6 +99,10 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'stiffness_contrast/settled': {'contrast_mode': 'split'},
     'gravity_tilt/fan': {'tilt_form': 'tilt'},
     'rest_curvature/overhanging': {'curvature_form': 'arc'},
+    'added_mass/slung': {'mass_form': 'hat'},
+    'stiffness_contrast/marbled': {'contrast_mode': 'split'},
+    'clamp_offset/rattling': {'clamp_scatter': ()},
+    'rest_curvature/wavy': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -132,6 +138,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/bounced': {'depth_form': 'affine'},
     'depth_bias_by_region/lengthwise': {'region_strip': 0.0},
     'camera_offset/put back': {'camera_scatter': ()},
+    'depth_affine/exposed': {'depth_form': 'affine'},
+    'depth_bias_by_region/soiled': {'region_decay': 0.0},
+    'camera_offset/framed': {'center_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -139,12 +148,14 @@ OTHERS = {
     'clamp_offset/pinched',
     'clamp_offset/slid out',
     'compliant_clamp/gaping',
+    'compliant_clamp/glued',
     'contact_plane/rig',
     'camera_offset/pane',
     'contact_plane/brush',
     'contact_plane/crate',
     'contact_plane/cushion',
     'contact_plane/dish',
+    'contact_plane/flap',
     'contact_plane/knob',
     'contact_plane/mat',
     'contact_plane/pan',
@@ -155,6 +166,7 @@ OTHERS = {
     'stiffness_contrast/cored',
     'strain_stiffening/beaded',
     'strain_stiffening/braided',
+    'strain_stiffening/coils',
     'strain_stiffening/hart_smith',
     'strain_stiffening/knitted',
     'strain_stiffening/recruited',
@@ -174,6 +186,7 @@ CAUSES = {
     **SIXTEENTH_OUTSIDE,
     **SEVENTEENTH_OUTSIDE,
     **EIGHTEENTH_OUTSIDE,
+    **NINETEENTH_OUTSIDE,
 }
 
 
@@ -185,7 +198,7 @@ def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
-    keys = {form.key for form in (*earlier, *later, *last)}
+    keys = {form.key for form in (*earlier, *later, *last, *NINETEENTH_FORMS)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
@@ -200,6 +213,7 @@ def test_every_form_is_checked_here() -> None:
         (SIXTEENTH_FORMS, {'added_mass'}),
         (SEVENTEENTH_FORMS, {'strain_stiffening'}),
         (EIGHTEENTH_FORMS, {'clamp_offset'}),
+        (NINETEENTH_FORMS, {'gravity_tilt'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -98,6 +98,15 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'nineteenth': (
+        (
+            'added_mass/slung',
+            'stiffness_contrast/marbled',
+            'clamp_offset/rattling',
+            'rest_curvature/wavy',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
