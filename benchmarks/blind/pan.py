@@ -17,7 +17,7 @@ def settle_on_pan(
     loads: Callable[[float], Load],
     load_of: Callable[[FloatArray, FloatArray], float],
     give: Callable[[float], float],
-    part: float = 0.6,
+    part: float,
 ) -> FloatArray:
     """Return node positions at rest on a pan that has sunk as its load asks, shape (N, 3).
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.blind_contact import check_pushes, dents_of
-from support.blind_derivatives import check_body_stiffness
+from support.blind_derivatives import check_body_stiffness, check_loose_fibres
 from support.blind_rests import COARSE, lying, rest_of, tip_moves, tip_rises
 from support.blind_views import with_and_without
 
@@ -80,17 +80,7 @@ def test_a_tool_bends_a_body_as_its_weight_and_moment_ask(setup: Setup) -> None:
 def test_loose_threads_pull_by_their_energy_once_they_are_taut(step: float) -> None:
     threads = Fibres(np.array(3e4), np.array([1.0, 0.0, 0.0]), slack=True, loose=0.04)
     drawn = np.diag([1.08, 0.97, 0.97]) + np.random.default_rng(1).uniform(-0.02, 0.02, (3, 3))
-    move = np.random.default_rng(2).standard_normal((3, 3))
-    one, other = (threads.energy(drawn + way * step * move) for way in (1.0, -1.0))
-    slope = float((threads.stress(drawn) * move).sum())
-    assert slope != 0.0
-    assert (one - other) / (2.0 * step) == pytest.approx(slope, rel=1e-5)
-    for still in (1.019, 1.0, 0.95):
-        assert not threads.stress(np.diag([still, 1.0, 1.0])).any()
-        assert threads.energy(np.diag([still, 1.0, 1.0])) == 0.0
-    # The square of what is beyond their growth.
-    growth = float((drawn[:, 0] ** 2).sum()) - 1.0
-    assert threads.energy(drawn) == pytest.approx(3e4 * (growth - 0.04) ** 2)
+    check_loose_fibres(threads, drawn, step, still=(1.019, 1.0, 0.95))
 
 
 @pytest.mark.parametrize('step', [1e-7, 1e-8, 1e-9])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 from support.blind_contact import dents_of
-from support.blind_derivatives import check_body_stiffness, check_derivatives
+from support.blind_derivatives import check_body_stiffness, check_derivatives, check_loose_fibres
 from support.blind_rests import COARSE, lying, rest_of, tip_moves, tip_rises
 from support.blind_views import with_and_without
 
@@ -103,17 +103,7 @@ def test_a_slung_cable_is_longer_than_the_way_and_draws_down_and_back(
 def test_coils_push_by_their_energy_once_they_touch(step: float) -> None:
     coils = Fibres(np.array(3e4), np.array([1.0, 0.0, 0.0]), pressed=True, loose=0.04)
     bent = np.diag([0.92, 1.03, 1.03]) + np.random.default_rng(1).uniform(-0.02, 0.02, (3, 3))
-    move = np.random.default_rng(2).standard_normal((3, 3))
-    one, other = (coils.energy(bent + way * step * move) for way in (1.0, -1.0))
-    slope = float((coils.stress(bent) * move).sum())
-    assert slope != 0.0
-    assert (one - other) / (2.0 * step) == pytest.approx(slope, rel=1e-5)
-    for still in (0.981, 1.0, 1.05):
-        assert not coils.stress(np.diag([still, 1.0, 1.0])).any()
-        assert coils.energy(np.diag([still, 1.0, 1.0])) == 0.0
-    # The square of what is beyond where they touch.
-    loss = 1.0 - float((bent[:, 0] ** 2).sum())
-    assert coils.energy(bent) == pytest.approx(3e4 * (loss - 0.04) ** 2)
+    check_loose_fibres(coils, bent, step, still=(0.981, 1.0, 1.05))
 
 
 @pytest.mark.parametrize('step', [1e-7, 1e-8, 1e-9])

@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Slopes and stiffness of the blind generator's potentials and bodies, by differences."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.equilibrium import PotentialLaw
+from benchmarks.blind.fibres import Fibres
 
 
 def check_derivatives(
@@ -59,3 +62,29 @@ def check_body_stiffness(body: Body, positions: np.ndarray, *, step: float = 1e-
     whole = np.zeros_like(bent)
     np.add.at(whole, body.cells, parts.reshape(*body.cells.shape, 3))
     assert np.allclose((one - other) / (2.0 * h), whole, rtol=0.0, atol=1e-4 * np.abs(whole).max())
+
+
+def check_loose_fibres(
+    fibres: Fibres, strained: np.ndarray, step: float, still: Sequence[float]
+) -> None:
+    """Fail where fibres along x that are loose at first do not resist by their energy.
+
+    Args:
+        fibres: that are.
+        strained: deformation gradient at which they resist, shape (3, 3).
+        step: by which it is moved to either side, by standard normal draws.
+        still: stretches along x at which they do not.
+    """
+    move = np.random.default_rng(2).standard_normal((3, 3))
+    one, other = (fibres.energy(strained + way * step * move) for way in (1.0, -1.0))
+    slope = float((fibres.stress(strained) * move).sum())
+    assert slope != 0.0
+    assert (one - other) / (2.0 * step) == pytest.approx(slope, rel=1e-5)
+    for stretch in still:
+        assert not fibres.stress(np.diag([stretch, 1.0, 1.0])).any()
+        assert fibres.energy(np.diag([stretch, 1.0, 1.0])) == 0.0
+    # The square of what is beyond where they are no longer loose.
+    change = abs(float((strained[:, 0] ** 2).sum()) - 1.0)
+    assert fibres.energy(strained) == pytest.approx(
+        fibres.stiffness * (change - fibres.loose) ** 2
+    )
