@@ -277,6 +277,8 @@ OUTSIDE_CLASS = {
     'bleeding': 'sensor',
     'unglued': 'material',
     'trailing': 'sensor',
+    'updraught': 'load',
+    'stuck': 'sensor',
 }
 
 

@@ -10,6 +10,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.sunbeam import sunbeam_share
 from benchmarks.blind.veil import veiled
 
 _UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
@@ -23,6 +24,8 @@ def bias_share(
     height, width = rendering.depth.shape[:2]
     if faults.depth_form in ('radial', 'smudge'):
         return _share_around(rendering, setup, faults)
+    if faults.depth_form == 'sunbeam':
+        return sunbeam_share(rendering, setup, observation, faults)
     if faults.depth_form == 'disparity':
         return _squared_depth(rendering, setup)
     if faults.depth_form == 'toed':

@@ -41,6 +41,8 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_PAIRS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
+from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
+from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 
 SETS = ('development', 'sealed')
 FORM_SETS = tuple(FORMS)
@@ -130,6 +132,7 @@ LAWS_SETS = {
     'seventeenth': Contents(SEVENTEENTH_PAIRS, tuple(SEVENTEENTH_OUTSIDE), 40),
     'eighteenth': Contents(EIGHTEENTH_PAIRS, tuple(EIGHTEENTH_OUTSIDE), 40),
     'nineteenth': Contents(NINETEENTH_PAIRS, tuple(NINETEENTH_OUTSIDE), 40),
+    'twentieth': Contents(TWENTIETH_PAIRS, tuple(TWENTIETH_OUTSIDE), 40),
 }
 
 

@@ -9,6 +9,7 @@ from benchmarks.blind.crate import crate, crate_tops
 from benchmarks.blind.dish import dish, dish_tops
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.felt import felt
 from benchmarks.blind.groove import groove, groove_tops
 from benchmarks.blind.knob import knob, rounded
 from benchmarks.blind.setups import Observation
@@ -61,12 +62,8 @@ def contact_laws(
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
-    if faults.contact_form == 'foam':
-        return (_foam(normal, height, _FOAM_STIFFNESS * areas),)
-    if faults.contact_form == 'mat':
-        return (_mat(normal, height, _MAT_STIFFNESS * areas),)
-    if faults.contact_form == 'brush':
-        return (brush(normal, height, faults.contact_pressure * areas, faults.contact_bend),)
+    if faults.contact_form in ('foam', 'mat', 'brush', 'felt'):
+        return (_soft(normal, height, areas, faults),)
     outer, heights = np.outer(normal, normal), height - lowered(shares, faults)
 
     def penalty(positions: FloatArray) -> Potential:
@@ -79,6 +76,23 @@ def contact_laws(
         )
 
     return (penalty,)
+
+
+def _soft(normal: FloatArray, height: float, areas: FloatArray, faults: Faults) -> PotentialLaw:
+    """Return a half-space whose pressure is not in proportion to the dent.
+
+    Args:
+        normal: object frame, shape (3,).
+        height: of its surface along that [m].
+        areas: surface that belongs to each node [m^2], shape (N,).
+        faults: say what it is made of.
+    """
+    if faults.contact_form == 'foam':
+        return _foam(normal, height, _FOAM_STIFFNESS * areas)
+    if faults.contact_form == 'mat':
+        return _mat(normal, height, _MAT_STIFFNESS * areas)
+    law = brush if faults.contact_form == 'brush' else felt
+    return law(normal, height, faults.contact_pressure * areas, faults.contact_bend)
 
 
 def half_space(observation: Observation, faults: Faults) -> tuple[FloatArray, float]:

@@ -48,8 +48,9 @@ class Faults(LaterFaults):
             cone, which fills the section at the clamp and comes to its point there, of some
             `pours` that are alike in length, each of a cup of its own, of a `foil` on the
             upper side, from there to `contrast_until`, of what `settled` towards the clamp: it
-            falls evenly to none there, or of the swirls of a rubber that is `marbled`, by their
-            standard deviation.
+            falls evenly to none there, of the swirls of a rubber that is `marbled`, by their
+            standard deviation, or of what was `overbent` at `contrast_at`: it falls evenly to
+            none at the clamp and at the tip, and to none amid the height.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -75,8 +76,9 @@ class Faults(LaterFaults):
             cloth around all between these, which is `drying`; a liquid `pooled` where a channel
             between them is lowest; a film that `drained` down the surface from the clamp on;
             `markers`: balls on stalks, evenly from one of these to the other; a `tool`, whose
-            middle is ahead of the place that carries it; or a cable `slung` from the rig to that
-            place, which draws it down and towards the rig.
+            middle is ahead of the place that carries it; a cable `slung` from the rig to that
+            place, which draws it down and towards the rig; or a wet `sponge` around all between
+            `mass_stops`, whose water sinks to where that is lowest.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -91,8 +93,9 @@ class Faults(LaterFaults):
             `creeping`: in each pose by a part `clamp_crept` of what it lacks to that; on a
             `post`, which shifts and turns it by force and moment as the end of an upright rod;
             on an `angle iron` along the object's x, which bends most about `clamp_slant`; on a
-            robot's `wrist` of three joints about the object's axes, two of them behind it; or
-            `glued`: by the lower face alone, but for what `clamp_gape` says.
+            robot's `wrist` of three joints about the object's axes, two of them behind it;
+            `glued`: by the lower face alone, but for what `clamp_gape` says; or `taped` to what
+            lies below it by a square of foam tape, which it shifts and turns on.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -107,8 +110,9 @@ class Faults(LaterFaults):
             round stream through `tilt_point`, as is given on its axis, which falls beside that;
             a `layer` of air over a bench, which goes with the square of the height, and is as
             given where the camera looks; an `extractor`, which draws all towards its mouth at
-            `tilt_point` by the fourth power of the distance, as hard as given there; or a `fan`
-            that swings, whose push is steady in a pose and another in each.
+            `tilt_point` by the fourth power of the distance, as hard as given there; a `fan`
+            that swings, whose push is steady in a pose and another in each; or a table that is
+            `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -123,8 +127,10 @@ class Faults(LaterFaults):
             walls: by the sine of the place (the tip moves as far as an arc's), `folded`: a
             kink at `curvature_at`, and one the other way at `curvature_again`, `weighed down`
             at `curvature_at` between two supports (the tip moves as far as an arc's),
-            `overhanging` a table's edge at `curvature_at` (the tip moves as far as an arc's), or
-            `wavy`: by the sine of some waves (the tip moves as far as an arc's).
+            `overhanging` a table's edge at `curvature_at` (the tip moves as far as an arc's),
+            `wavy`: by the sine of some waves (the tip moves as far as an arc's), or `crammed`
+            into a box: a bend around `curvature_at`, and one at right angles to that around
+            `curvature_again`.
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -137,8 +143,9 @@ class Faults(LaterFaults):
             balance, which sinks by all of the force on it, a round `dish` below the outer part,
             a rubber `rope` along the world's z between two posts, the round `knob` at the end
             of a screw that goes with the rig, a `brush`, whose bristles bend over, a soft and
-            round `cushion` below the outer part, the foam of a `crate` for eggs, or a `flap`
-            below the outer part, which turns about a hinge along the world's z.
+            round `cushion` below the outer part, the foam of a `crate` for eggs, a `flap`
+            below the outer part, which turns about a hinge along the world's z, or `felt`, whose
+            pressure grows by the exponential of the dent.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -154,8 +161,10 @@ class Faults(LaterFaults):
             `toed` in and rolled: with the square of the depth, and evenly over the rows; of a
             `smudge` on a window, round `depth_spot`: by the exponential of the square of the way;
             of pixels that are `saturated`: by the light beyond `depth_full`; of light that
-            `bounced` from `depth_point`: by the inverse square of the distance from there; or of
-            a frame that is `exposed` by the mean of its light: by the inverse of that.
+            `bounced` from `depth_point`: by the inverse square of the distance from there; of
+            a frame that is `exposed` by the mean of its light: by the inverse of that; or of a
+            `sunbeam` through `depth_spot`, which wanders from pose to pose: by the exponential
+            of the square of the way from its middle.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -233,12 +242,13 @@ class Faults(LaterFaults):
         tangential: two coefficients of tangential distortion, of x y and y^2 in the columns and
             rows, and of x^2 and x y.
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
-        clamp_length: of a flexure, a post or an angle iron, or from a wrist's joint about y [m].
+        clamp_length: of a flexure, a post or an angle iron, from a wrist's joint about y, or of
+            the edges of a square of foam tape, half as far below the middle of what is held [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws.
         curvature_at: share of the free length of the middle of a kink, a rail, a weight or an
-            inner fold, or of a table's edge.
+            inner fold or bend, or of a table's edge.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
         mass_drop: height above the table at which `added_mass` hangs [m].
         bath: share of the weight of what is below a liquid's level that the liquid bears.
@@ -255,7 +265,8 @@ class Faults(LaterFaults):
             object's x, over their y and z from its middle [-].
         clamp_play: turn at which a clamp with play gives way no more [deg].
         contrast_at: share of the free length above which a lamp stands, where a border lies or a
-            patch or a foil begins, or up to which a tube, a plug or what settled reaches.
+            patch or a foil begins, or where a body was bent most, or up to which a tube, a plug
+            or what settled reaches.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the
@@ -265,7 +276,7 @@ class Faults(LaterFaults):
         stiffening_from: growth of a fibre's square by which it comes straight, or of a loose
             thread's at which it comes taut, or loss of a coil's at which it touches [-].
         mass_stops: shares of the free length of an inner and an outer stop of a loose ring, of the
-            ends of a cloth, or of the first and the last marker.
+            ends of a cloth or a sponge, or of the first and the last marker.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.
         region_gloss: power of the cosine of the angle between ray and surface by which
             `region_bias` grows, to all of it where a surface is met squarely.

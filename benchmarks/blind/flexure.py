@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How what a clamp stands on shifts and turns by force and moment.
 
-The end of a leaf spring, of a post or of an angle iron, or a wrist of three joints.
+The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, or a square of
+foam tape.
 """
 
 import numpy as np
@@ -11,6 +12,7 @@ from benchmarks.blind.shapes import FloatArray
 
 _STEEL = 0.3  # Poisson's ratio of a post.
 _STRONG = 0.25  # Bending of a thin angle iron about its strong axis over that about its weak one.
+_SHEARED = 3.0  # How much more foam tape gives way along its plane than across.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
@@ -75,6 +77,26 @@ def wrist_compliance(by_turn: float, length: float) -> FloatArray:
         carried = np.concatenate([np.cross(axis, behind * _ALONG), axis])
         whole += by_turn * np.outer(carried, carried)
     return whole
+
+
+def tape_compliance(by_turn: float, edge: float) -> FloatArray:
+    """Return the same of a clamp that a square of foam tape holds from below.
+
+    The tape lies across the object's z, half its edge below the clamp, and gives way at each of
+    its places by the pressure there, and three times as much by what shears it: by turns about
+    x and y, about z by their integral over the square, and by shifts.
+
+    Args:
+        by_turn: turn about x or y by a moment about the tape's middle [rad/(N m)].
+        edge: of the square [m].
+    """
+    by_force = by_turn * edge**2 / 12.0
+    shifts = by_force * np.array([_SHEARED, _SHEARED, 1.0])
+    turns = by_turn * np.array([1.0, 1.0, 0.5 * _SHEARED])
+    # Of force and moment on the clamp, what the tape's middle bears.
+    borne = np.eye(6)
+    borne[3:, :3] = np.cross(0.5 * edge * _UPRIGHT, np.eye(3)).T
+    return np.asarray(borne.T @ np.diag([*shifts, *turns]) @ borne)
 
 
 def _round(ahead: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the nineteenth set.
+    """Amplitudes that came with the twelfth to the twentieth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -67,14 +67,18 @@ class LaterFaults:
         necked: share by which the true section is smaller in the middle of a neck.
         necked_at: share of the free length of that middle.
         clamp_slant: of an angle iron's weak axis, from the object's y towards z [deg].
-        contact_pressure: of bristles that are bent over [Pa].
-        contact_bend: dent at which two thirds of them are [m].
-        curvature_again: share of the free length of the middle of an outer fold.
-        curvature_back: by which share of what the inner one turns that turns back.
+        contact_pressure: of bristles that are bent over, or by which that of felt is stated [Pa].
+        contact_bend: dent at which two thirds of them are, or over which the pressure of felt
+            grows by a factor of e [m].
+        curvature_again: share of the free length of the middle of an outer fold or bend.
+        curvature_back: by which share of what the inner one turns that turns back, or at right
+            angles to it.
         contrast_pours: share of `contrast` that each of some pours has, from the clamp on.
         tilt_above: how far a bench lies below where the camera looks, which slows air down [m].
-        depth_spot: of the middle of a smudge in the image, from its principal point [px].
-        depth_width: way from there at which its error has fallen to a third [px].
+        depth_spot: of the middle of a smudge in the image, or of a place amid a sunbeam in the
+            first pose, from its principal point [px].
+        depth_width: way from there, or across the beam, at which its error has fallen to a
+            third [px].
         region_wound: whether bands of tape are the turns of one that is wound around the body.
         ghost: share of the pose before in what a sensor tells where it saw something then.
         whirl: push of air that turns about an upright axis, where that is strongest [m/s^2].
@@ -114,6 +118,18 @@ class LaterFaults:
             hardly hold together.
         trailing: error of depth where a beam comes to a body [mm].
         trailing_width: way down the columns over which it falls to a third [px].
+        mass_suction: height over which the water of a sponge falls to a third [m].
+        tilt_scatter: further tilt about the world's x and z in each pose [deg].
+        depth_slant: angle of the way in which a sunbeam wanders, from the image's right towards
+            down [deg].
+        depth_wander: by how much it wanders that way from pose to pose [px].
+        region_sun: direction, object's y and z, from which sun bleached a body: `region_bias`
+            goes with the cosine of the angle between that and a side; (0, 0): it is on all.
+        updraught: push of a stream of air upwards, on its axis [m/s^2].
+        updraught_at: where that axis is along the world's x and z [m].
+        updraught_width: distance from it at which the push has fallen to a third [m].
+        stuck: what the bit of a depth counts for that is stuck, at 1 where that is positive, and
+            else at 0 [mm].
     """
 
     stiffening_slant: float = 0.0
@@ -203,3 +219,12 @@ class LaterFaults:
     unglued: float = 0.0
     trailing: float = 0.0
     trailing_width: float = 1.0
+    mass_suction: float = 1.0
+    tilt_scatter: tuple[tuple[float, ...], ...] = ()
+    depth_slant: float = 0.0
+    depth_wander: float = 0.0
+    region_sun: tuple[float, float] = (0.0, 0.0)
+    updraught: float = 0.0
+    updraught_at: tuple[float, float] = (0.0, 0.0)
+    updraught_width: float = 1.0
+    stuck: float = 0.0

@@ -22,6 +22,7 @@ from benchmarks.blind.seventh_outside import pressed
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.springs import around, springs
+from benchmarks.blind.updraught import updraught_push
 from benchmarks.blind.whirl import whirled
 
 # Forms of a tilt that leave gravity as it is, and push beside it.
@@ -120,6 +121,10 @@ def _forces(
         places = applied(observation.world_from_object, specimen.mesh.nodes)
         pushed = whirled(places, faults) * (masses * (shares > 0.0))[:, None]
         forces = forces + pushed @ object_from_world.T
+    if faults.updraught:
+        places = applied(observation.world_from_object, specimen.mesh.nodes)
+        lifted = updraught_push(places, faults) * masses * (shares > 0.0)
+        forces = forces + lifted[:, None] * observation.world_from_object[1, :3]
     if faults.magnetized:
         field = faults.magnetized * (object_from_world @ np.array(faults.magnetic_way))
         forces = forces + magnetic_forces(specimen.body, field)
@@ -143,6 +148,10 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
         turned = np.deg2rad(faults.tilt_turn) * setup.pose_number(observation)
         room = rotation(np.array([0.0, turned, 0.0]))
         return np.asarray(object_from_world @ room @ _tilt(faults) @ down)
+    if faults.tilt_form == 'floating':
+        more = faults.tilt_scatter[setup.pose_number(observation)]
+        x, z = (float(one + other) for one, other in zip(faults.gravity_tilt, more, strict=True))
+        return np.asarray(object_from_world @ _tilt(replace(faults, gravity_tilt=(x, z))) @ down)
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)

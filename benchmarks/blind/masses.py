@@ -91,6 +91,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'tool': (_MASS_REACH, 1.0),
         # How much of a cable hangs from a body, each pose tells.
         'slung': (_MASS_REACH, 0.0),
+        # So it does where the water of a sponge is.
+        'sponge': (_MASS_REACH, 0.0),
     }
     return forms[faults.mass_form]
 

@@ -43,6 +43,9 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'plugged': plug_share(share, outward.max(axis=1), faults.contrast_at),
         'settled': settled_share(share, faults.contrast_at),
         'foil': on_foil(setup, faults, share, points),
+        'overbent': overbent_share(
+            share, 2.0 * points[:, 2] / setup.shape.section[1], faults.contrast_at
+        ),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
@@ -96,6 +99,23 @@ def settled_share(share: FloatArray, end: float) -> FloatArray:
         end: share from which on there is nothing.
     """
     return np.asarray(np.maximum(1.0 - share / max(end, 1e-9), 0.0))
+
+
+def overbent_share(share: FloatArray, height: FloatArray, at: float) -> FloatArray:
+    """Return how much a body was strained that was bent over something, 1 on its faces there.
+
+    Its moment fell evenly to where it was held, at the clamp and the tip, and strain goes with
+    the distance from the middle of the height.
+
+    Args:
+        share: of the free length, any shape.
+        height: -1 at the lower face and 1 at the upper one, that shape.
+        at: share where it was bent most; 0: nowhere.
+    """
+    if not at:
+        return np.zeros(np.shape(share))
+    moment = np.minimum(share / at, (1.0 - share) / (1.0 - at))
+    return np.asarray(np.maximum(moment, 0.0) * np.abs(height))
 
 
 def pour_value(share: FloatArray, values: tuple[float, ...]) -> FloatArray:

@@ -76,6 +76,7 @@ def _seen(
             is_wound=faults.region_wound,
             speckle=(faults.region_dot, faults.region_cover, faults.region_seed),
             decay=faults.region_decay,
+            sun=faults.region_sun,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -97,7 +98,7 @@ def _seen(
     tip = tip_part(rendering.labels) * rendering.facing**faults.region_gloss
     depth = depth + 1e-3 * faults.region_bias * tip
     depth = np.maximum(depth, _least_depth(faults))
-    return replace(rendering, depth=_in_steps(depth, faults))
+    return replace(rendering, depth=_miscounted(_in_steps(depth, faults), faults))
 
 
 def _wiggle(rendering: Rendering, faults: Faults) -> FloatArray | float:
@@ -174,6 +175,16 @@ def _in_steps(depth: FloatArray, faults: Faults) -> FloatArray:
         return depth
     step = 1e-3 * faults.coarse
     return np.asarray(step * np.round(depth / step))
+
+
+def _miscounted(depth: FloatArray, faults: Faults) -> FloatArray:
+    """Return depths in which one bit is the same whatever it should be [m]."""
+    if not faults.stuck:
+        return depth
+    worth, is_set = 1e-3 * abs(faults.stuck), faults.stuck > 0.0
+    counted = np.where(np.isfinite(depth), depth, 0.0) / worth
+    is_wrong = (np.floor(counted) % 2.0 == 1.0) != is_set
+    return np.asarray(depth + 1e-3 * faults.stuck * is_wrong)
 
 
 def _camera_share(setup: Setup, observation: Observation, faults: Faults) -> float:

@@ -18,6 +18,7 @@ _TRESTLE = 0.15  # Share of a mould's length at which a trestle stands, at eithe
 _UNCOILED = 0.7  # Share by which a spiral's radius is smaller at the tip.
 _KINK = 0.1  # Share of the free length of a kink, or of a fold.
 _WAVE_PARTS = 60  # Arcs that waves are made of.
+_CRAMMED = 0.15  # Share of the free length of a bend in a box.
 
 
 def true_shape(shape: Shape, faults: Faults) -> Shape:
@@ -61,6 +62,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
     if faults.curvature_form == 'folded':
         return _bent_in_parts(nodes, shape, _folds(curvature, faults))
+    if faults.curvature_form == 'crammed':
+        return _bent_in_parts(nodes, shape, _corners(curvature, faults))
     if faults.curvature_form == 'wavy':
         return _bent_in_parts(nodes, shape, _waves(curvature, faults.curvature_waves))
     if faults.curvature_form == 'overhanging':
@@ -108,6 +111,23 @@ def _folds(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, Fl
         (outer - 0.5 * _KINK, outer + 0.5 * _KINK, -faults.curvature_back * rate),
         (inner - 0.5 * _KINK, inner + 0.5 * _KINK, rate),
     ]
+
+
+def _corners(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return the two bends of a body that was crammed into a box, the outer one first.
+
+    Args:
+        curvature: mean over the free length of what the inner bend turns [1/m], shape (3,).
+        faults: say where the bends are, and by which share of that the outer one turns at right
+            angles to it.
+    """
+    aside = np.cross([1.0, 0.0, 0.0], curvature)
+    rates = {
+        faults.curvature_again: faults.curvature_back * aside / _CRAMMED,
+        faults.curvature_at: curvature / _CRAMMED,
+    }
+    half = 0.5 * _CRAMMED
+    return [(middle - half, middle + half, rate) for middle, rate in rates.items()]
 
 
 def _supported(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:

@@ -27,6 +27,7 @@ from benchmarks.blind.flexure import (
     angle_compliance,
     flexure_compliance,
     post_compliance,
+    tape_compliance,
     wrist_compliance,
 )
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
@@ -45,12 +46,13 @@ from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.seventh_outside import warmed
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
+from benchmarks.blind.sponge import sponge_masses
 from benchmarks.blind.wear import worn
 
 _GLUED_CELLS = 4  # Along what is held, where glue holds its lower face alone.
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
 # Masses that are not the same, or not at the same place, in every pose.
-_BY_POSE = {'loose': ring_masses, 'drying': cloth_masses}
+_BY_POSE = {'loose': ring_masses, 'drying': cloth_masses, 'sponge': sponge_masses}
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
     'rubbing': lambda turn, faults: lagged(turn, faults.clamp_compliance, faults.clamp_rub),
@@ -64,6 +66,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
         faults.clamp_compliance, faults.clamp_length, faults.clamp_slant
     ),
     'wrist': lambda faults: wrist_compliance(faults.clamp_compliance, faults.clamp_length),
+    'taped': lambda faults: tape_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].

@@ -57,6 +57,7 @@ def body_triangles(
     is_wound: bool = False,
     speckle: tuple[float, float, int] = (0.0, 0.0, 0),
     decay: float = 0.0,
+    sun: tuple[float, float] = (0.0, 0.0),
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -75,6 +76,8 @@ def body_triangles(
             what is between them is the root's; (0, 0, 0): all is one dot.
         decay: share over which labels fall from the tip's to a third, from the very tip on, in
             place of a border; 0: they do not.
+        sun: direction, object's y and z, by whose cosine with each side its labels are less the
+            tip's; (0, 0): they are not.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -100,6 +103,10 @@ def body_triangles(
         if heights is not None:
             above = (values @ heights[nodes][..., None])[:, triangles, 0].mean(axis=-1)
             sides = np.where(above > 0.0, sides, ROOT)
+        if any(sun):
+            # An end faces along the body, and is aside of all such directions.
+            lit = max(side * float((0.0, *sun)[axis]), 0.0)
+            sides = _between(lit * tip_part(sides))
         labels.append(sides.reshape(-1))
     return Triangles(np.concatenate(corners), np.concatenate(labels).astype(np.int64))
 

@@ -41,6 +41,8 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS, THIRTEENTH_PAIRS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
+from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
+from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 
 COUNTS = {
     'sixth': {'clean': 300, 'form': 24, 'pair': 12, 'outside': 12},
@@ -57,6 +59,7 @@ COUNTS = {
     'seventeenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'eighteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'nineteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -116,6 +119,9 @@ OWN = {
         NINETEENTH_OUTSIDE,
         frozenset({'material', 'sensor'}),
         3,
+    ),
+    'twentieth': Own(
+        TWENTIETH_FORMS, TWENTIETH_PAIRS, TWENTIETH_OUTSIDE, frozenset({'load', 'sensor'}), 3
     ),
 }
 

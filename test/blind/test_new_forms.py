@@ -40,6 +40,8 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
+from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
+from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 
 Depths = Callable[[Faults, int], np.ndarray]
 # What makes each form the library's again; contacts, laws and another mesh have their own tests.
@@ -103,6 +105,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'stiffness_contrast/marbled': {'contrast_mode': 'split'},
     'clamp_offset/rattling': {'clamp_scatter': ()},
     'rest_curvature/wavy': {'curvature_form': 'arc'},
+    'added_mass/sponge': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/overbent': {'contrast_mode': 'split'},
+    'compliant_clamp/taped': {'clamp_form': 'turn'},
+    'clamp_offset/greased': {'clamp_scatter': ()},
+    'gravity_tilt/floating': {'tilt_form': 'tilt'},
+    'rest_curvature/crammed': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -141,6 +149,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/exposed': {'depth_form': 'affine'},
     'depth_bias_by_region/soiled': {'region_decay': 0.0},
     'camera_offset/framed': {'center_scatter': ()},
+    'depth_affine/sunbeam': {'depth_form': 'affine'},
+    'depth_bias_by_region/bleached': {'region_sun': (0.0, 0.0)},
+    'camera_offset/tugged': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -155,6 +166,7 @@ OTHERS = {
     'contact_plane/crate',
     'contact_plane/cushion',
     'contact_plane/dish',
+    'contact_plane/felt',
     'contact_plane/flap',
     'contact_plane/knob',
     'contact_plane/mat',
@@ -187,6 +199,7 @@ CAUSES = {
     **SEVENTEENTH_OUTSIDE,
     **EIGHTEENTH_OUTSIDE,
     **NINETEENTH_OUTSIDE,
+    **TWENTIETH_OUTSIDE,
 }
 
 
@@ -198,7 +211,8 @@ def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
-    keys = {form.key for form in (*earlier, *later, *last, *NINETEENTH_FORMS)}
+    newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS)
+    keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
         (SEVENTH_FORMS, {'strain_stiffening'}),
@@ -214,6 +228,7 @@ def test_every_form_is_checked_here() -> None:
         (SEVENTEENTH_FORMS, {'strain_stiffening'}),
         (EIGHTEENTH_FORMS, {'clamp_offset'}),
         (NINETEENTH_FORMS, {'gravity_tilt'}),
+        (TWENTIETH_FORMS, {'strain_stiffening'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

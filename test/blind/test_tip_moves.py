@@ -107,6 +107,17 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentieth': (
+        (
+            'added_mass/sponge',
+            'stiffness_contrast/overbent',
+            'compliant_clamp/taped',
+            'clamp_offset/greased',
+            'gravity_tilt/floating',
+            'rest_curvature/crammed',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
