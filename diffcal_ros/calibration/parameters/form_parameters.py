@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an effect may be more than the library's form of it, as nuisances of a fit."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter
@@ -47,6 +48,14 @@ def posture_parameter(amplitude: Parameter, posture: int, size: float) -> Parame
         is_nuisance=True,
         posture=posture,
     )
+
+
+def posture_parameters(
+    amplitudes: Iterable[Parameter], postures: Iterable[int], size: float
+) -> list[Parameter]:
+    """Return what amplitudes are more in each posture; see `posture_parameter`."""
+    numbers = sorted(postures)
+    return [posture_parameter(own, number, size) for own in amplitudes for number in numbers]
 
 
 def _about_zero(part: Component, reach: float, size: float) -> Quantity:

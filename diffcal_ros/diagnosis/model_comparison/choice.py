@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, FORM_DOUBT, Hypothesis
+from diffcal_ros.diagnosis.model_comparison.owed_to_poses import owed_to_poses
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -76,7 +77,8 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     others = [key for key in ranked if key != best.identifiers]
     has_one_pose = len({seen.setup_index for seen in evaluator.model.observations}) == 1
     as_well = ONE_POSE_AS_WELL if has_one_pose else AS_WELL
-    doubt = FORM_DOUBT * best.leaning / selection.noise_scale
+    owed = best.leaning + owed_to_poses(best, evaluator, nominal)
+    doubt = FORM_DOUBT * owed / selection.noise_scale
     near = {key for key in others if top - levels[key] < as_well + doubt}
     short = _better_if_more(models, best) - levels.keys()
     near |= short

@@ -12,9 +12,10 @@ is fitted from there.
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameters
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
+from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     AS_WELL,
     FORM_DOUBT,
@@ -180,7 +181,8 @@ def _with_refit(
     pool: RefitPool, model: Hypothesis, request: RefitRequest, basis: FormBasis
 ) -> list[Hypothesis]:
     """Return a model and its refit, if that can be simulated, judged on the patches both see."""
-    return judged([model, *pool.refit_all([request])], basis, is_brief=True)
+    found = [with_favoured_sizes(pool, own) for own in pool.refit_all([request])]
+    return judged([model, *found], basis, is_brief=True)
 
 
 def _request(model: Hypothesis, least_fraction: float = 0.0) -> RefitRequest:
@@ -244,11 +246,8 @@ def _freed(model: Hypothesis, least_fraction: float = 0.0) -> list[Parameter]:
 def _in_each(model: Hypothesis, names: Sequence[str], size: float) -> list[Parameter]:
     """Return what parameters of a model are more in each posture."""
     known = model.fit.parameters
-    return [
-        posture_parameter(known.parameters[known.names.index(name)], posture, size)
-        for name in names
-        for posture in sorted(model.evaluator.model.bodies)
-    ]
+    amplitudes = [known.parameters[known.names.index(name)] for name in names]
+    return posture_parameters(amplitudes, model.evaluator.model.bodies, size)
 
 
 def _size(model: Hypothesis, added: Candidate) -> float:

@@ -7,13 +7,21 @@ otherwise explains little in that, and more than any other effect in its own. A 
 from pose to pose has drawn the modulus, and explains a sixth of what a plane does in any form. A
 step of depth that a robust fit has left out stays out as long as patches are fitted from there: it
 explains nothing to first order, and is seen. A body that is twisted at rest is bent by no arc.
+
+What leaves noise only since it is free to be another one in form, or in each pose, says nothing
+against others with the same freedom: a body that rattles in its clamp turns another way in each
+pose, which tangents of one displacement in all of them do not see, and a clamp that gives way by
+another law in each pose follows it.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress
 
-from diffcal_ros.calibration.parameters.form_parameters import form_parameters
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameters
+from diffcal_ros.calibration.parameters.parameters import Parameter
+from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
+from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
@@ -47,19 +55,19 @@ def others_in_any_form(
         singles: those that were refitted, judged, best first.
         judge: see `finished`.
     """
-    if not singles or (singles[0].leaves_noise and singles[0].leaning < LEAST_LEANING):
+    if not singles or _is_enough(singles[0]):
         return []
     known = {identifier for single in singles for identifier in single.identifiers}
     smooth = distinct(with_tangents(scores).scores)
     most = max((score.gain for score in smooth), default=0.0)
     others = [score for score in smooth if score.candidate.identifier not in known]
-    freed = _led_by_their_forms(pool, others, 0.5 * most)
+    freed = _led_by_their_freedom(pool, others, 0.5 * most, singles[0])
     looks = [
         _look(score)
         for score in others
         if score.gain > _SEEN_AT_ALL * most or _is_seen_otherwise(pool, score.candidate)
     ]
-    looked = pool.refit_all([*looks, *freed])
+    looked = [with_favoured_sizes(pool, model) for model in pool.refit_all([*looks, *freed])]
     if not looked:
         return []
     near = list(compress(looked, are_in_reach(looked, singles, judge)))
@@ -76,29 +84,57 @@ def _is_seen_otherwise(pool: RefitPool, candidate: Candidate) -> bool:
     return any(more_starts(pool.nominal, pool.base, [candidate]))
 
 
-def _led_by_their_forms(
-    pool: RefitPool, scores: Sequence[Score], known_gain: float
+def _is_enough(best: Hypothesis) -> bool:
+    """Tell whether the best model leaves noise as the library has it, about, in all poses."""
+    return best.leaves_noise and best.leaning < LEAST_LEANING and not best.freed
+
+
+def _led_by_their_freedom(
+    pool: RefitPool, scores: Sequence[Score], known_gain: float, best: Hypothesis
 ) -> list[RefitRequest]:
-    """Return looks at effects that tangents of their other forms lead farther than most.
+    """Return looks at effects that tangents of what they may be besides lead farther than most.
 
     Args:
         pool: see `others_in_any_form`.
         scores: of effects in the library's form.
         known_gain: half chi-square that tangents of the best effect promise in that form.
+        best: of the models that were refitted: what it is in each pose others may be, too.
     """
-    gains = {score.candidate: score.gain for score in scores if score.candidate.effect.forms}
-    at_nominal = pool.refit_all([_freed(candidate, 1) for candidate in gains])
-    promised = {model.added[0]: model.fit.promise for model in at_nominal}
+    is_by_pose = any(own.posture is not None for own in best.freed)
+    asked = [
+        (0.5 * score.gain, score.candidate, freed)
+        for score in scores
+        for freed in _freedoms(pool, score.candidate, is_by_pose=is_by_pose)
+    ]
+    at_nominal = pool.refit_all([_freed(candidate, freed, 1) for _, candidate, freed in asked])
+    promised = {(model.added[0], model.freed): model.fit.promise for model in at_nominal}
     least = _LEADS * max([known_gain, *promised.values()])
     return [
-        _freed(own, _LOOKS_FREED)
-        for own, promise in promised.items()
-        if promise > max(least, _FARTHER * 0.5 * gains[own])
+        _freed(candidate, freed, _LOOKS_FREED)
+        for gain, candidate, freed in asked
+        if promised.get((candidate, freed), 0.0) > max(least, _FARTHER * gain)
     ]
 
 
-def _freed(candidate: Candidate, evaluations: int) -> RefitRequest:
-    """Return the refit of an effect of any form, from where there is none of it."""
-    request = first_request([candidate], {})
-    form = tuple(form_parameters(candidate.effect, 1.0))
-    return replace(request, max_iterations=evaluations, freed=form)
+def _freedoms(
+    pool: RefitPool, candidate: Candidate, *, is_by_pose: bool
+) -> list[tuple[Parameter, ...]]:
+    """Return what an effect may be besides: in form, and in each pose where that is asked."""
+    found, effect = list[tuple[Parameter, ...]](), candidate.effect
+    if effect.forms:
+        found.append(tuple(form_parameters(effect, 1.0)))
+    if is_by_pose and effect.most_by_pose >= 1.0:
+        found.append(_in_each_pose(pool, candidate))
+    return found
+
+
+def _in_each_pose(pool: RefitPool, candidate: Candidate) -> tuple[Parameter, ...]:
+    """Return what each amplitude of an effect may be more in each pose, by its usual size."""
+    model = with_effects(pool.nominal, pool.base, [candidate])[1].model
+    amplitudes = [own for own in model.parameters if own.name in candidate.names]
+    return tuple(posture_parameters(amplitudes, model.bodies, 1.0))
+
+
+def _freed(candidate: Candidate, freed: tuple[Parameter, ...], evaluations: int) -> RefitRequest:
+    """Return the refit of an effect and what it may be besides, from where there is none of it."""
+    return replace(first_request([candidate], {}), max_iterations=evaluations, freed=freed)

@@ -23,6 +23,12 @@ import numpy as np
 import pytest
 
 
+@pytest.fixture(autouse=True)
+def as_large_as_they_were(monkeypatch):
+    """What is freed here stays as large as it was asked for; see test_form_sizes."""
+    monkeypatch.setattr(freed_effects, 'with_favoured_sizes', lambda _, model: model)
+
+
 def _judged(
     screened, basis, name: str, by_pose: float, fraction: float = 0.0, leaning: float = 80.0
 ) -> Hypothesis:

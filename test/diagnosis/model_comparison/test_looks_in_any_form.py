@@ -10,6 +10,7 @@ from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import looks_in_any_form
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, judged, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import others_in_any_form
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -22,6 +23,7 @@ import pytest
 from support.scenes import beam_scene, observation, true_depth
 from support.watched import several_frames, watched, with_step
 
+AS_IT_IS = SimpleNamespace(freed=())
 # Of the two halves of a length, bent at rest to opposite sides [1/m].
 _BENT = {'a': 0.0, 'b': 0.0, 'a_2': 7.0, 'a_5': -7.0}
 
@@ -83,24 +85,45 @@ def scores_of_the_bent(bent):
 
 def test_what_no_form_of_the_library_shows_is_fitted_with_its_form_free(bent, scores_of_the_bent):
     pool = RefitPool(*bent)
-    requests = looks_in_any_form._led_by_their_forms(pool, scores_of_the_bent, 0.0)
+    requests = looks_in_any_form._led_by_their_freedom(pool, scores_of_the_bent, 0.0, AS_IT_IS)
     by_name = {own.identifier: request for request in requests for own in request.added}
     request = by_name['rest_curvature']
     form = EFFECTS['rest_curvature'].forms
     assert [part.amplitude for part in request.freed] == [part.name for part in form]
     (free,) = pool.refit_all([request])
     (arc,) = pool.refit_all([replace(request, freed=(), max_iterations=12)])
+    sized = with_favoured_sizes(pool, free)
     assert free.fit.chi_square < 0.3 * arc.fit.chi_square
     free, arc = judged([free, arc], nominal_basis(pool))
     assert free.level > arc.level + 50.0
+    # It is bent about one axis, and not twisted: what it may be about the other costs nothing.
+    before, after = (_largest_sizes(model) for model in (free, sized))
+    assert after['a'] >= before['a']
+    assert after['b'] < 0.2 * before['b']
+    assert after['twist'] < 0.2 * before['twist']
+    (sized,) = judged([sized], nominal_basis(pool))
+    assert sized.level > free.level + 5.0
+    (ended,) = judged(pool.finish([sized], [-np.inf]), nominal_basis(pool))
+    assert ended.level == pytest.approx(sized.level, abs=3.0), 'it is so to first order'
+    assert [own.quantity for own in ended.freed] == [own.quantity for own in sized.freed]
+
+
+def _largest_sizes(model):
+    """Return the largest standard deviation of each way of a free form."""
+    found = {}
+    for own in model.freed:
+        way = own.amplitude.partition('_')[0]
+        found[way] = max(found.get(way, 0.0), own.quantity.prior_std)
+    return found
 
 
 def test_what_other_effects_show_as_well_to_first_order_is_not(bent, scores_of_the_bent):
     pool = RefitPool(*bent)
-    assert looks_in_any_form._led_by_their_forms(pool, scores_of_the_bent, 1e6) == []
+    led = looks_in_any_form._led_by_their_freedom
+    assert led(pool, scores_of_the_bent, 1e6, AS_IT_IS) == []
     # Nor is what the library's form shows as well, which is looked at anyway.
     seen = [replace(score, gain=1e6) for score in scores_of_the_bent]
-    assert looks_in_any_form._led_by_their_forms(pool, seen, 0.0) == []
+    assert led(pool, seen, 0.0, AS_IT_IS) == []
 
 
 @pytest.mark.parametrize(('step', 'is_seen'), [(0.008, True), (0.0003, False)])

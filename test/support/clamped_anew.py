@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A beam in three poses that was clamped anew for each."""
+
+from dataclasses import replace
+
+from diffcal_ros.depth.tracer import DepthTracer
+from diffcal_ros.fem.elements.element import Element
+from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import Conditions
+from diffcal_ros.material import Material
+from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
+from diffcal_ros.scene.posing import world_positions
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+
+from support.beams import beam_mesh, held_end
+from support.scenes import (
+    beam_scene,
+    CAMERA,
+    DENSITY,
+    DEPTH_FROM_WORLD,
+    GRAVITY,
+    MODULUS,
+    NU,
+    SIZE,
+)
+from support.watched import several_frames
+
+# How the beam is rolled, and how it sits in its clamp each time [m, rad], world frame.
+_ROLLS = (0.0, 0.8, -1.3)
+_SITS = (
+    (0.0, 0.0018, 0.0, 0.03, 0.0, -0.067),
+    (0.0, -0.0012, 0.0015, 0.0, 0.045, 0.03),
+    (0.0015, 0.0006, -0.0022, -0.045, -0.03, 0.052),
+)
+
+
+def clamped_anew():
+    """Return a scene of three poses that knows of no offset, and what was seen of them."""
+    scene = beam_scene((10, 3, 3))
+    setup = scene.observations[0]
+    mesh, random = beam_mesh((14, 4, 4), SIZE), np.random.default_rng(5)
+    setups, seen = [], []
+    for number, (roll, sits) in enumerate(zip(_ROLLS, _SITS, strict=True)):
+        turned = transform(rotation_matrix(np.array([roll, 0.0, 0.0])), np.zeros(3))
+        own = replace(
+            setup, name=f'pose_{number}', world_from_object=setup.world_from_object @ turned
+        )
+        rest = world_positions(mesh, own)
+        body = StaticBody(TetMesh(rest, mesh.tets), Element.QUADRATIC, held_end(mesh))
+        ones = np.ones(mesh.tet_count)
+        state = body.solve_equilibrium(
+            Material(MODULUS * ones, NU * ones, DENSITY * ones),
+            GRAVITY,
+            conditions=Conditions(clamp_motion=np.array(sits)),
+        )
+        points = apply(DEPTH_FROM_WORLD, state.positions)
+        tracer = DepthTracer(body.discretisation.surface_triangles, len(points), CAMERA)
+        frames = several_frames(tracer.trace(points).full_depth(), random)
+        seen.append(replace(frames, name=own.name, setup_index=number))
+        setups.append(own)
+    return replace(scene, observations=tuple(setups)), seen
