@@ -2,11 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The depth camera reads (1 + scale) z + bias, or another bias over its picture or by angle.
 
+What falls on a lens or in front of it, a smudge, a beam of light, what a wall throws back, is
+somewhere in the picture, and follows no polynomial of it.
+
 What is met aslant throws back less light, and cameras that time light or see its phase read other
 depths from what is darker (Lindner, Schiller, Kolb and Koch, *Time-of-Flight sensor calibration
 for accurate range sensing*, Computer Vision and Image Understanding 114, 2010).
 """
 
+from dataclasses import replace
+
+from diffcal_ros.effects.along_body import hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray
 from diffcal_ros.effects.site import SeenPixels
 import numpy as np
@@ -20,6 +26,14 @@ _POWERS = {
     for across in (degree - down,)
 }
 _EDGE = 0.3
+# Places in the picture, x / z and y / z, at which it may be another one, and is to all sides in
+# proportion to the next ones; beyond the outermost as there.
+_ACROSS, _DOWN = np.linspace(-0.45, 0.45, 7), np.linspace(-0.3, 0.3, 5)
+_PLACES = {
+    f'spot_{len(_ACROSS) * down + across + 1}': (across + 1, down + 1)
+    for down in range(len(_DOWN))
+    for across in range(len(_ACROSS))
+}
 # Powers of one less the cosine of the angle at which a surface is met, which is a half where it is
 # met at 60 degrees: there a usual amount is as much as a usual bias.
 _ASLANT = {'aslant': 1, 'aslant_2': 2}
@@ -45,6 +59,7 @@ class DepthAffine(Effect):
     forms = (
         *(_power(name, sum(powers), _EDGE) for name, powers in _POWERS.items()),
         *(_power(name, degree, _HALF) for name, degree in _ASLANT.items()),
+        *(replace(_BIAS, name=name) for name in _PLACES),
     )
     form = 'the error is another one over the picture, or by the angle at which a surface is met'
     sentence = 'the depth camera reads too far or too near'
@@ -65,6 +80,9 @@ class DepthAffine(Effect):
             return aslant ** _ASLANT[component]
         if seen.directions is None:
             return np.zeros_like(seen.depth)
-        across, down = _POWERS[component]
         x, y = np.moveaxis(seen.directions, -1, 0)
+        if component in _PLACES:
+            column, row = _PLACES[component]
+            return np.asarray(hat(x, _ACROSS, column) * hat(y, _DOWN, row))
+        across, down = _POWERS[component]
         return np.asarray(x**across * y**down)

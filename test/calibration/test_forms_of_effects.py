@@ -129,8 +129,23 @@ def test_an_error_over_the_picture_is_a_polynomial_of_the_direction_it_is_seen_i
     directions, facing = np.full((1, 2), 0.3), np.cos(np.deg2rad([60.0]))
     edge = SeenPixels(np.ones(1), np.zeros(1, dtype=bool), directions=directions, facing=facing)
     for part in effect.forms:
-        usual = part.scale * effect.depth_error_mode(part.name, edge)
-        np.testing.assert_allclose(usual, 0.005, rtol=1e-12)
+        size = 1.0 if part.name.startswith('spot') else effect.depth_error_mode(part.name, edge)
+        np.testing.assert_allclose(part.scale * size, 0.005, rtol=1e-12)
+
+
+def test_errors_of_all_spots_are_an_error_of_all_and_each_is_largest_in_one_place(random):
+    effect = EFFECTS['depth_affine']
+    names = [part.name for part in effect.forms if part.name.startswith('spot')]
+    directions = random.uniform(-0.7, 0.7, size=(300, 2))
+    # The eighth of seven in a row begins the second row.
+    directions[0] = (-0.45, -0.15)
+    seen = SeenPixels(np.ones(300), np.zeros(300, dtype=bool), directions=directions)
+    errors = np.array([effect.depth_error_mode(name, seen) for name in names])
+    np.testing.assert_allclose(errors.sum(axis=0), 1.0)
+    assert errors.min() >= 0.0
+    np.testing.assert_allclose(errors[:, 0], np.eye(len(names))[names.index('spot_8')])
+    # No more than four places have to do with a pixel.
+    assert (errors > 0.0).sum(axis=0).max() == 4
 
 
 def test_an_error_by_angle_is_that_of_the_surface_that_the_depths_show():

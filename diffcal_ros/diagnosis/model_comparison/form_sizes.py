@@ -10,8 +10,8 @@ non-linear modelling for the prediction competition*, ASHRAE Transactions 100, 1
 with all parameters integrated out around a fit, under a half Cauchy prior.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 import re
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
@@ -21,12 +21,12 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patches.whitened import Part, whiten
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten, Whitened
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve, solve_triangular
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Shares of the size that a fit began with.
 _SHARES = np.array([0.01, 0.03, 0.1, 0.3, 1.0, 3.0])
@@ -57,25 +57,53 @@ def with_favoured_sizes(pool: RefitPool, model: Hypothesis) -> Hypothesis:
 
 
 def favoured_shares(fit: Refit) -> Mapping[str, float]:
-    """Return by what share of its size each freed parameter of a fit is likeliest, by name."""
-    names = fit.parameters.names
+    """Return by what share of its size each freed parameter of a fit is likeliest, by name.
+
+    Patches that are far off count less, by what a form of these sizes leaves of them: both are
+    found by turns, as in `any_form.in_form`.
+    """
+    names, ways = fit.parameters.names, _ways_of(fit)
+    sizes, groups = np.ones(len(names)), list(fit.groups)
+    for _ in range(_TURNS):
+        seen = whiten(groups, Part.FIT)
+        products, before = Products.of(fit, seen), sizes
+        sizes = _likeliest(products, ways, sizes)
+        if np.array_equal(before, sizes) or not seen.has_far_off:
+            break
+        step = products.step(sizes)
+        groups = [
+            replace(group, patches=replace(p, left=p.values - p.jacobian @ step))
+            for group in groups
+            for p in (group.patches,)
+        ]
+    return {names[place]: float(sizes[place]) for own in ways for place in own}
+
+
+def _ways_of(fit: Refit) -> list[list[int]]:
+    """Return the places of the freed parameters of a fit, those of one way together."""
     ways: dict[tuple[str, bool, str], list[int]] = {}
     for place, own in enumerate(fit.parameters):
         if own.is_freed:
             ways.setdefault(_way_of(own), []).append(place)
-    sight = _Products.of(fit)
-    sizes = np.ones(len(names))
+    return list(ways.values())
+
+
+def _likeliest(
+    products: 'Products', ways: Sequence[Sequence[int]], start: FloatArray
+) -> FloatArray:
+    """Return the likeliest sizes, those of each way found beside all others by turns, (k,)."""
+    sizes, believed = start.copy(), log_prior(_SHARES)
     for _ in range(_TURNS):
         before = sizes.copy()
-        for places in ways.values():
-            levels = np.full(len(_SHARES), -np.inf)
+        for places in ways:
+            levels = np.zeros(len(_SHARES))
             for number, share in enumerate(_SHARES):
                 sizes[places] = share
-                levels[number] = sight.level(sizes)
-            sizes[places] = _SHARES[int(np.argmax(levels + log_prior(_SHARES)))]
+                levels[number] = products.level(sizes)
+            sizes[places] = _SHARES[int(np.argmax(levels + believed))]
         if np.array_equal(before, sizes):
             break
-    return {names[place]: float(sizes[place]) for own in ways.values() for place in own}
+    return sizes
 
 
 def _way_of(own: Parameter) -> tuple[str, bool, str]:
@@ -92,26 +120,43 @@ def _resized(own: Parameter, share: float) -> Parameter:
     return replace(own, quantity=replace(own.quantity, prior_std=share * std))
 
 
-class _Products:
-    """Inner products of what parameters do, by what is known of them, and of what is seen."""
+@dataclass(frozen=True)
+class Products:
+    """Inner products of what parameters do, by what is known of them, and of what is seen.
 
-    def __init__(self, products: FloatArray) -> None:
-        """Keep them, the values last, shape (k + 1, k + 1)."""
-        self._products = products
+    Attributes:
+        products: the values last, shape (k + 1, k + 1).
+        root: from columns to coordinates, shape (k, k).
+        offset: of the fit from where parameters are likeliest beforehand, shape (k,).
+    """
+
+    products: FloatArray
+    root: FloatArray
+    offset: FloatArray
 
     @classmethod
-    def of(cls, fit: Refit) -> '_Products':
-        """Return those of the patches that were fitted."""
-        seen = whiten(fit.groups, Part.FIT)
+    def of(cls, fit: Refit, seen: Whitened) -> 'Products':
+        """Return those of a fit and its patches."""
         offset, precision = fit.prior_offset()
         root = np.linalg.cholesky(np.linalg.inv(precision))
         values = seen.values + seen.jacobian @ offset
         both = np.hstack([seen.jacobian @ root, values[:, None]])
-        return cls(both.T @ both)
+        return cls(both.T @ both, root, offset)
 
     def level(self, sizes: FloatArray) -> float:
         """Return the log density, parameters being so many times as large, but for a constant."""
-        scaled = sizes[:, None] * self._products[:-1]
-        factor = np.linalg.cholesky(np.eye(len(sizes)) + scaled[:, :-1] * sizes)
-        told = np.linalg.solve(factor, scaled[:, -1])
+        factor, scaled = self._factor(sizes)
+        told = solve_triangular(factor, scaled[:, -1], lower=True, check_finite=False)
         return float(0.5 * told @ told - np.log(np.diag(factor)).sum())
+
+    def step(self, sizes: FloatArray) -> FloatArray:
+        """Return the step from the fit to where parameters of these sizes are likeliest, (k,)."""
+        factor, scaled = self._factor(sizes)
+        weights = sizes * cho_solve((factor, True), scaled[:, -1])
+        # Residuals fall by what parameters do.
+        return np.asarray(self.root @ weights - self.offset)
+
+    def _factor(self, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        scaled = sizes[:, None] * self.products[:-1]
+        information = np.eye(len(sizes)) + scaled[:, :-1] * sizes
+        return np.asarray(np.linalg.cholesky(information), dtype=np.float64), scaled

@@ -41,9 +41,9 @@ def test_levels_are_densities_of_what_is_seen(clamp):
     """By the covariance of what is seen, against products of what parameters do."""
     fit, random = clamp.fit, np.random.default_rng(2)
     seen = whiten(fit.groups, Part.FIT)
-    offset, precision = fit.prior_offset()
-    expected, known = seen.values + seen.jacobian @ offset, np.linalg.inv(precision)
-    products = form_sizes._Products.of(fit)
+    offset, before = fit.prior_offset()
+    expected, known = seen.values + seen.jacobian @ offset, np.linalg.inv(before)
+    products = form_sizes.Products.of(fit, seen)
     levels, densities = [], []
     # Sizes scale rows and columns of what is known: nothing ties what is freed to anything.
     free = [own.is_freed for own in fit.parameters]
@@ -53,6 +53,11 @@ def test_levels_are_densities_of_what_is_seen(clamp):
         covariance += np.eye(len(expected))
         densities.append(multivariate_normal(cov=covariance).logpdf(expected))
         levels.append(products.level(sizes))
+        # And by the normal equations of what is known and seen.
+        precision = np.linalg.inv(known * np.outer(sizes, sizes))
+        information = seen.jacobian.T @ seen.jacobian + precision
+        step = np.linalg.solve(information, seen.jacobian.T @ seen.values - precision @ offset)
+        np.testing.assert_allclose(products.step(sizes), step, rtol=1e-6, atol=1e-12)
     assert np.ptp(densities) > 5.0
     np.testing.assert_allclose(np.diff(levels), np.diff(densities), rtol=1e-6, atol=1e-6)
 
@@ -61,7 +66,7 @@ def test_each_way_has_the_likeliest_of_some_sizes(clamp):
     shares = form_sizes.favoured_shares(clamp.fit)
     assert set(shares) == {own.name for own in clamp.freed}
     names = clamp.fit.parameters.names
-    products = form_sizes._Products.of(clamp.fit)
+    products = form_sizes.Products.of(clamp.fit, whiten(clamp.fit.groups, Part.FIT))
     belief = dict(zip(form_sizes._SHARES.tolist(), log_prior(form_sizes._SHARES), strict=True))
     for way in _CLAMP:
         own = [f'clamp_offset.{way}@{pose}' for pose in range(3)]
