@@ -77,9 +77,10 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     others = [key for key in ranked if key != best.identifiers]
     has_one_pose = len({seen.setup_index for seen in evaluator.model.observations}) == 1
     as_well = ONE_POSE_AS_WELL if has_one_pose else AS_WELL
-    owed = best.leaning + owed_to_poses(best, evaluator, nominal)
-    doubt = FORM_DOUBT * owed / selection.noise_scale
+    doubt = FORM_DOUBT * best.leaning / selection.noise_scale
     near = {key for key in others if top - levels[key] < as_well + doubt}
+    owed = FORM_DOUBT * owed_to_poses(best, evaluator, nominal)
+    near |= _as_near_by_poses(best, rivals, owed, as_well * selection.noise_scale)
     short = _better_if_more(models, best) - levels.keys()
     near |= short
     if not evaluator.is_measured:
@@ -151,6 +152,29 @@ def _as_near(best: Hypothesis, rivals: Sequence[Hypothesis]) -> set[tuple[str, .
         for rival in rivals
         if rival.identifiers != best.identifiers
         and excess_over(rival.fit.groups, best.fit.groups, Part.REPORT) < _HARDLY_MORE
+    }
+
+
+def _as_near_by_poses(
+    best: Hypothesis, rivals: Sequence[Hypothesis], doubt: float, as_well: float
+) -> set[tuple[str, ...]]:
+    """Return the effects that what is believed of poses alone puts behind the best.
+
+    In doubt is that belief, not what is seen: what leaves more on the patches is no nearer by it.
+
+    Args:
+        best: favoured model.
+        rivals: others.
+        doubt: log evidence that is in doubt of what it owes to poses.
+        as_well: log evidence within which models are as good.
+    """
+    return {
+        rival.identifiers
+        for rival in rivals
+        if rival.identifiers != best.identifiers
+        and best.level - rival.level < as_well + doubt
+        and 0.5 * (rival.chi_square - best.chi_square) < as_well
+        and doubt > 0.0
     }
 
 
