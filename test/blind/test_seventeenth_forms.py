@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 from support.blind_contact import check_pushes, dents_of
-from support.blind_rests import COARSE, lying, rest_of, turn_of
+from support.blind_rests import clamp_motion_and_load, COARSE, lying, rest_of, turn_of
 from support.blind_views import with_and_without
 
 from benchmarks.blind.contact import contact_laws, highest_tops, OUTER
@@ -21,7 +21,7 @@ from benchmarks.blind.jaws import bowed
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import jostled, true_camera, true_rendering
 from benchmarks.blind.rest_shape import stress_free_nodes
-from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
+from benchmarks.blind.setups import draw_setup, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.speckle import speckled
@@ -128,18 +128,11 @@ def test_a_clamp_on_a_wrist_rests_where_that_bears_the_body(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
     faults = _drawn('compliant_clamp/wrist', setup)
-    held, center = plain.mesh.held, plain.center
-    rest = rest_of(setup, faults, pose)
-    turn = turn_of(plain.mesh.nodes[held], rest[held])
-    around = Rotation.from_rotvec(turn).apply(plain.mesh.nodes[held] - center)
-    shift = (rest[held] - around - center).mean(axis=0)
-    down = -setup.observations[pose].world_from_object[1, :3]
-    weight = GRAVITY * plain.body.masses[:, None] * down
-    moment = np.cross(rest - center - shift, weight).sum(axis=0)
+    motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     compliance = wrist_compliance(faults.clamp_compliance, faults.clamp_length)
-    expected = compliance @ np.concatenate([weight.sum(axis=0), moment])
-    assert shift == pytest.approx(expected[:3], abs=2e-5)
-    assert turn == pytest.approx(expected[3:], abs=2e-3)
+    expected = compliance @ load
+    assert motion[:3] == pytest.approx(expected[:3], abs=2e-5)
+    assert motion[3:] == pytest.approx(expected[3:], abs=2e-3)
 
 
 def test_bowed_jaws_bend_what_they_hold_to_an_arc_and_turn_all_beyond(

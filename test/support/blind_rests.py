@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.setups import Setup
+from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 
 COARSE = 0.5
@@ -55,6 +56,31 @@ def tip_rises(setup: Setup, listed: Iterable[Faults]) -> list[float]:
     tip = make_specimen(setup, Faults(), COARSE).shares > 0.99
     hanging = rest_of(setup, Faults())
     return [float((rest_of(setup, own) - hanging)[tip, 2].mean()) for own in listed]
+
+
+def clamp_motion_and_load(
+    setup: Setup, plain: Specimen, faults: Faults, pose: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how a clamp moved and what its body bears on it, about its center, object frame.
+
+    Args:
+        setup: with the pose.
+        plain: the body without faults.
+        faults: by which the clamp gives way.
+        pose: number.
+
+    Returns:
+        Shift [m] and turn [rad], and force [N] and moment [N m], shapes (6,).
+    """
+    held, center = plain.mesh.held, plain.center
+    rest = rest_of(setup, faults, pose)
+    turn = turn_of(plain.mesh.nodes[held], rest[held])
+    around = Rotation.from_rotvec(turn).apply(plain.mesh.nodes[held] - center)
+    shift = (rest[held] - around - center).mean(axis=0)
+    down = -setup.observations[pose].world_from_object[1, :3]
+    weight = GRAVITY * plain.body.masses[:, None] * down
+    moment = np.cross(rest - center - shift, weight).sum(axis=0)
+    return np.concatenate([shift, turn]), np.concatenate([weight.sum(axis=0), moment])
 
 
 def turn_of(before: np.ndarray, after: np.ndarray) -> np.ndarray:

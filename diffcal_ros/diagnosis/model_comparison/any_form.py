@@ -16,12 +16,12 @@ by half in its form is worse than one that is not, and better than another that 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
+from diffcal_ros.diagnosis.patches.patch_group import counted_after, of_the_body, PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import chosen_patches, Part, whiten, Whitened
 import numpy as np
 from numpy.typing import NDArray
@@ -291,11 +291,7 @@ def in_form(fit: Refit, ways: Ways, gone: Sequence[str] = ()) -> InForm:
         if not seen.has_far_off:
             break
         step = _step(fit, sight.best(sight.levels()).weights, gone)
-        groups = [
-            replace(group, patches=replace(p, left=p.values - p.jacobian @ step))
-            for group in groups
-            for p in (group.patches,)
-        ]
+        groups = counted_after(groups, step)
         seen = whiten(groups, Part.FIT)
         sight = Sight.of(fit, seen, ways.pose_count, gone)
     return InForm(groups, exactly, sight)

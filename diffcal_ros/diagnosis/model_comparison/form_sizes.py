@@ -21,6 +21,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_group import counted_after
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten, Whitened
 import numpy as np
 from numpy.typing import NDArray
@@ -70,12 +71,7 @@ def favoured_shares(fit: Refit) -> Mapping[str, float]:
         sizes = _likeliest(products, ways, sizes)
         if np.array_equal(before, sizes) or not seen.has_far_off:
             break
-        step = products.step(sizes)
-        groups = [
-            replace(group, patches=replace(p, left=p.values - p.jacobian @ step))
-            for group in groups
-            for p in (group.patches,)
-        ]
+        groups = counted_after(groups, products.step(sizes))
     return {names[place]: float(sizes[place]) for own in ways for place in own}
 
 

@@ -59,6 +59,15 @@ def moved(groups: Sequence[PatchGroup], step: FloatArray) -> list[PatchGroup]:
     ]
 
 
+def counted_after(groups: Sequence[PatchGroup], step: FloatArray) -> list[PatchGroup]:
+    """Return patches counted by how far off a step of all columns leaves them, shape (k,)."""
+    return [
+        replace(own, patches=replace(p, left=p.values - p.jacobian @ step))
+        for own in groups
+        for p in (own.patches,)
+    ]
+
+
 def with_columns(groups: Sequence[PatchGroup], columns: Sequence[FloatArray]) -> list[PatchGroup]:
     """Return patches with further columns behind their tangents, shape (n, m) for each group."""
     return [
