@@ -23,6 +23,7 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
     with_borders,
     with_material_boundary,
 )
+from diffcal_ros.diagnosis.detection.material_strip import find_strip
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
@@ -223,10 +224,10 @@ def fit_nominal(
     # Of several poses patches are fitted anew once it is known what to fit them by.
     is_brief = evaluator.tells_smooth_error
     nominal = _fit_patches(evaluator, robust, _BRIEF if is_brief else MAX_ITERATIONS)
-    places = _borders(scene, evaluator, nominal)
-    if places:
+    seen = None if knows_boundary(scene) else _with_borders(evaluator, nominal)
+    if seen is not None:
         # The model stays what it is, and so does its fit: no effect is in it yet.
-        model = model.with_parameters(with_borders(model.scene, places), model.parameters)
+        model = model.with_parameters(seen, model.parameters)
         strange = evaluator.left_out
         evaluator = make_patch_evaluator(model, nominal.coordinates)
         # What few patches show of a band beside its borders is no strange thing before the body.
@@ -236,17 +237,19 @@ def fit_nominal(
     return evaluator, nominal
 
 
-def _borders(scene: Scene, evaluator: PatchEvaluator, nominal: Refit) -> tuple[float, ...]:
-    """Return where materials end that a scene does not know; none where that is not seen."""
-    if knows_boundary(scene):
-        return ()
-    found = find_bands(evaluator, nominal)
-    if found is None:
+def _with_borders(evaluator: PatchEvaluator, nominal: Refit) -> Scene | None:
+    """Return a scene that knows where materials end; None where patches do not show that."""
+    scene = evaluator.model.scene
+    found, left = find_bands(evaluator, nominal)
+    strip = find_strip(evaluator, nominal, left)
+    if strip is not None:
+        return with_borders(scene, strip.borders, strip.settings)
+    if not found:
         at = find_depth_discontinuity(evaluator, nominal)
         if at is None:
-            return ()
+            return None
         found = (at,)
-    return placed_by_pixels(evaluator, nominal.coordinates, found)
+    return with_borders(scene, placed_by_pixels(evaluator, nominal.coordinates, found))
 
 
 def _are_watched(scene: Scene, observations: Sequence[Observation]) -> bool:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Something hangs on the body at a place along it, and swings with it."""
 
+from diffcal_ros.effects.along_body import at_share
 from diffcal_ros.effects.effect import Component, Effect, Numbers
 from diffcal_ros.effects.site import Site
 from diffcal_ros.fem.statics.force_changes import Change
@@ -30,8 +31,10 @@ class AddedMass(Effect):
     # One between two places still looks like one of them, and less like a contrast of stiffness.
     screened_at = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
     forms = tuple(
-        Component(f'mass_{place + 1}', 'kg', -0.5, 0.5, 0.010, 'g', 1e3)
-        for place in range(_PLACES)
+        Component(
+            f'mass_{place}', 'kg', -0.5, 0.5, 0.010, 'g', 1e3, where=at_share(place / _PLACES)
+        )
+        for place in range(1, _PLACES + 1)
     )
     form = 'it is spread over the body, or hangs at several places'
 

@@ -8,6 +8,11 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+def at_share(share: float) -> str:
+    """Say how far along the body a place is."""
+    return f'at {share:.0%} of its length'
+
+
 def hat(shares: FloatArray, places: FloatArray, number: int) -> FloatArray:
     """Return what is one at one place, none at all others, and linear between, shape (n,).
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from diffcal_ros.effects.along_body import at_share
 from diffcal_ros.effects.effect import Component, DEGREE, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import pair_of, tilt_components
 from diffcal_ros.effects.site import FitsSeen, Site
@@ -70,8 +71,8 @@ class ContactPlane(Effect):
     most_besides = 2.0
     form = 'what it lies on is higher or lower along the body'
     forms = tuple(
-        Component(f'rise_{number}', 'm', -0.1, 0.1, 0.010, 'mm', 1e3, 0.4)
-        for number in range(1, len(_RAISED) + 1)
+        Component(f'rise_{number}', 'm', -0.1, 0.1, 0.010, 'mm', 1e3, 0.4, where=at_share(at))
+        for number, at in enumerate(_RAISED, 1)
     )
     # The forces that stand in for it would be masses in a motion.
     is_at_rest_only = True

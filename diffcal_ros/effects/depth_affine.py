@@ -41,10 +41,19 @@ _HALF = 0.5
 _BIAS = Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3)
 
 
-def _power(name: str, degree: int, edge: float) -> Component:
-    """Return an amount of a power, which may be ten times a usual one."""
-    usual = _BIAS.scale / edge**degree
-    return Component(name, 'm', -10.0 * usual, 10.0 * usual, usual, 'mm', 1e3)
+def _power(name: str, degree: int, edge: float, where: str) -> Component:
+    """Return an amount of a power, which may be ten times a usual one; it is shown at an edge."""
+    whole = edge**degree
+    usual, shown = _BIAS.scale / whole, _BIAS.shown_factor * whole
+    most = 10.0 * usual
+    return Component(name, 'm', -most, most, usual, _BIAS.shown_unit, shown, where=where)
+
+
+def _spot(name: str) -> Component:
+    """Return an amount of a bias around a place in the picture."""
+    column, row = _PLACES[name]
+    where = f'around x / z = {_ACROSS[column - 1]:.2f}, y / z = {_DOWN[row - 1]:.2f}'
+    return replace(_BIAS, name=name, where=where)
 
 
 class DepthAffine(Effect):
@@ -57,9 +66,15 @@ class DepthAffine(Effect):
         _BIAS,
     )
     forms = (
-        *(_power(name, sum(powers), _EDGE) for name, powers in _POWERS.items()),
-        *(_power(name, degree, _HALF) for name, degree in _ASLANT.items()),
-        *(replace(_BIAS, name=name) for name in _PLACES),
+        *(
+            _power(name, sum(powers), _EDGE, f'by {name} at the edge of the picture')
+            for name, powers in _POWERS.items()
+        ),
+        *(
+            _power(name, degree, _HALF, 'where a surface is met at 60 degrees')
+            for name, degree in _ASLANT.items()
+        ),
+        *map(_spot, _PLACES),
     )
     form = 'the error is another one over the picture, or by the angle at which a surface is met'
     sentence = 'the depth camera reads too far or too near'

@@ -4,16 +4,22 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.effects import bands
-from diffcal_ros.effects.along_body import hat
-from diffcal_ros.effects.effect import Component, Effect, FloatArray
-from diffcal_ros.effects.site import FitsSeen, SeenPixels
+from diffcal_ros.effects import bands, strips
+from diffcal_ros.effects.along_body import at_share, hat
+from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
+from diffcal_ros.effects.site import FitsSeen, SeenPixels, Site
 import numpy as np
 
 # Places along the body between which the error may be another one, and how it may be another one
-# across the body there: all of it, evenly from side to side, or on one side.
+# across the body there: all of it, evenly from side to side, on one side, or by which way the
+# surface faces, as what the sun has bleached or dust has settled on.
 _ALONG = np.linspace(0.0, 1.0, 13)
-_WAYS = ('all', 'a', 'b', 'side_a', 'side_b')
+_WAYS = {
+    'all': '',
+    **{axis: f', rising by {axis}' for axis in 'ab'},
+    **{f'side_{axis}': f', on the side of {axis}' for axis in 'ab'},
+    **{f'facing_{axis}': f', where it faces {axis}' for axis in 'ab'},
+}
 # So steep is the border of a side, in units of the half width.
 _STEEP = 3.0
 
@@ -37,27 +43,42 @@ class DepthBiasByRegion(Effect):
     sentence = 'the depth camera reads one of the materials too far or too near'
     settles = ('both materials flat on one plane',)
     twins = ('camera_offset', 'clamp_offset')
-    settings = bands.SETTINGS
+    settings = {**bands.SETTINGS, **strips.SETTINGS}  # noqa: RUF012
     has_boundary = True
     form = 'the error is another one along and across the body'
     forms = tuple(
-        Component(f'{way}_{place + 1}', 'm', -0.05, 0.05, 0.005, 'mm', 1e3)
-        for place in range(len(_ALONG))
-        for way in _WAYS
+        Component(
+            f'{way}_{place + 1}',
+            'm',
+            -0.05,
+            0.05,
+            0.005,
+            'mm',
+            1e3,
+            where=f'{at_share(at)}{words}',
+        )
+        for place, at in enumerate(_ALONG)
+        for way, words in _WAYS.items()
     )
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
         """Return where it reads too far."""
         if component == 'bias':
             return seen.is_second.astype(np.float64)
-        if seen.places is None:
+        if seen.places is None or seen.sides is None:
             return np.zeros_like(seen.depth)
         way, _, place = component.rpartition('_')
         error = hat(seen.places[..., 0], _ALONG, int(place))
         if way == 'all':
             return error
+        if 'facing' in way:
+            return error * seen.sides[..., 'ab'.index(way[-1])]
         across = seen.places[..., 1 + 'ab'.index(way[-1])]
         return error * (np.clip(_STEEP * across, -1.0, 1.0) if 'side' in way else across)
+
+    def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
+        """`a` and `b` are axes in the object's frame."""
+        return {'a': site.object_axes.axes[1], 'b': site.object_axes.axes[2]}
 
     def starts(self, seen: FitsSeen, screened: float | None) -> list[dict[str, float]]:
         """Propose the step between the materials: it may be beyond a robust fit's reach.

@@ -40,6 +40,7 @@ class Component:
         longest_step: of a fit, in scales; tangents of what touches hold over short ways only.
         has_prior: whether zero is likely; of a place or a time nothing is known beforehand.
         nominal_std: the prior's standard deviation in a fit of the model as it is.
+        where: so much of it is there, in words; empty: its name says that.
     """
 
     name: str
@@ -52,6 +53,12 @@ class Component:
     longest_step: float = 3.0
     has_prior: bool = True
     nominal_std: float | None = None
+    where: str = ''
+
+    def shown(self, value: float) -> str:
+        """Return an amount [SI] in words."""
+        amount = f'{self.shown_factor * value:.2g} {self.shown_unit}'
+        return f'{amount} {self.where}' if self.where else f'{self.name} {amount}'
 
 
 class Effect:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The body is bent when nothing pulls on it, about two axes across it."""
 
+from diffcal_ros.effects.along_body import at_share
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import pair_of
 from diffcal_ros.effects.site import Site
@@ -10,6 +11,14 @@ import numpy as np
 
 # Parts of the free length in each of which the curvature may be another one.
 _PARTS = 6
+_WAYS = {
+    'twist': 'of twist',
+    **{
+        f'{axis}_{part + 1}': f'about {axis}, {at_share((part + 0.5) / _PARTS)}'
+        for part in range(_PARTS)
+        for axis in 'ab'
+    },
+}
 
 
 class RestCurvature(Effect):
@@ -22,8 +31,8 @@ class RestCurvature(Effect):
     settles = ('a pose with the body rolled by 180 degrees',)
     twins = ('clamp_offset', 'gravity_tilt')
     forms = tuple(
-        Component(name, '1/m', -60.0, 60.0, 2.0, '1/m', 1.0)
-        for name in ('twist', *(f'{axis}_{part + 1}' for part in range(_PARTS) for axis in 'ab'))
+        Component(name, '1/m', -60.0, 60.0, 2.0, '1/m', 1.0, where=where)
+        for name, where in _WAYS.items()
     )
 
     form = 'its curvature is another one along the body, or it is twisted'

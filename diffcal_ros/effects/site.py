@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What effects may know of the body, of its pixels, and of the fit they are missing from."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from diffcal_ros.effects import bands
 from diffcal_ros.fem.body_axes import BodyAxes
@@ -84,23 +84,34 @@ class Tets:
         )
 
 
-class SeenPixels(NamedTuple):
+@dataclass(frozen=True)
+class SeenPixels:
     """Pixels that show the body.
 
     Attributes:
         depth: true one, or what a model leaves of it [m].
         is_second: which show another material than the first, as `depth`.
-        places: where on the body at rest they are, see `BodyAxes.places`, shape (..., 3); None:
-            they show something else, or nobody asks.
         directions: in which they are seen, x / z and y / z, shape (..., 2); None: nobody asks.
         facing: cosine of the angle at which the surface is met, as `depth`; None: nobody asks.
+        sides: which way the surface of the body at rest faces: its unit normal by the body's axes
+            across it, shape (..., 2); None: they show something else, or nobody asks.
+        locate: finds `places`; None: likewise.
     """
 
     depth: FloatArray
     is_second: BoolArray
-    places: FloatArray | None = None
     directions: FloatArray | None = None
     facing: FloatArray | None = None
+    sides: FloatArray | None = None
+    locate: Callable[[], FloatArray] | None = None
+
+    @cached_property
+    def places(self) -> FloatArray | None:
+        """Where on the body at rest they are, see `BodyAxes.on_surface`, shape (..., 3).
+
+        None: they show something else, or nobody asks.
+        """
+        return None if self.locate is None else self.locate()
 
 
 class FitsSeen(Protocol):

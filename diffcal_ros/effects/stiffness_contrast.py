@@ -3,7 +3,7 @@
 """One part of the body is stiffer than another: a step, or a gradient along it."""
 
 from diffcal_ros.effects import bands
-from diffcal_ros.effects.along_body import hat
+from diffcal_ros.effects.along_body import at_share, hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Tets
 import numpy as np
@@ -27,8 +27,8 @@ class StiffnessContrast(Effect):
     has_boundary = True
     variants = (('split',), ('along',))
     forms = tuple(
-        Component(f'part_{place + 1}', '1', -4.0, 4.0, 1.0, 'log E', 1.0)
-        for place in range(len(_ALONG))
+        Component(f'part_{place + 1}', '1', -4.0, 4.0, 1.0, 'log E', 1.0, where=at_share(at))
+        for place, at in enumerate(_ALONG)
     )
     form = 'the modulus is another one along the body'
 

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+# Where sections of a body are known, as shares of its free length: its ends may lean to them.
+_STATIONS = np.linspace(0.03, 0.97, 25)
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,41 @@ class BodyAxes:
         """
         return np.column_stack([self.fraction(points), self.across(points, extent)])
 
+    def on_surface(self, points: FloatArray, triangles: NDArray[np.int32]) -> FloatArray:
+        """Return where on the body the corners of triangles are, shape (F, 3, 3).
+
+        How far along its free part, and how far across the section there, in half widths of that,
+        whose middle need not be on the axis: what goes along a bent or waisted body does not
+        change its place across.
+
+        Args:
+            points: nodes at rest [m], shape (N, 3).
+            triangles: of the surface, shape (F, 3).
+        """
+        own = (points - self.root) @ self.axes.T
+        own[:, 0] /= self.length
+        low, high = _sections(own, triangles)
+        along = np.clip(own[:, 0], 0.0, 1.0)
+        for way in (0, 1):
+            ends = [np.interp(along, _STATIONS, side[:, way]) for side in (low, high)]
+            middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
+            across = (own[:, 1 + way] - middle) / np.maximum(half, 1e-9)
+            own[:, 1 + way] = np.clip(across, -1.0, 1.0)
+        own[:, 0] = along
+        return own[triangles]
+
+    def sides(self, points: FloatArray, triangles: NDArray[np.int32]) -> FloatArray:
+        """Return which way triangles face: what of their unit normals is across, shape (F, 2).
+
+        Args:
+            points: at rest [m], shape (N, 3).
+            triangles: outward ones, shape (F, 3).
+        """
+        a, b, c = (points[triangles[:, corner]] for corner in range(3))
+        normals = np.cross(b - a, c - a)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        return np.asarray(normals @ self.axes[1:].T)
+
     def moved(self, shift: FloatArray) -> 'BodyAxes':
         """Return the axes of a body that is shifted [m], shape (3,)."""
         return replace(self, root=self.root + shift, center=self.center + shift)
@@ -68,6 +105,26 @@ class BodyAxes:
             center=apply(to_from_here, self.center),
             section=self.section @ to_from_here[:3, :3].T,
         )
+
+
+def _sections(points: FloatArray, triangles: NDArray[np.int32]) -> tuple[FloatArray, FloatArray]:
+    """Return from where to where a surface reaches across at stations along it, (s, 2) each.
+
+    Args:
+        points: how far along its free part, and across, shape (N, 3).
+        triangles: of the surface, shape (F, 3).
+    """
+    pairs = np.sort(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]))
+    first, second = points[np.unique(pairs, axis=0)].transpose(1, 0, 2)
+    way = second[:, :1] - first[:, :1]
+    shares = (_STATIONS - first[:, :1]) / np.where(way == 0.0, np.inf, way)
+    is_met = (shares >= 0.0) & (shares <= 1.0) & (way != 0.0)
+    across = first[:, None, 1:] + shares[..., None] * (second - first)[:, None, 1:]
+    whole = points[:, 1:].min(axis=0), points[:, 1:].max(axis=0)
+    low = np.where(is_met[..., None], across, np.inf).min(axis=0)
+    high = np.where(is_met[..., None], across, -np.inf).max(axis=0)
+    is_none = ~is_met.any(axis=0)[:, None]
+    return np.where(is_none, whole[0], low), np.where(is_none, whole[1], high)
 
 
 def body_axes(

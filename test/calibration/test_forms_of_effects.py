@@ -180,7 +180,8 @@ def test_errors_of_all_places_are_an_error_of_all_and_none_of_a_fixture(random):
     effect = EFFECTS['depth_bias_by_region']
     places = random.uniform(-1.0, 1.0, size=(200, 3))
     places[:, 0] = np.abs(places[:, 0])
-    seen = SeenPixels(np.ones(200), np.zeros(200, dtype=bool), places)
+    sides = random.uniform(-1.0, 1.0, size=(200, 2))
+    seen = SeenPixels(np.ones(200), np.zeros(200, dtype=bool), sides=sides, locate=lambda: places)
 
     def whole(way: str) -> np.ndarray:
         names = [part.name for part in effect.forms if part.name.rpartition('_')[0] == way]
@@ -191,5 +192,7 @@ def test_errors_of_all_places_are_an_error_of_all_and_none_of_a_fixture(random):
     np.testing.assert_allclose(whole('a'), places[:, 1])
     np.testing.assert_allclose(np.sign(whole('side_b')), np.sign(places[:, 2]))
     assert np.abs(whole('side_b')).max() == pytest.approx(1.0)
-    fixture = seen._replace(places=None)
+    np.testing.assert_allclose(whole('facing_a'), sides[:, 0])
+    np.testing.assert_allclose(whole('facing_b'), sides[:, 1])
+    fixture = SeenPixels(seen.depth, seen.is_second)
     assert not any(effect.depth_error_mode(p.name, fixture).any() for p in effect.forms)

@@ -57,6 +57,31 @@ def test_pixels_of_a_bent_body_lie_where_its_nodes_say(traced):
     np.testing.assert_allclose(shares, axes.fraction(at_rest), atol=1e-9)
 
 
+def test_errors_know_where_on_the_body_each_pixel_is_and_which_way_it_faces(traced):
+    """Of a box a face is flat across one axis, and whoever is on it faces along that one."""
+    model, comparer, view = traced
+    trace = view.trace
+    shown = trace.faces >= 0
+    pixels = np.flatnonzero(shown).astype(np.int32)
+    some, whole = comparer.seen(view, pixels), comparer.seen(view, np.arange(shown.size))
+    np.testing.assert_array_equal(whole.places[pixels], some.places)
+    assert not whole.places[~shown.ravel()].any()
+    faces = trace.faces.ravel()[pixels]
+    weights = trace.corner_weights(faces, some.directions)
+    rest = model.body(model.observations[0]).discretisation.rest_nodes
+    at_rest = np.einsum('nc,nci->ni', weights, rest[view.tracer.triangles[faces]])
+    axes = model.effects.axes(0)
+    np.testing.assert_allclose(some.places, axes.places(at_rest, rest), atol=1e-9)
+    for way in (0, 1):
+        on = np.abs(some.sides[:, way]) > 0.5
+        np.testing.assert_allclose(some.sides[on, way], some.places[on, 1 + way], atol=1e-9)
+    # The end faces along the body, and not across.
+    ends = ~np.isclose(np.abs(some.sides), 1.0).any(axis=1)
+    np.testing.assert_allclose(some.sides[ends], 0.0, atol=1e-9)
+    np.testing.assert_allclose(some.places[ends, 0], 1.0)
+    assert (np.abs(some.sides) > 0.5).any(axis=0).sum() > 0
+
+
 def test_a_border_goes_through_elements(traced):
     """Of five layers the second ends at 0.4, and none at 0.43."""
     _, comparer, view = traced

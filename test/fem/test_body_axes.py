@@ -91,3 +91,46 @@ def test_a_support_that_leaves_nothing_free_is_refused():
     body = StaticBody(mesh, Element.LINEAR, clamp)
     with pytest.raises(InputError, match='leave some of them free to deform'):
         MovingBody(body, Release(support, 0.0))
+
+
+def test_places_across_a_straight_body_are_those_of_its_box():
+    mesh = beam_mesh((6, 3, 2))
+    axes = body_axes(mesh.rest_positions, held_end(mesh).astype(np.int32))
+    own = axes.on_surface(mesh.rest_positions, mesh.surface_triangles)
+    expected = axes.places(mesh.rest_positions, mesh.rest_positions)[mesh.surface_triangles]
+    np.testing.assert_allclose(own, expected, atol=1e-9)
+    sides = axes.sides(mesh.rest_positions, mesh.surface_triangles)
+    # Whoever faces across is at that side, and the ends face along.
+    for way in (0, 1):
+        on = np.abs(np.abs(sides[:, way]) - 1.0) < 1e-9
+        np.testing.assert_allclose(own[on][:, :, 1 + way], sides[on, None, way].repeat(3, 1))
+    assert np.isclose(np.abs(sides).sum(axis=1), 0.0, atol=1e-9).sum() == 2 * 2 * 3 * 2
+
+
+def test_places_across_follow_a_body_that_is_bent_and_waisted():
+    """A strip along each body is the same one, whatever its sections are like."""
+    straight = beam_mesh((24, 3, 2))
+    clamp = held_end(straight).astype(np.int32)
+    before = body_axes(straight.rest_positions, clamp)
+    rest = straight.rest_positions.copy()
+    share = before.fraction(rest)
+    own = (rest - before.root) @ before.axes.T
+    own[:, 1] *= 1.0 - 0.3 * share
+    own[:, 2] = own[:, 2] + 0.01 * share**2
+    rest = before.root + own @ before.axes
+    after = body_axes(rest, clamp)
+    triangles = straight.surface_triangles
+    found = after.on_surface(rest, triangles)
+    # Its own axes lean by what it is bent, and sections with them.
+    np.testing.assert_allclose(
+        found, before.on_surface(straight.rest_positions, triangles), atol=0.12
+    )
+    along = after.axes[0] @ before.axes[0]
+    assert along > 0.99
+    plain = after.places(rest, rest)[triangles]
+    assert (
+        np.abs(
+            plain - before.places(straight.rest_positions, straight.rest_positions)[triangles]
+        ).max()
+        > 0.3
+    )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A beam in three poses that was clamped anew for each."""
+"""A beam in several poses, as it was clamped in each."""
 
 from dataclasses import replace
 
@@ -38,11 +38,22 @@ _SITS = (
 
 def clamped_anew():
     """Return a scene of three poses that knows of no offset, and what was seen of them."""
-    scene = beam_scene((10, 3, 3))
+    return rolled(_ROLLS, _SITS, (10, 3, 3))
+
+
+def rolled(rolls, sits, counts):
+    """Return a scene of several poses that knows of no offset, and what was seen of them.
+
+    Args:
+        rolls: how the beam is rolled in each [rad], shape (n,).
+        sits: how it sits in its clamp [m, rad], world frame, shape (n, 6).
+        counts: elements of the scene's mesh.
+    """
+    scene = beam_scene(counts)
     setup = scene.observations[0]
     mesh, random = beam_mesh((14, 4, 4), SIZE), np.random.default_rng(5)
     setups, seen = [], []
-    for number, (roll, sits) in enumerate(zip(_ROLLS, _SITS, strict=True)):
+    for number, (roll, offset) in enumerate(zip(rolls, sits, strict=True)):
         turned = transform(rotation_matrix(np.array([roll, 0.0, 0.0])), np.zeros(3))
         own = replace(
             setup, name=f'pose_{number}', world_from_object=setup.world_from_object @ turned
@@ -53,7 +64,7 @@ def clamped_anew():
         state = body.solve_equilibrium(
             Material(MODULUS * ones, NU * ones, DENSITY * ones),
             GRAVITY,
-            conditions=Conditions(clamp_motion=np.array(sits)),
+            conditions=Conditions(clamp_motion=np.array(offset)),
         )
         points = apply(DEPTH_FROM_WORLD, state.positions)
         tracer = DepthTracer(body.discretisation.surface_triangles, len(points), CAMERA)

@@ -9,6 +9,7 @@ from diffcal_ros.calibration.observations.observation import fuse_frames, Observ
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.robust_residual import make_comparers
 from diffcal_ros.depth_frame import DepthFrame
+from diffcal_ros.scene.model import Scene
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -53,7 +54,24 @@ def with_step(
         step: of depth [m].
         counts: elements of the mesh between two of whose layers it lies.
     """
-    scene = replace(beam_scene(counts), effects={'depth_bias_by_region': {'at': at}})
+    return with_part(observation, {'at': at}, step, beam_scene(counts))
+
+
+def with_part(
+    observation: Observation,
+    settings: dict[str, float],
+    step: float,
+    scene: Scene,
+) -> Observation:
+    """Let the camera read too far on a part of the body.
+
+    Args:
+        observation: of the beam.
+        settings: of `depth_bias_by_region`, which say where.
+        step: of depth [m].
+        scene: of the beam, with the posture.
+    """
+    scene = replace(scene, effects={'depth_bias_by_region': settings})
     model = ForwardModel(scene, [observation], make_parameters(scene, ('youngs_modulus',)))
     trace = model.views(model.parameters.start())[0].trace
     beyond = make_comparers(model)[0].is_second(trace) & (trace.faces >= 0)

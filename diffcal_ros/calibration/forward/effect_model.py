@@ -3,10 +3,11 @@
 """From amplitudes of effects to what they do to the body and to the sensor."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from diffcal_ros.calibration.forward.sensor_model import SensorModel, SurfacePlaces
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
-from diffcal_ros.effects import bands
+from diffcal_ros.effects import bands, strips
 from diffcal_ros.effects.effect import Effect, Numbers
 from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
@@ -182,16 +183,16 @@ class EffectModel:
             shape: the body at rest, world frame.
             triangles: of its surface, shape (F, 3).
         """
-        rest = shape.rest_nodes
-        middles = rest[triangles].mean(axis=1)
-        places = self.axes(setup_index).places(middles, rest)
+        rest, axes = shape.rest_nodes, self.axes(setup_index)
+        corners = axes.on_surface(rest, triangles)
         is_second = self.second_triangles(shape.nodes, triangles)
-        if self._tets.is_second is not None:
-            return SurfacePlaces(is_second, places)
-        shares = self.axes(setup_index).fraction(rest[triangles])
+        surface = SurfacePlaces(
+            is_second, corners.mean(axis=1), corners, axes.sides(rest, triangles)
+        )
         stated = self._scene.effects.get(seen_boundary().identifier)
-        borders = () if stated is None else bands.borders(stated)
-        return SurfacePlaces(is_second, places, shares, borders)
+        if self._tets.is_second is not None or stated is None:
+            return surface
+        return replace(surface, borders=bands.borders(stated), limits=strips.limits(stated))
 
 
 def _add(own: dict[str, float], parameter: Parameter, more: float) -> None:

@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 
 from diffcal_ros.depth.trace import Trace
-from diffcal_ros.effects import bands
+from diffcal_ros.effects import bands, strips
 from diffcal_ros.effects.effect import Numbers
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels
@@ -44,6 +44,8 @@ class SensorModel:
 
 
 EXACT_SENSOR = SensorModel()
+# What is farther out than so many half widths is a face alone.
+_EDGE = 0.95
 
 
 @dataclass(frozen=True)
@@ -52,17 +54,26 @@ class SurfacePlaces:
 
     Attributes:
         is_second: triangles of another material than the first, shape (F,).
-        places: of the triangles on the body at rest, see `BodyAxes.places`, shape (F, 3); None:
-            they are none of a body.
-        shares: how far along the free part the corners of the triangles are, shape (F, 3); None:
-            they are none of a body, or its materials end where elements do.
+        places: of the triangles on the body at rest, see `BodyAxes.on_surface`, shape (F, 3);
+            None: they are none of a body.
+        corners: of their corners, likewise, shape (F, 3, 3).
+        sides: which way the triangles face, see `SeenPixels`, shape (F, 2); None: likewise.
         borders: where materials end along it, see `bands`; empty: where elements do.
+        limits: within which the second one is across it, see `strips`, shape (2, 2); None: all.
     """
 
     is_second: NDArray[np.bool_]
     places: FloatArray | None = None
-    shares: FloatArray | None = None
+    corners: FloatArray | None = None
+    sides: FloatArray | None = None
     borders: tuple[float, ...] = ()
+    limits: FloatArray | None = None
+
+    @property
+    def limits_within(self) -> list[list[float]]:
+        """Limits across each axis that are on the faces there, and not at their edges."""
+        own = np.full((2, 2), np.inf) if self.limits is None else self.limits
+        return [[limit for limit in way if abs(limit) < _EDGE] for way in own.tolist()]
 
     def seen(
         self, trace: Trace, directions: FloatArray, pixels: NDArray[np.int32] | None = None
@@ -79,24 +90,37 @@ class SurfacePlaces:
             depth, faces = depth.ravel()[pixels], faces.ravel()[pixels]
             directions = directions.reshape(-1, 2)[pixels]
         shown = np.maximum(faces, 0)
-        places = None if self.places is None else self.places[shown]
-        is_second = self.is_second[shown]
-        if self.borders:
-            on = faces >= 0
-            shares = self.shares_at(trace, faces[on], directions[on])
-            is_second[on] = bands.is_between(shares, self.borders)
-        return SeenPixels(depth, is_second, places, directions, trace.facing[shown])
+        is_second, on = self.is_second[shown], faces >= 0
 
-    def shares_at(
+        def locate() -> FloatArray:
+            places = np.zeros((*faces.shape, 3))
+            places[on] = self.places_at(trace, faces[on], directions[on])
+            return places
+
+        if self.borders:
+            places = self.places_at(trace, faces[on], directions[on])
+            is_second[on] = bands.is_between(places[:, 0], self.borders)
+            if self.limits is not None:
+                is_second[on] &= strips.is_within(places[:, 1:], self.limits)
+        return SeenPixels(
+            depth,
+            is_second,
+            directions,
+            trace.facing[shown],
+            None if self.sides is None else self.sides[shown],
+            None if self.corners is None else locate,
+        )
+
+    def places_at(
         self, trace: Trace, faces: NDArray[np.int32], directions: FloatArray
     ) -> FloatArray:
-        """Return how far along the free part pixels see the body, shape (n,).
+        """Return where on the body at rest pixels see it, see `BodyAxes.on_surface`, shape (n, 3).
 
         Args:
             trace: of the view.
             faces: triangle that each shows, shape (n,).
             directions: in which each is seen, shape (n, 2).
         """
-        assert self.shares is not None
+        assert self.corners is not None
         weights = trace.corner_weights(faces, directions)
-        return np.asarray((self.shares[faces] * weights).sum(axis=1))
+        return np.einsum('nck,nc->nk', self.corners[faces], weights)

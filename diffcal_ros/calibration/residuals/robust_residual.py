@@ -257,10 +257,14 @@ class ViewComparer:
         """Tell which pixels of the window show another material than the first."""
         return self.surface.seen(trace, self._directions(trace)).is_second
 
-    def shares(self, trace: Trace, pixels: IntArray) -> FloatArray:
-        """Return how far along a body of one region some pixels of the window see it, (M,)."""
+    def places(self, trace: Trace, pixels: IntArray) -> FloatArray:
+        """Return where some pixels of the window see the body, see `BodyAxes.on_surface`."""
         directions = self._directions(trace).reshape(-1, 2)[pixels]
-        return self.surface.shares_at(trace, trace.faces.ravel()[pixels], directions)
+        return self.surface.places_at(trace, trace.faces.ravel()[pixels], directions)
+
+    def shares(self, trace: Trace, pixels: IntArray) -> FloatArray:
+        """Return how far along the body some pixels of the window see it, (M,)."""
+        return self.places(trace, pixels)[:, 0]
 
     def seen(self, view: View, indices: IntArray) -> SeenPixels:
         """Return what errors of the sensor may know of some pixels of the window, (M,) each."""

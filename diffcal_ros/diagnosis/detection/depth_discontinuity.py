@@ -6,7 +6,7 @@ Modulus and pose follow a jump of a few millimetres, and what they leave is bent
 what they may have followed; they need a floor that was measured.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.detection.material_boundary import (
@@ -38,6 +38,10 @@ _HIGHEST = LEAST_STEP
 _SMOOTHED = 4
 OF_SMOOTH = 0.7
 
+# From where pixels see a body at rest (`BodyAxes.on_surface`, shape (M, 3)) to by how much each is
+# beyond each jump, shape (M, s).
+JumpsOf = Callable[[FloatArray], FloatArray]
+
 
 def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float | None:
     """Return the share of the free length at which a jump of depth begins; None where none does.
@@ -48,7 +52,7 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
     """
     if knows_boundary(evaluator.model.scene) or not evaluator.is_measured:
         return None
-    jumps = jumps_seen(with_jumps(evaluator, nominal, BORDERS), nominal)
+    jumps = jumps_seen(with_jumps(evaluator, nominal, beyond(BORDERS)), nominal)
     gains, heights = jumps.gains(np.eye(len(BORDERS)))
     left = dict(zip(BORDERS, (jumps.whole - gains).tolist(), strict=True))
     at = outstanding_boundary(left, jumps.whole)
@@ -119,32 +123,37 @@ def jumps_seen(groups: Sequence[PatchGroup], nominal: Refit) -> Jumps:
     return Jumps(columns.T @ columns, columns.T @ residual, float(residual @ residual))
 
 
-def with_jumps(
-    evaluator: PatchEvaluator, nominal: Refit, places: Sequence[float]
-) -> list[PatchGroup]:
+def beyond(borders: Sequence[float]) -> JumpsOf:
+    """Return the jumps that begin at shares of the free length."""
+
+    def jumps_of(places: FloatArray) -> FloatArray:
+        return (places[:, :1] > np.array(borders)).astype(np.float64)
+
+    return jumps_of
+
+
+def with_jumps(evaluator: PatchEvaluator, nominal: Refit, jumps_of: JumpsOf) -> list[PatchGroup]:
     """Return a fit's patches with more columns: of the whole body's bias, then of each jump's.
 
     Args:
         evaluator: of the nominal model.
         nominal: its fit.
-        places: where jumps begin, shares of the free length.
+        jumps_of: tells which jumps each pixel is beyond.
     """
     views = evaluator.model.views(nominal.coordinates)
     compared = evaluator.comparisons(nominal.coordinates)
-    parts = np.array([-np.inf, *places])
+    count = 1 + jumps_of(np.zeros((1, 3))).shape[1]
     groups = []
     for group in nominal.groups:
-        fractions = np.zeros((len(group.patches.values), len(parts)))
+        fractions = np.zeros((len(group.patches.values), count))
         if group.kind == 'depth' and not group.is_rigid:
             depth = compared[group.view].depth
             comparer = evaluator.comparers[group.view]
-            shares = comparer.shares(views[group.view].trace, depth.indices)
+            places = comparer.places(views[group.view].trace, depth.indices)
             # Of a cell across a border its average has the side with more pixels.
             numbers, weights = cells_of_depth(depth, evaluator.cell)
-            on_part = shares[:, None] > parts
-            _, means, _, cells, _ = averaged_by_cell(
-                depth, on_part.astype(np.float64), numbers, weights, 0.0
-            )
+            on_part = np.hstack([np.ones((len(places), 1)), jumps_of(places)])
+            _, means, _, cells, _ = averaged_by_cell(depth, on_part, numbers, weights, 0.0)
             fractions = means[np.searchsorted(cells, group.patches.cells)]
         wide = np.hstack([group.patches.jacobian, fractions])
         groups.append(replace(group, patches=replace(group.patches, jacobian=wide)))

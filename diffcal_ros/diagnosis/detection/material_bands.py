@@ -11,6 +11,7 @@ or two, as long as one pays for its borders.
 from itertools import combinations
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import (
+    beyond,
     Jumps,
     jumps_seen,
     OF_SMOOTH,
@@ -38,20 +39,24 @@ _STARTS = 6
 _SMOOTHED = 2
 
 
-def find_bands(evaluator: PatchEvaluator, nominal: Refit) -> tuple[float, ...] | None:
-    """Return where bands begin and end, shares of the free length; None where there are none.
+def find_bands(evaluator: PatchEvaluator, nominal: Refit) -> tuple[tuple[float, ...], float]:
+    """Return where bands begin and end, and the chi-square that the best ones leave.
 
     Args:
         evaluator: of the nominal model.
         nominal: its fit.
+
+    Returns:
+        Shares of the free length, none where no bands stand out, and what is left by the best.
     """
     if not evaluator.is_measured:
-        return None
-    jumps = jumps_seen(with_jumps(evaluator, nominal, _PLACES), nominal)
+        return (), np.inf
+    jumps = jumps_seen(with_jumps(evaluator, nominal, beyond(_PLACES)), nominal)
     chosen = best_borders(jumps)
+    left = jumps.whole - float(jumps.gains(_signs(chosen[None]))[0][0])
     if chosen.sum() < 2 or not _stands_out(jumps, chosen):
-        return None
-    return tuple(_PLACES[number] for number in np.flatnonzero(chosen))
+        return (), left
+    return tuple(_PLACES[number] for number in np.flatnonzero(chosen)), left
 
 
 def best_borders(jumps: Jumps) -> BoolArray:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
-from diffcal_ros.effects.registry import boundary_effects
+from diffcal_ros.effects.registry import boundary_effects, seen_boundary
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -54,10 +54,19 @@ def with_material_boundary(
     return with_borders(scene, (at,))
 
 
-def with_borders(scene: Scene, places: Sequence[float]) -> Scene:
-    """Return a scene whose effects of two materials have their borders at shares."""
+def with_borders(
+    scene: Scene, places: Sequence[float], limits: Mapping[str, float] | None = None
+) -> Scene:
+    """Return a scene whose effects of two materials have their borders at shares.
+
+    Args:
+        scene: that knows none.
+        places: shares of the free length.
+        limits: settings of the part across that a depth camera reads otherwise, see `strips`.
+    """
     settings = bands.band_settings(places)
     own = {effect.identifier: dict(settings) for effect in boundary_effects()}
+    own[seen_boundary().identifier].update(limits or {})
     return replace(scene, effects={**scene.effects, **own})
 
 
@@ -71,23 +80,24 @@ def placed_by_pixels(
         coordinates: of its fit, shape (k,).
         places: of the borders, shares of the free length, ascending.
     """
-    views = _seen_along(evaluator, coordinates)
+    views = [(own, where[:, 0]) for own, where in seen_places(evaluator, coordinates)]
     halves = 0.5 * np.diff([0.0, *places, 1.0])
     reaches = np.minimum(halves[:-1], halves[1:])
     return tuple(
-        _best_nearby(views, place, min(_FARTHEST, reach))
+        best_nearby(views, place, min(_FARTHEST, reach))
         for place, reach in zip(places, reaches.tolist(), strict=True)
     )
 
 
-def _best_nearby(
+def best_nearby(
     views: Sequence[tuple[FloatArray, FloatArray]], place: float, reach: float
 ) -> float:
     """Return where within reach a jump leaves least on pixels up to twice as far.
 
     Args:
-        views: residuals of depth [m] and shares of the free length, shape (n,) each.
-        place: share of the free length.
+        views: residuals of depth [m] and where pixels are, such as shares of the free length,
+            shape (n,) each.
+        place: such a share.
         reach: likewise.
     """
     offered = place + reach * np.linspace(-1.0, 1.0, _OFFERED)
@@ -99,17 +109,22 @@ def _best_nearby(
     return float(offered[left.argmin()].round(4))
 
 
-def _seen_along(
+def seen_places(
     evaluator: PatchEvaluator, coordinates: FloatArray
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Return residuals of depth [m] of each view and shares of the free length, (n,) each."""
+    """Return residuals of depth [m] of each view, shape (n,), and where on the body, shape (n, 3).
+
+    Args:
+        evaluator: of a model of a body of one region.
+        coordinates: of its parameters, shape (k,).
+    """
     found = []
     compared = evaluator.comparisons(coordinates)
     views = evaluator.model.views(coordinates)
     for comparer, view, comparison in zip(evaluator.comparers, views, compared, strict=True):
         seen = np.isfinite(comparison.difference) & comparison.counted
-        shares = comparer.shares(view.trace, np.flatnonzero(seen).astype(np.int32))
-        found.append((comparison.difference[seen], shares))
+        places = comparer.places(view.trace, np.flatnonzero(seen).astype(np.int32))
+        found.append((comparison.difference[seen], places))
     return found
 
 
@@ -117,9 +132,9 @@ def _seen_beyond(
     evaluator: PatchEvaluator, coordinates: FloatArray
 ) -> tuple[FloatArray, dict[float, BoolArray]]:
     """Return residuals of depth [m], shape (n,), and by boundary which pixels lie beyond it."""
-    views = _seen_along(evaluator, coordinates)
+    views = seen_places(evaluator, coordinates)
     residuals = [own - np.median(own) if len(own) else own for own, _ in views]
-    along = np.concatenate([shares for _, shares in views])
+    along = np.concatenate([places[:, 0] for _, places in views])
     return np.concatenate(residuals), {at: along > at for at in BORDERS}
 
 

@@ -10,6 +10,7 @@ border, and what is left there says nothing about the body.
 from collections.abc import Sequence
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.sensor_model import SurfacePlaces
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.residuals.robust_residual import Residuals, ViewComparer
 from diffcal_ros.effects.registry import boundary_effects
@@ -57,11 +58,9 @@ class BoundaryStrip:
         """Tell which residuals of a view's depth are beside the strip, shape (M,)."""
         comparer = self._comparers[number]
         clear = np.ones(len(depth.indices), dtype=bool)
-        borders = comparer.surface.borders
-        if borders:
-            shares = comparer.shares(view.trace, depth.indices)
-            apart = np.abs(shares[:, None] - np.array(borders)).min(axis=1)
-            return np.asarray(apart > self._shares[number])
+        if comparer.surface.borders:
+            places = comparer.places(view.trace, depth.indices)
+            return self._beside_limits(places, comparer.surface, self._shares[number])
         tracer = view.tracer
         faces = tracer.edge_faces
         is_second = comparer.surface.is_second
@@ -80,6 +79,23 @@ class BoundaryStrip:
         distances, _ = cKDTree(border).query(seen, distance_upper_bound=width)
         return np.asarray(~np.isfinite(distances))
 
+    @staticmethod
+    def _beside_limits(places: FloatArray, surface: SurfacePlaces, share: float) -> BoolArray:
+        """Tell which points are beside the strips along stated borders and limits, shape (n,).
+
+        Args:
+            places: see `BodyAxes.on_surface`, shape (n, 3).
+            surface: states them.
+            share: half width of the strip at each border, as a share of the free length.
+        """
+        borders = np.array(surface.borders)
+        clear = np.asarray(np.abs(places[:, :1] - borders).min(axis=1) > share)
+        for across, own in zip(places[:, 1:].T, surface.limits_within, strict=True):
+            width = _MOST_OF_BAND * _narrowest(own, -1.0)
+            for limit in own:
+                clear &= np.abs(across - limit) > width
+        return clear
+
 
 def knows_boundary(scene: Scene) -> bool:
     """Tell whether a scene has several regions, or states where effects have their boundary."""
@@ -88,9 +104,9 @@ def knows_boundary(scene: Scene) -> bool:
     )
 
 
-def _narrowest(borders: Sequence[float]) -> float:
-    """Return the share of the length between the nearest two borders."""
-    return float(np.diff([0.0, *borders, 1.0]).min())
+def _narrowest(borders: Sequence[float], begin: float = 0.0) -> float:
+    """Return what is between the nearest two borders, from a beginning to 1."""
+    return float(np.diff([begin, *(own for own in borders if own > begin), 1.0]).min())
 
 
 def _element_size(mesh: TetMesh) -> float:

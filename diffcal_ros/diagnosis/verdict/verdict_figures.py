@@ -89,7 +89,7 @@ def _largest_part(candidate: Candidate, form: Mapping[str, float]) -> str:
     """Return the part of an effect's form that is most of its usual size, with how large it is."""
     parts = {name: candidate.effect.component(name) for name in form}
     name = max(form, key=lambda own: abs(form[own]) / parts[own].scale)
-    return f'{name} {parts[name].shown_factor * form[name]:.2g} {parts[name].shown_unit}'
+    return parts[name].shown(form[name])
 
 
 def spread_over_poses(hypothesis: Hypothesis) -> list[str]:

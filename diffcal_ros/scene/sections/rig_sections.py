@@ -7,7 +7,7 @@ from functools import cache
 import math
 
 from diffcal_ros.camera import PinholeCamera, SHORTEST_FOCAL_LENGTH
-from diffcal_ros.effects import bands
+from diffcal_ros.effects import bands, strips
 from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.model import Masks, RigidOffset
@@ -283,6 +283,8 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
                 reach = Interval(part.lower, part.upper)
                 numbers[part.name] = entry.number(part.name, allowed=reach)
         entry.refuse_unknown()
-        found[identifier] = bands.without_unused(numbers) if effect.has_boundary else numbers
+        if effect.has_boundary:
+            numbers = bands.without_unused(strips.without_unused(numbers))
+        found[identifier] = numbers
     section.refuse_unknown()
     return found

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.depth_discontinuity import (
+    beyond,
     find_depth_discontinuity,
     jumps_seen,
     with_jumps,
@@ -67,7 +68,7 @@ def test_what_is_no_step_elsewhere_moves_no_border(seen):
 
 def test_gains_are_those_of_least_squares_with_the_step():
     evaluator, nominal = fit_nominal(SCENE, [with_step(watched(seed=4), 0.5, 0.0015)], None)
-    groups = with_jumps(evaluator, nominal, [0.3, 0.5])
+    groups = with_jumps(evaluator, nominal, beyond([0.3, 0.5]))
     seen = whiten(groups, Part.FIT, tangent_slack(groups))
     _, precision = regularised_prior(nominal.parameters)
     root = np.linalg.cholesky(precision + 1e-12 * np.eye(len(precision))).T
@@ -97,7 +98,7 @@ def test_gains_are_those_of_least_squares_with_the_step():
 
 def test_the_share_of_a_patch_beyond_a_step_is_that_of_its_pixels():
     evaluator, nominal = fit_nominal(SCENE, [watched(seed=4)], None)
-    (depth,) = (b for b in with_jumps(evaluator, nominal, [0.5]) if b.kind == 'depth')
+    (depth,) = (b for b in with_jumps(evaluator, nominal, beyond([0.5])) if b.kind == 'depth')
     whole, share = depth.patches.jacobian[:, -2:].T
     assert np.all(whole == 1.0)
     view = evaluator.model.views(nominal.coordinates)[0]

@@ -98,7 +98,7 @@ def test_bands_are_found_where_they_begin_and_end():
 )
 def test_what_is_no_bands_is_not_taken_for_them(seen):
     evaluator, nominal = fit_nominal(SCENE, [seen], None)
-    assert find_bands(evaluator, nominal) is None
+    assert find_bands(evaluator, nominal)[0] == ()
     borders = bands.borders(evaluator.model.scene.effects.get('depth_bias_by_region', {}))
     assert len(borders) == 1
 

@@ -66,9 +66,11 @@ def test_it_is_fitted_where_an_arc_is_not(arc, kink):
     assert max(along, key=lambda name: abs(along[name])) in ('a_2', 'a_3', 'a_4')
     (said,) = of_another_form(kink)
     most = max(effect.form, key=lambda name: abs(effect.form[name]))
+    share = (int(most[-1]) - 0.5) / 6.0
     assert said == (
         'rest_curvature is of another form than the library has: its curvature is another one '
-        f'along the body, or it is twisted (most of all {most} {effect.form[most]:.2g} 1/m)'
+        f'along the body, or it is twisted (most of all {effect.form[most]:.2g} 1/m about '
+        f'{most[0]}, at {share:.0%} of its length)'
     )
     assert named_effects(arc, _SURE)[0].form == {}
     assert of_another_form(arc) == []
