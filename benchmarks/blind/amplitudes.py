@@ -279,6 +279,8 @@ OUTSIDE_CLASS = {
     'trailing': 'sensor',
     'updraught': 'load',
     'stuck': 'sensor',
+    'flattened': 'shape',
+    'combed': 'sensor',
 }
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from benchmarks.blind.bounce import bounced_share
 from benchmarks.blind.exposure import exposure, returned_light
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.flare import flared_share
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
@@ -26,6 +27,8 @@ def bias_share(
         return _share_around(rendering, setup, faults)
     if faults.depth_form == 'sunbeam':
         return sunbeam_share(rendering, setup, observation, faults)
+    if faults.depth_form == 'flared':
+        return flared_share(rendering, faults.depth_width)
     if faults.depth_form == 'disparity':
         return _squared_depth(rendering, setup)
     if faults.depth_form == 'toed':

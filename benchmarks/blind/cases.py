@@ -43,6 +43,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_PAIRS
+from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 
 SETS = ('development', 'sealed')
 FORM_SETS = tuple(FORMS)
@@ -133,6 +135,7 @@ LAWS_SETS = {
     'eighteenth': Contents(EIGHTEENTH_PAIRS, tuple(EIGHTEENTH_OUTSIDE), 40),
     'nineteenth': Contents(NINETEENTH_PAIRS, tuple(NINETEENTH_OUTSIDE), 40),
     'twentieth': Contents(TWENTIETH_PAIRS, tuple(TWENTIETH_OUTSIDE), 40),
+    'twentyfirst': Contents(TWENTYFIRST_PAIRS, tuple(TWENTYFIRST_OUTSIDE), 40),
 }
 
 

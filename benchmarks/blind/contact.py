@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from benchmarks.blind.air_table import air_table
 from benchmarks.blind.brush import brush
 from benchmarks.blind.crate import crate, crate_tops
 from benchmarks.blind.dish import dish, dish_tops
@@ -28,6 +29,8 @@ _ROLL = 0.018  # Of a roll of foam [m].
 _ROPE = 0.006  # Of a rubber rope [m].
 # Share of the free length at which what lies below the outer part alone begins.
 OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4}
+# Half-spaces that push by a force which is told, and by a length.
+_PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table}
 # Radius of what is round, along the world's z [m].
 ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE}
 
@@ -62,7 +65,7 @@ def contact_laws(
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
-    if faults.contact_form in ('foam', 'mat', 'brush', 'felt'):
+    if faults.contact_form in ('foam', 'mat', *_PRESSED_BY):
         return (_soft(normal, height, areas, faults),)
     outer, heights = np.outer(normal, normal), height - lowered(shares, faults)
 
@@ -91,7 +94,7 @@ def _soft(normal: FloatArray, height: float, areas: FloatArray, faults: Faults) 
         return _foam(normal, height, _FOAM_STIFFNESS * areas)
     if faults.contact_form == 'mat':
         return _mat(normal, height, _MAT_STIFFNESS * areas)
-    law = brush if faults.contact_form == 'brush' else felt
+    law = _PRESSED_BY[faults.contact_form]
     return law(normal, height, faults.contact_pressure * areas, faults.contact_bend)
 
 

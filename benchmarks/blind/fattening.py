@@ -23,7 +23,7 @@ def fattened(view: Rendering, camera: Camera, radius: float) -> Rendering:
     """
     if not radius:
         return view
-    wide = _widened(view, camera, int(np.ceil(radius)))
+    wide = widened(view, camera, int(np.ceil(radius)))
     samples = sample_grid(wide.depth)
     away, (rows, columns) = ndimage.distance_transform_edt(
         ~np.isfinite(samples), return_indices=True
@@ -39,7 +39,7 @@ def fattened(view: Rendering, camera: Camera, radius: float) -> Rendering:
     return replace(wide, depth=depth, labels=labels.astype(np.int64), facing=facing)
 
 
-def _widened(view: Rendering, camera: Camera, more: int) -> Rendering:
+def widened(view: Rendering, camera: Camera, more: int) -> Rendering:
     """Return a view with a wider window, as far as the image goes."""
     height, width = view.depth.shape[:2]
     up, left = min(more, view.row), min(more, view.column)

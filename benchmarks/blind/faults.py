@@ -49,8 +49,9 @@ class Faults(LaterFaults):
             `pours` that are alike in length, each of a cup of its own, of a `foil` on the
             upper side, from there to `contrast_until`, of what `settled` towards the clamp: it
             falls evenly to none there, of the swirls of a rubber that is `marbled`, by their
-            standard deviation, or of what was `overbent` at `contrast_at`: it falls evenly to
-            none at the clamp and at the tip, and to none amid the height.
+            standard deviation, of what was `overbent` at `contrast_at`: it falls evenly to
+            none at the clamp and at the tip, and to none amid the height, or of what was
+            `soaked` from `contrast_at` on: by the exponential of the depth below its surface.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -77,8 +78,9 @@ class Faults(LaterFaults):
             between them is lowest; a film that `drained` down the surface from the clamp on;
             `markers`: balls on stalks, evenly from one of these to the other; a `tool`, whose
             middle is ahead of the place that carries it; a cable `slung` from the rig to that
-            place, which draws it down and towards the rig; or a wet `sponge` around all between
-            `mass_stops`, whose water sinks to where that is lowest.
+            place, which draws it down and towards the rig; a wet `sponge` around all between
+            `mass_stops`, whose water sinks to where that is lowest; or a lump of grease that is
+            `oozing` along the body: in each pose at one of `mass_places`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -94,8 +96,9 @@ class Faults(LaterFaults):
             `post`, which shifts and turns it by force and moment as the end of an upright rod;
             on an `angle iron` along the object's x, which bends most about `clamp_slant`; on a
             robot's `wrist` of three joints about the object's axes, two of them behind it;
-            `glued`: by the lower face alone, but for what `clamp_gape` says; or `taped` to what
-            lies below it by a square of foam tape, which it shifts and turns on.
+            `glued`: by the lower face alone, but for what `clamp_gape` says; `taped` to what
+            lies below it by a square of foam tape, which it shifts and turns on; or in `hot
+            glue`, which grows softer: in each pose by `clamp_shares` of what is given.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -111,8 +114,9 @@ class Faults(LaterFaults):
             a `layer` of air over a bench, which goes with the square of the height, and is as
             given where the camera looks; an `extractor`, which draws all towards its mouth at
             `tilt_point` by the fourth power of the distance, as hard as given there; a `fan`
-            that swings, whose push is steady in a pose and another in each; or a table that is
-            `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose.
+            that swings, whose push is steady in a pose and another in each; a table that is
+            `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose; or an arm
+            that is `braking`: gravity is not turned, and `tilt_pushes` come to it.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -128,9 +132,10 @@ class Faults(LaterFaults):
             kink at `curvature_at`, and one the other way at `curvature_again`, `weighed down`
             at `curvature_at` between two supports (the tip moves as far as an arc's),
             `overhanging` a table's edge at `curvature_at` (the tip moves as far as an arc's),
-            `wavy`: by the sine of some waves (the tip moves as far as an arc's), or `crammed`
+            `wavy`: by the sine of some waves (the tip moves as far as an arc's), `crammed`
             into a box: a bend around `curvature_at`, and one at right angles to that around
-            `curvature_again`.
+            `curvature_again`, or `jumbled`: by `curvature_parts`, each bent its own way (the tip
+            moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -144,8 +149,9 @@ class Faults(LaterFaults):
             a rubber `rope` along the world's z between two posts, the round `knob` at the end
             of a screw that goes with the rig, a `brush`, whose bristles bend over, a soft and
             round `cushion` below the outer part, the foam of a `crate` for eggs, a `flap`
-            below the outer part, which turns about a hinge along the world's z, or `felt`, whose
-            pressure grows by the exponential of the dent.
+            below the outer part, which turns about a hinge along the world's z, `felt`, whose
+            pressure grows by the exponential of the dent, or a table for `hovering`, which blows:
+            its pressure falls by the exponential of the height over it.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -162,9 +168,10 @@ class Faults(LaterFaults):
             `smudge` on a window, round `depth_spot`: by the exponential of the square of the way;
             of pixels that are `saturated`: by the light beyond `depth_full`; of light that
             `bounced` from `depth_point`: by the inverse square of the distance from there; of
-            a frame that is `exposed` by the mean of its light: by the inverse of that; or of a
+            a frame that is `exposed` by the mean of its light: by the inverse of that; of a
             `sunbeam` through `depth_spot`, which wanders from pose to pose: by the exponential
-            of the square of the way from its middle.
+            of the square of the way from its middle; or of a fixture that has `flared`: by the
+            exponential of the way from that in the image.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.

@@ -44,6 +44,7 @@ from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
+from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 
 _POSITION_ERROR, _ROTATION_ERROR = 0.0003, 0.2  # One standard deviation [m], [deg].
 _MISSTATED = (0.5, 1.0, 2.0)
@@ -201,6 +202,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'eighteenth': EIGHTEENTH_FORMS,
     'nineteenth': NINETEENTH_FORMS,
     'twentieth': TWENTIETH_FORMS,
+    'twentyfirst': TWENTYFIRST_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the twentieth set.
+    """Amplitudes that came with the twelfth to the twenty-first set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -67,9 +67,10 @@ class LaterFaults:
         necked: share by which the true section is smaller in the middle of a neck.
         necked_at: share of the free length of that middle.
         clamp_slant: of an angle iron's weak axis, from the object's y towards z [deg].
-        contact_pressure: of bristles that are bent over, or by which that of felt is stated [Pa].
+        contact_pressure: of bristles that are bent over, or by which that of felt is stated, or
+            that of a table that blows, at `contact_height` [Pa].
         contact_bend: dent at which two thirds of them are, or over which the pressure of felt
-            grows by a factor of e [m].
+            grows, or of air falls upwards, by a factor of e [m].
         curvature_again: share of the free length of the middle of an outer fold or bend.
         curvature_back: by which share of what the inner one turns that turns back, or at right
             angles to it.
@@ -77,8 +78,8 @@ class LaterFaults:
         tilt_above: how far a bench lies below where the camera looks, which slows air down [m].
         depth_spot: of the middle of a smudge in the image, or of a place amid a sunbeam in the
             first pose, from its principal point [px].
-        depth_width: way from there, or across the beam, at which its error has fallen to a
-            third [px].
+        depth_width: way from there, or across the beam, or from a fixture that flares, at
+            which its error has fallen to a third [px].
         region_wound: whether bands of tape are the turns of one that is wound around the body.
         ghost: share of the pose before in what a sensor tells where it saw something then.
         whirl: push of air that turns about an upright axis, where that is strongest [m/s^2].
@@ -130,6 +131,18 @@ class LaterFaults:
         updraught_width: distance from it at which the push has fallen to a third [m].
         stuck: what the bit of a depth counts for that is stuck, at 1 where that is positive, and
             else at 0 [mm].
+        mass_places: share of the free length at which a lump of grease is in each pose.
+        contrast_depth: below the surface over which what was soaked falls to a third [m].
+        clamp_shares: how much of `clamp_compliance` there is in each pose; empty: all of it.
+        region_second: share of the free length from which on, up to `region_from`, a second
+            paint is on a body; 0: there is none.
+        region_back: error of that, the other way, as a share of `region_bias`.
+        tilt_pushes: what draws every part beside gravity in each pose, world frame [m/s^2].
+        curvature_parts: of parts that are alike in length, from the clamp on: which share of
+            `rest_curvature` each has, and which share at right angles to that.
+        flattened: share by which the true body is wider at the tip than the stated one; it is as
+            much thinner there.
+        combed: by how much the odd rows of an image are shifted to the right [px].
     """
 
     stiffening_slant: float = 0.0
@@ -228,3 +241,12 @@ class LaterFaults:
     updraught_at: tuple[float, float] = (0.0, 0.0)
     updraught_width: float = 1.0
     stuck: float = 0.0
+    mass_places: tuple[float, ...] = ()
+    contrast_depth: float = 1.0
+    clamp_shares: tuple[float, ...] = ()
+    region_second: float = 0.0
+    region_back: float = 0.0
+    tilt_pushes: tuple[Vector, ...] = ()
+    curvature_parts: tuple[tuple[float, float], ...] = ()
+    flattened: float = 0.0
+    combed: float = 0.0

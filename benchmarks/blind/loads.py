@@ -152,6 +152,9 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
         more = faults.tilt_scatter[setup.pose_number(observation)]
         x, z = (float(one + other) for one, other in zip(faults.gravity_tilt, more, strict=True))
         return np.asarray(object_from_world @ _tilt(replace(faults, gravity_tilt=(x, z))) @ down)
+    if faults.tilt_form == 'braking':
+        push = np.array(faults.tilt_pushes[setup.pose_number(observation)])
+        return np.asarray(object_from_world @ (down + push))
     if faults.tilt_form == 'tilt':
         return np.asarray(object_from_world @ _tilt(faults) @ down)
     side = _side(faults)

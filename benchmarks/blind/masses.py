@@ -93,6 +93,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'slung': (_MASS_REACH, 0.0),
         # So it does where the water of a sponge is.
         'sponge': (_MASS_REACH, 0.0),
+        # And how far a lump has oozed.
+        'oozing': (_MASS_REACH, 0.0),
     }
     return forms[faults.mass_form]
 

@@ -46,6 +46,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'overbent': overbent_share(
             share, 2.0 * points[:, 2] / setup.shape.section[1], faults.contrast_at
         ),
+        'soaked': _soaked(setup, faults, share, points),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
@@ -116,6 +117,25 @@ def overbent_share(share: FloatArray, height: FloatArray, at: float) -> FloatArr
         return np.zeros(np.shape(share))
     moment = np.minimum(share / at, (1.0 - share) / (1.0 - at))
     return np.asarray(np.maximum(moment, 0.0) * np.abs(height))
+
+
+def soaked_share(share: FloatArray, below: FloatArray, at: float, depth: float) -> FloatArray:
+    """Return how much of an oil is in a body that was dipped into it, 1 at its surface.
+
+    Args:
+        share: of the free length, any shape.
+        below: how far below the nearest side places lie [m], that shape.
+        at: share from which on, to the tip, it was dipped.
+        depth: over which there is a third as much [m].
+    """
+    return np.asarray(np.exp(-np.maximum(below, 0.0) / depth) * (share > at))
+
+
+def _soaked(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return how much oil is at Gauss points, shape (C, 8)."""
+    half = 0.5 * np.array(setup.shape.section)[:, None]
+    below = (half - np.abs(points[:, 1:])).min(axis=1)
+    return soaked_share(share, below, faults.contrast_at, faults.contrast_depth)
 
 
 def pour_value(share: FloatArray, values: tuple[float, ...]) -> FloatArray:

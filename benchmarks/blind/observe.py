@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.blind.biases import bias_share
 from benchmarks.blind.bleeding import bleeding_share
+from benchmarks.blind.combing import combed
 from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
@@ -77,6 +78,7 @@ def _seen(
             speckle=(faults.region_dot, faults.region_cover, faults.region_seed),
             decay=faults.region_decay,
             sun=faults.region_sun,
+            second=faults.region_second,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -87,6 +89,7 @@ def _seen(
     camera = _cropped(camera, setup, observation, faults)
     surface = through_pane(moved(surface, camera_from_world @ world_from_object), faults)
     rendering = fattened(render(surface, camera), camera, faults.fattened)
+    rendering = combed(rendering, camera, faults.combed)
     bias = 1e-3 * faults.depth_bias * bias_share(rendering, setup, observation, faults)
     scale = faults.depth_scale
     if faults.depth_form == 'temperature':
@@ -95,7 +98,7 @@ def _seen(
     depth = depth + _stripes(rendering, faults) + _tiles(rendering, setup.camera, faults)
     depth = depth + _jump(rendering, faults) + _bleeding(rendering, faults)
     depth = depth + _trailing(rendering, faults)
-    tip = tip_part(rendering.labels) * rendering.facing**faults.region_gloss
+    tip = _painted(tip_part(rendering.labels), faults) * rendering.facing**faults.region_gloss
     depth = depth + 1e-3 * faults.region_bias * tip
     depth = np.maximum(depth, _least_depth(faults))
     return replace(rendering, depth=_miscounted(_in_steps(depth, faults), faults))
@@ -150,6 +153,13 @@ def _trailing(rendering: Rendering, faults: Faults) -> FloatArray | float:
     if not faults.trailing:
         return 0.0
     return 1e-3 * faults.trailing * trailing_share(rendering, faults.trailing_width)
+
+
+def _painted(tip: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much of a region's error is there, where a second paint is what is halfway."""
+    if not faults.region_second:
+        return tip
+    return np.where((tip > 0.0) & (tip < 1.0), -faults.region_back, tip)
 
 
 def _covered(mesh: HexMesh, setup: Setup, faults: Faults) -> FloatArray | None:

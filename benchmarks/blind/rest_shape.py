@@ -40,6 +40,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         neck=faults.necked,
         neck_at=faults.necked_at,
         dish=faults.dished,
+        flat=faults.flattened,
     )
 
 
@@ -64,6 +65,8 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
         return _bent_in_parts(nodes, shape, _folds(curvature, faults))
     if faults.curvature_form == 'crammed':
         return _bent_in_parts(nodes, shape, _corners(curvature, faults))
+    if faults.curvature_form == 'jumbled':
+        return _bent_in_parts(nodes, shape, _jumble(curvature, faults.curvature_parts))
     if faults.curvature_form == 'wavy':
         return _bent_in_parts(nodes, shape, _waves(curvature, faults.curvature_waves))
     if faults.curvature_form == 'overhanging':
@@ -128,6 +131,21 @@ def _corners(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, 
     }
     half = 0.5 * _CRAMMED
     return [(middle - half, middle + half, rate) for middle, rate in rates.items()]
+
+
+def _jumble(
+    curvature: FloatArray, shares: tuple[tuple[float, float], ...]
+) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that lay in a full drawer, the outer one first.
+
+    Args:
+        curvature: of the arc whose tip is as far off [1/m], shape (3,).
+        shares: of that, and of as much at right angles to it, in each part, from the clamp on.
+    """
+    aside, ends = np.cross([1.0, 0.0, 0.0], curvature), np.linspace(0.0, 1.0, len(shares) + 1)
+    parts = zip(pairwise(ends), shares, strict=True)
+    found = [(begin, end, one * curvature + two * aside) for (begin, end), (one, two) in parts]
+    return found[::-1]
 
 
 def _supported(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:

@@ -38,6 +38,7 @@ class Shape:
         neck: share by which the section is smaller in the middle of a neck.
         neck_at: share of the free length of that middle.
         dish: share of the height that is lacking amid the upper side, which is hollow.
+        flat: share by which the section is wider at the tip, and as much thinner.
     """
 
     family: str
@@ -53,6 +54,7 @@ class Shape:
     neck: float = 0.0
     neck_at: float = 0.0
     dish: float = 0.0
+    flat: float = 0.0
 
     @property
     def length(self) -> float:
@@ -85,6 +87,8 @@ class Shape:
             points[..., 2] -= lacking * (points[..., 2] + 0.5 * height)
         points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
         points[..., 2] *= (1.0 - self.taper[1] * share) * narrow
+        points[..., 1] *= 1.0 + self.flat * share
+        points[..., 2] /= 1.0 + self.flat * share
         points[..., 1] += self.rack * np.minimum(share / _RACKED, 1.0) * points[..., 2]
         return bend(points, self.clamp, np.array([0.0, 0.0, self.arch]))
 

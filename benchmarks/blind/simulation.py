@@ -38,6 +38,7 @@ from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus, SEAM_LAYERS
 from benchmarks.blind.network import on_upper_side, reinforced
+from benchmarks.blind.ooze import oozed_masses
 from benchmarks.blind.pan import settle_on_pan
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rope import rope_give
@@ -52,7 +53,12 @@ from benchmarks.blind.wear import worn
 _GLUED_CELLS = 4  # Along what is held, where glue holds its lower face alone.
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
 # Masses that are not the same, or not at the same place, in every pose.
-_BY_POSE = {'loose': ring_masses, 'drying': cloth_masses, 'sponge': sponge_masses}
+_BY_POSE = {
+    'loose': ring_masses,
+    'drying': cloth_masses,
+    'sponge': sponge_masses,
+    'oozing': oozed_masses,
+}
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
     'rubbing': lambda turn, faults: lagged(turn, faults.clamp_compliance, faults.clamp_rub),
@@ -256,11 +262,19 @@ def settle(
         width, height = setup.shape.section
         corner = specimen.center + 0.5 * np.array([0.0, width, -height])
         specimen = replace(specimen, center=corner)
-    wanted = wanted_turn(setup, faults)
+    wanted = wanted_turn(setup, _warmed_clamp(setup, observation, faults))
     if faults.clamp_form in _LASTING:
         before = _stayed(specimen, setup, observation, faults)
         wanted = _LASTING[faults.clamp_form](before, faults)
     return settle_clamped(specimen, load, nominal, wanted)[0]
+
+
+def _warmed_clamp(setup: Setup, observation: Observation, faults: Faults) -> Faults:
+    """Return faults whose clamp gives way by as much as it does in one pose."""
+    if not faults.clamp_shares:
+        return faults
+    share = faults.clamp_shares[setup.pose_number(observation)]
+    return replace(faults, clamp_compliance=share * faults.clamp_compliance)
 
 
 def _pressing(

@@ -18,6 +18,7 @@ IntArray = NDArray[np.int64]
 ROOT, TIP, FIXTURE = 0, 1, 2
 # Between root and tip, where that is no sharp border: by how many twentieths a label is more.
 BETWEEN, PARTS = 3, 20
+HALFWAY = BETWEEN + PARTS // 2
 _CUTS = 3  # Of an element's face along each side; its curve is then followed to a micrometre.
 
 
@@ -58,6 +59,7 @@ def body_triangles(
     speckle: tuple[float, float, int] = (0.0, 0.0, 0),
     decay: float = 0.0,
     sun: tuple[float, float] = (0.0, 0.0),
+    second: float = 0.0,
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -78,6 +80,7 @@ def body_triangles(
             place of a border; 0: they do not.
         sun: direction, object's y and z, by whose cosine with each side its labels are less the
             tip's; (0, 0): they are not.
+        second: share from which on what would be the root's is a half of the tip's; 0: nothing.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -93,6 +96,8 @@ def body_triangles(
         corners.append(points[:, triangles].reshape(-1, 3, 3))
         places = along[:, triangles, 0].mean(axis=-1)
         sides = _fading(places, decay) if decay else _side(places, tip_from, ramp, tip_until)
+        if second:
+            sides = np.where((sides == ROOT) & (places > second), HALFWAY, sides)
         middles = (values @ mesh.lattice[nodes])[:, triangles].mean(axis=-2)
         if bands[0]:
             turned = turned_share(middles, mesh.lattice) if is_wound else 0.0

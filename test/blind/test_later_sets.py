@@ -43,6 +43,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS, TWENTYFIRST_PAIRS
+from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 
 COUNTS = {
     'sixth': {'clean': 300, 'form': 24, 'pair': 12, 'outside': 12},
@@ -60,6 +62,7 @@ COUNTS = {
     'eighteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'nineteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentyfirst': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -122,6 +125,13 @@ OWN = {
     ),
     'twentieth': Own(
         TWENTIETH_FORMS, TWENTIETH_PAIRS, TWENTIETH_OUTSIDE, frozenset({'load', 'sensor'}), 3
+    ),
+    'twentyfirst': Own(
+        TWENTYFIRST_FORMS,
+        TWENTYFIRST_PAIRS,
+        TWENTYFIRST_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
     ),
 }
 

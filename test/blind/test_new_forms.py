@@ -42,6 +42,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
+from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 
 Depths = Callable[[Faults, int], np.ndarray]
 # What makes each form the library's again; contacts, laws and another mesh have their own tests.
@@ -111,6 +113,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/greased': {'clamp_scatter': ()},
     'gravity_tilt/floating': {'tilt_form': 'tilt'},
     'rest_curvature/crammed': {'curvature_form': 'arc'},
+    'added_mass/oozing': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/soaked': {'contrast_mode': 'split'},
+    'compliant_clamp/hot glue': {'clamp_shares': ()},
+    'clamp_offset/leashed': {'clamp_scatter': ()},
+    'gravity_tilt/braking': {'tilt_form': 'tilt'},
+    'rest_curvature/jumbled': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -152,6 +160,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/sunbeam': {'depth_form': 'affine'},
     'depth_bias_by_region/bleached': {'region_sun': (0.0, 0.0)},
     'camera_offset/tugged': {'camera_scatter': ()},
+    'depth_affine/flared': {'depth_form': 'affine'},
+    'depth_bias_by_region/two-tone': {'region_second': 0.0},
+    'camera_offset/hunting': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -168,6 +179,7 @@ OTHERS = {
     'contact_plane/dish',
     'contact_plane/felt',
     'contact_plane/flap',
+    'contact_plane/hovering',
     'contact_plane/knob',
     'contact_plane/mat',
     'contact_plane/pan',
@@ -200,6 +212,7 @@ CAUSES = {
     **EIGHTEENTH_OUTSIDE,
     **NINETEENTH_OUTSIDE,
     **TWENTIETH_OUTSIDE,
+    **TWENTYFIRST_OUTSIDE,
 }
 
 
@@ -211,7 +224,7 @@ def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
-    newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS)
+    newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -229,6 +242,7 @@ def test_every_form_is_checked_here() -> None:
         (EIGHTEENTH_FORMS, {'clamp_offset'}),
         (NINETEENTH_FORMS, {'gravity_tilt'}),
         (TWENTIETH_FORMS, {'strain_stiffening'}),
+        (TWENTYFIRST_FORMS, {'strain_stiffening'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -118,6 +118,17 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentyfirst': (
+        (
+            'added_mass/oozing',
+            'stiffness_contrast/soaked',
+            'compliant_clamp/hot glue',
+            'clamp_offset/leashed',
+            'gravity_tilt/braking',
+            'rest_curvature/jumbled',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
