@@ -7,12 +7,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc, chdtri
 
 
-def chance_beyond(chi_square: ArrayLike, freedom: int) -> NDArray[np.float64]:
+def chance_beyond(chi_square: ArrayLike, freedom: float) -> NDArray[np.float64]:
     """Return the chance of a sum of squares of unit normals that is larger.
 
     Args:
         chi_square: rounding may leave it below zero; of any shape.
-        freedom: how many squares.
+        freedom: how many squares; of what is believed in part a fraction.
     """
     return np.asarray(chdtrc(freedom, np.maximum(chi_square, 0.0)))
 

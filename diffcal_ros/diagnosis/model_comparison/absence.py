@@ -105,7 +105,7 @@ def _may_be_absent(hypothesis: Hypothesis, one: Candidate, without: Refit | None
     if by_itself > _BY_CHANCE_ALONE:
         return True
     fall = deviance(without, hypothesis.fit) / max(1.0, hypothesis.fit.chi_square_per_patch)
-    count = len(parameters_of(hypothesis.fit.parameters, [one]))
+    count = hypothesis.freedom_of(parameters_of(hypothesis.fit.parameters, [one]))
     return float(chance_beyond(fall, count)) > _BY_CHANCE
 
 
@@ -123,4 +123,7 @@ def deviance(without: Refit, fit: Refit) -> float:
 
 
 def _twice_the_cost(fit: Refit, names: set[FullName]) -> float:
-    return whiten(only(fit.groups, names), Part.FIT).chi_square + fit.prior_chi_square
+    seen = whiten(only(fit.groups, names), Part.FIT)
+    # What a model leaves uneven within patches makes their variance larger: chi-square alone would
+    # hold the one that is farther off to less.
+    return seen.chi_square + seen.volume + fit.prior_chi_square

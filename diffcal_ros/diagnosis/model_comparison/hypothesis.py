@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model with one or more effects added, refitted."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
@@ -196,7 +197,24 @@ class Hypothesis:
         values = self.fit.coordinates[indices]
         covariance = self.fit.covariance[np.ix_(indices, indices)]
         wald = float(values @ np.linalg.pinv(covariance) @ values) / max(1.0, noise_scale)
-        return float(chance_beyond(wald, len(indices)))
+        return float(chance_beyond(wald, self.freedom_of(own)))
+
+    def freedom_of(self, names: Sequence[str]) -> float:
+        """Return how many parameters the data tell, of some: no less than are not freed.
+
+        A way of a free form that the data do not ask for is believed to be next to nothing: it can
+        be nothing else, and explains nothing. Each is counted by the share of its variance that
+        the data took away (MacKay, *Bayesian interpolation*, Neural Computation 4, 1992).
+        """
+        parameters = self.fit.parameters
+        _, precision = parameters.prior()
+        count = 0.0
+        for name in names:
+            index = parameters.names.index(name)
+            is_freed = parameters.parameters[index].is_freed
+            left = precision[index, index] * self.fit.covariance[index, index] if is_freed else 0.0
+            count += 1.0 - min(float(left), 1.0)
+        return max(count, 1.0)
 
     def _reach(self, candidate: Candidate) -> float:
         """Return how far usual sizes of an effect move the patch that they move most [m]."""

@@ -20,6 +20,7 @@ from itertools import compress
 
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameters
 from diffcal_ros.calibration.parameters.parameters import Parameter
+from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
@@ -58,10 +59,12 @@ def others_in_any_form(
     if not singles or _is_enough(singles[0]):
         return []
     known = {identifier for single in singles for identifier in single.identifiers}
+    told = {own for single in singles if _is_there(pool, single) for own in single.identifiers}
     smooth = distinct(with_tangents(scores).scores)
     most = max((score.gain for score in smooth), default=0.0)
     others = [score for score in smooth if score.candidate.identifier not in known]
-    freed = _led_by_their_freedom(pool, others, 0.5 * most, singles[0])
+    absent = [score for score in smooth if score.candidate.identifier in known - told]
+    freed = _led_by_their_freedom(pool, [*others, *absent], 0.5 * most, singles[0])
     looks = [
         _look(score)
         for score in others
@@ -82,6 +85,14 @@ def _look(score: Score) -> RefitRequest:
 def _is_seen_otherwise(pool: RefitPool, candidate: Candidate) -> bool:
     """Tell whether an effect is seen where tangents do not lead."""
     return any(more_starts(pool.nominal, pool.base, [candidate]))
+
+
+def _is_there(pool: RefitPool, single: Hypothesis) -> bool:
+    """Tell whether an effect was fitted as one that is there, or is free to be another one.
+
+    One that came to nothing in the library's form says nothing of others.
+    """
+    return bool(single.freed) or not has_doubtful_effect(single, pool.base)
 
 
 def _is_enough(best: Hypothesis) -> bool:

@@ -44,8 +44,8 @@ class Whitened:
         values: shape (n,).
         jacobian: shape (n, k).
         views: number of the view of each, shape (n,).
-        volumes: by how much the log determinant of their covariance exceeds that of even patches,
-            shape (n,); what views have in common is in the last of them.
+        volumes: by how much the log determinant of their covariance exceeds that of even patches
+            that are not far off, shape (n,); what views have in common is in the last of them.
         has_far_off: whether some are so far off that they count less.
     """
 
@@ -57,10 +57,12 @@ class Whitened:
 
     @property
     def volume(self) -> float:
-        """What being uneven costs: twice the log of how much less likely it makes the data.
+        """What being uneven or far off costs: twice the log of how much it takes from the density.
 
-        A patch over which residuals run has a larger variance, which the model is the cause of.
-        Without this the model that is farther off would be held to less.
+        A patch over which residuals run has a larger variance, which the model is the cause of,
+        and so has one that is far off. Without this the model that is farther off would be held to
+        less: where all patches of a view are far off by the same, what they have in common is told
+        by far less than their noise.
         """
         return float(self.volumes.sum())
 
@@ -214,13 +216,13 @@ def _all_together(recordings: Sequence[_Recording]) -> _Recording:
 def _whitened(recording: _Recording) -> Whitened:
     covariance = _tolerant(recording.covariance, recording.left)
     factor = cholesky(covariance, lower=True)
+    has_far_off = bool(np.any(covariance != recording.covariance))
     even = factor
-    if recording.uneven.any():
-        even = cholesky(covariance - np.diag(recording.uneven), lower=True)
+    if has_far_off or recording.uneven.any():
+        even = cholesky(recording.covariance - np.diag(recording.uneven), lower=True)
     volumes = 2.0 * np.log(np.diag(factor) / np.diag(even))
     wide = np.hstack([recording.values[:, None], recording.jacobian])
     both = solve_triangular(factor, wide, lower=True)
-    has_far_off = bool(np.any(covariance != recording.covariance))
     return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, has_far_off)
 
 

@@ -14,8 +14,8 @@ from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_size
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, judged, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import others_in_any_form
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
-from diffcal_ros.diagnosis.screening.candidates import candidates
-from diffcal_ros.diagnosis.screening.screening import screen
+from diffcal_ros.diagnosis.screening.candidates import candidates, parameters_of
+from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
@@ -101,6 +101,13 @@ def test_what_no_form_of_the_library_shows_is_fitted_with_its_form_free(bent, sc
     assert after['a'] >= before['a']
     assert after['b'] < 0.2 * before['b']
     assert after['twist'] < 0.2 * before['twist']
+    # What is believed to be next to nothing is no number that the data tell.
+    own = parameters_of(sized.fit.parameters, sized.added)
+    assert len(own) == 15
+    assert 2.0 < sized.freedom_of(own) < free.freedom_of(own) - 3.0
+    assert free.freedom_of(own) < 15.0
+    assert sized.freedom_of(own[:2]) == 2.0, 'those of the library count whole'
+    assert sized.chance_of_zero(sized.added[0]) < 1e-6
     (sized,) = judged([sized], nominal_basis(pool))
     assert sized.level > free.level + 5.0
     (ended,) = judged(pool.finish([sized], [-np.inf]), nominal_basis(pool))
@@ -115,6 +122,31 @@ def _largest_sizes(model):
         way = own.amplitude.partition('_')[0]
         found[way] = max(found.get(way, 0.0), own.quantity.prior_std)
     return found
+
+
+def test_what_came_to_nothing_in_the_librarys_form_is_looked_at_in_another(
+    bent, scores_of_the_bent, monkeypatch
+):
+    pool, asked = RefitPool(*bent), []
+    judge = judge_by(nominal_basis(pool))
+    (listed,) = (s for s in scores_of_the_bent if s.candidate.identifier == 'rest_curvature')
+    (arc,) = judge([try_effects(*bent, [listed.candidate], {})])
+    scores = Screen(tuple(scores_of_the_bent), 0.0, 1.0, 0, lambda columns: columns)
+
+    def led(pool, scores, known_gain, best):
+        asked.append({score.candidate.identifier for score in scores})
+        return []
+
+    monkeypatch.setattr(looks_in_any_form, '_led_by_their_freedom', led)
+    monkeypatch.setattr(looks_in_any_form, '_SEEN_AT_ALL', np.inf)
+    for may_be_absent in (False, True):
+        monkeypatch.setattr(
+            looks_in_any_form, 'has_doubtful_effect', lambda single, base, a=may_be_absent: a
+        )
+        assert others_in_any_form(pool, scores, [arc], judge) == []
+    there, absent = asked
+    assert 'rest_curvature' not in there
+    assert absent == there | {'rest_curvature'}
 
 
 def test_what_other_effects_show_as_well_to_first_order_is_not(bent, scores_of_the_bent):

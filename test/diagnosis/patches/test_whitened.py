@@ -113,3 +113,29 @@ def test_a_patch_counts_less_by_what_is_left_of_it_where_that_is_told():
     np.testing.assert_allclose(seen.values, [20.0, 1.0])
     part = near.patches.chosen(np.array([1]))
     np.testing.assert_array_equal(part.left, [1.0])
+
+
+def test_being_far_off_costs_what_it_adds_to_the_log_determinant():
+    """A view that is off as a whole tells what it has in common by far less than its noise."""
+    random = np.random.default_rng(8)
+    centers = random.uniform(0.0, 200.0, (30, 2))
+    common = CommonError(np.full(30, 8.0), 2000.0)
+
+    def seen(values):
+        own = group(values)
+        own = replace(own, patches=replace(own.patches, centers=centers, standing=common))
+        return own.patches, whiten([own], Part.ALL)
+
+    noise = random.normal(size=30)
+    _, held = seen(2.0 * noise)
+    assert held.volume == 0.0
+    assert not held.has_far_off
+    patches, loose = seen(60.0 + 0.5 * noise)
+    covariance = patches.covariance + common.covariance(centers)
+    own = np.diag(covariance)
+    grown = own * (np.abs(patches.values) / (5.0 * np.sqrt(own)) - 1.0)
+    expected = _log_determinant(covariance + np.diag(grown)) - _log_determinant(covariance)
+    assert loose.volume == pytest.approx(expected)
+    # By the squares alone the one that is farther off would be the likelier one.
+    assert loose.chi_square < 0.7 * held.chi_square
+    assert loose.chi_square + loose.volume > 1.1 * held.chi_square
