@@ -44,25 +44,28 @@ class Whitened:
         values: shape (n,).
         jacobian: shape (n, k).
         views: number of the view of each, shape (n,).
-        volumes: by how much the log determinant of their covariance exceeds that of even patches
-            that are not far off, shape (n,); what views have in common is in the last of them.
-        has_far_off: whether some are so far off that they count less.
+        volumes: by how much the log determinant of their covariance exceeds that of even patches,
+            shape (n,); what views have in common is in the last of them.
+        tolerance: by how much that of patches that are far off exceeds it, since they count less.
     """
 
     values: FloatArray
     jacobian: FloatArray
     views: NDArray[np.int64]
     volumes: FloatArray
-    has_far_off: bool = False
+    tolerance: float = 0.0
+
+    @property
+    def has_far_off(self) -> bool:
+        """Tell whether some patches are so far off that they count less."""
+        return self.tolerance > 0.0
 
     @property
     def volume(self) -> float:
-        """What being uneven or far off costs: twice the log of how much it takes from the density.
+        """What being uneven costs: twice the log of how much less likely it makes the data.
 
-        A patch over which residuals run has a larger variance, which the model is the cause of,
-        and so has one that is far off. Without this the model that is farther off would be held to
-        less: where all patches of a view are far off by the same, what they have in common is told
-        by far less than their noise.
+        A patch over which residuals run has a larger variance, which the model is the cause of.
+        Without this the model that is farther off would be held to less.
         """
         return float(self.volumes.sum())
 
@@ -110,7 +113,7 @@ def whiten(
         np.concatenate([part.jacobian for part in parts]),
         np.concatenate([part.views for part in parts]),
         np.concatenate([part.volumes for part in parts]),
-        any(part.has_far_off for part in parts),
+        sum(part.tolerance for part in parts),
     )
 
 
@@ -216,14 +219,17 @@ def _all_together(recordings: Sequence[_Recording]) -> _Recording:
 def _whitened(recording: _Recording) -> Whitened:
     covariance = _tolerant(recording.covariance, recording.left)
     factor = cholesky(covariance, lower=True)
-    has_far_off = bool(np.any(covariance != recording.covariance))
     even = factor
-    if has_far_off or recording.uneven.any():
-        even = cholesky(recording.covariance - np.diag(recording.uneven), lower=True)
+    if recording.uneven.any():
+        even = cholesky(covariance - np.diag(recording.uneven), lower=True)
     volumes = 2.0 * np.log(np.diag(factor) / np.diag(even))
     wide = np.hstack([recording.values[:, None], recording.jacobian])
     both = solve_triangular(factor, wide, lower=True)
-    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, has_far_off)
+    tolerance = 0.0
+    if np.any(covariance != recording.covariance):
+        held = cholesky(recording.covariance, lower=True)
+        tolerance = 2.0 * float(np.log(np.diag(factor) / np.diag(held)).sum())
+    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, tolerance)
 
 
 def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatArray:
