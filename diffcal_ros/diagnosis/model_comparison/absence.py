@@ -126,5 +126,5 @@ def _twice_the_cost(fit: Refit, names: set[FullName]) -> float:
     seen = whiten(only(fit.groups, names), Part.FIT)
     # What a model leaves uneven within patches, or far off, makes their variance larger: by
     # chi-square alone the one that is farther off would be held to less. Where all patches of a
-    # view are off by the same, what they have in common would be told by far more than their noise.
+    # view are off by the same, what they share would be told by far more than their noise.
     return seen.chi_square + seen.volume + seen.tolerance + fit.prior_chi_square
