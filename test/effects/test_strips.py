@@ -7,7 +7,9 @@ from dataclasses import replace
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.robust_residual import make_comparers
-from diffcal_ros.effects import strips
+from diffcal_ros.diagnosis.verdict.verdict import NamedEffect
+from diffcal_ros.effects import bands, strips
+from diffcal_ros.report.tables.verdict_text import effect_words
 from diffcal_ros.scene.load import load_scene
 import numpy as np
 import pytest
@@ -70,3 +72,23 @@ def test_a_scene_keeps_the_limits_it_states(write_scene):
     stated = {'bias': 0.003, 'at': 0.2, 'b_from': 0.5, 'b_until': 1.0}
     scene = load_scene(write_scene({'effects': {'depth_bias_by_region': stated}}))
     assert scene.effects['depth_bias_by_region'] == {'bias': 0.003, 'at': 0.2, 'b_from': 0.5}
+
+
+def test_a_named_part_is_said_with_where_it_is():
+    named = NamedEffect(
+        identifier='depth_bias_by_region',
+        group='sensor',
+        amplitude={'bias': -4.0},
+        std_error={'bias': 0.1},
+        unit={'bias': 'mm'},
+        setting={'at': 0.3, 'until': 0.7, **strips.SETTINGS, 'a_until': 0.55},
+        frame={},
+        confidence=0.8,
+        sentence='',
+        outside_twins=(),
+    )
+    assert effect_words(named).endswith(
+        ' at 0.3 to 0.7 of the length, across a 0 to 0.55 of the width'
+    )
+    whole = replace(named, setting={**bands.SETTINGS, **strips.SETTINGS})
+    assert 'across' not in effect_words(whole)
