@@ -33,7 +33,7 @@ def is_within(across: FloatArray, own: FloatArray) -> NDArray[np.bool_]:
     """Tell which points are within limits, shape (...,).
 
     Args:
-        across: how far across they are, in half widths, see `BodyAxes.across`, shape (..., 2).
+        across: how far across they are, in half widths, see `BodyAxes.on_surface`, shape (..., 2).
         own: limits, shape (2, 2).
     """
     return np.asarray(((across > own[:, 0]) & (across <= own[:, 1])).all(axis=-1))
@@ -53,7 +53,7 @@ def without_unused(numbers: Mapping[str, float]) -> dict[str, float]:
 
 def in_words(settings: Mapping[str, float]) -> str:
     """Say which part across it is, such as `b 0 to 0.6`; empty: all of it."""
-    stated = {**SETTINGS, **{k: v for k, v in settings.items() if k in SETTINGS}}
+    stated = {**SETTINGS, **settings}
     parts = []
     for axis in 'ab':
         ends = stated[f'{axis}_from'], stated[f'{axis}_until']

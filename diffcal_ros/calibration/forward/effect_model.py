@@ -184,10 +184,9 @@ class EffectModel:
             triangles: of its surface, shape (F, 3).
         """
         rest, axes = shape.rest_nodes, self.axes(setup_index)
-        corners = axes.on_surface(rest, triangles)
         is_second = self.second_triangles(shape.nodes, triangles)
         surface = SurfacePlaces(
-            is_second, corners.mean(axis=1), corners, axes.sides(rest, triangles)
+            is_second, axes.on_surface(rest, triangles), axes.sides(rest, triangles)
         )
         stated = self._scene.effects.get(seen_boundary().identifier)
         if self._tets.is_second is not None or stated is None:

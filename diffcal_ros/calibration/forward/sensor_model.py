@@ -3,6 +3,7 @@
 """How a depth camera reads a surface, and what of that surface its errors may depend on."""
 
 from dataclasses import dataclass
+from functools import cache
 
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.effects import bands, strips
@@ -54,20 +55,23 @@ class SurfacePlaces:
 
     Attributes:
         is_second: triangles of another material than the first, shape (F,).
-        places: of the triangles on the body at rest, see `BodyAxes.on_surface`, shape (F, 3);
-            None: they are none of a body.
-        corners: of their corners, likewise, shape (F, 3, 3).
+        corners: where on the body at rest those of the triangles are, see `BodyAxes.on_surface`,
+            shape (F, 3, 3); None: they are none of a body.
         sides: which way the triangles face, see `SeenPixels`, shape (F, 2); None: likewise.
         borders: where materials end along it, see `bands`; empty: where elements do.
         limits: within which the second one is across it, see `strips`, shape (2, 2); None: all.
     """
 
     is_second: NDArray[np.bool_]
-    places: FloatArray | None = None
     corners: FloatArray | None = None
     sides: FloatArray | None = None
     borders: tuple[float, ...] = ()
     limits: FloatArray | None = None
+
+    @property
+    def places(self) -> FloatArray | None:
+        """Where the middles of the triangles are, as `corners`, shape (F, 3)."""
+        return None if self.corners is None else self.corners.mean(axis=1)
 
     @property
     def limits_within(self) -> list[list[float]]:
@@ -92,13 +96,14 @@ class SurfacePlaces:
         shown = np.maximum(faces, 0)
         is_second, on = self.is_second[shown], faces >= 0
 
+        @cache
         def locate() -> FloatArray:
             places = np.zeros((*faces.shape, 3))
             places[on] = self.places_at(trace, faces[on], directions[on])
             return places
 
         if self.borders:
-            places = self.places_at(trace, faces[on], directions[on])
+            places = locate()[on]
             is_second[on] = bands.is_between(places[:, 0], self.borders)
             if self.limits is not None:
                 is_second[on] &= strips.is_within(places[:, 1:], self.limits)

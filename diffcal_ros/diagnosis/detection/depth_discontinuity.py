@@ -85,11 +85,20 @@ class Jumps:
         Args:
             signs: by how much each jump is in each sum, shape (m, s).
         """
-        (jump,) = seen_boundary().components
-        pulls = signs @ self.pulls
         sizes = np.einsum('ms,ms->m', signs @ self.products, signs)
-        heights = pulls / (sizes + 1.0 / jump.scale**2)
-        return heights * pulls, heights
+        return explained(signs @ self.pulls, sizes)
+
+
+def explained(pulls: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what jumps explain of chi-square, and their heights [m], (m,) each.
+
+    Args:
+        pulls: of each of one metre with what is left [1/m], shape (m,).
+        sizes: of what each does, squared [1/m^2], shape (m,).
+    """
+    (jump,) = seen_boundary().components
+    heights = pulls / (sizes + 1.0 / jump.scale**2)
+    return heights * pulls, heights
 
 
 def softened(signs: FloatArray, reach: int) -> FloatArray:

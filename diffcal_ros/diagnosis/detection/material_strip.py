@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import (
+    explained,
     Jumps,
     jumps_seen,
     with_jumps,
@@ -19,7 +20,6 @@ from diffcal_ros.diagnosis.detection.material_boundary import best_nearby, LEFT,
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import strips
-from diffcal_ros.effects.registry import seen_boundary
 import numpy as np
 from numpy.typing import NDArray
 
@@ -158,8 +158,8 @@ def _gains(jumps: Jumps, rectangles: IntArray) -> FloatArray:
         pull += sign * pulls[own]
         for other_sign, other in parts:
             size += sign * other_sign * products[own, other]
-    (jump,) = seen_boundary().components
-    return np.asarray(pull**2 / (size + 1.0 / jump.scale**2))
+    gains, _ = explained(pull, size)
+    return gains
 
 
 def _interval(low: int, high: int) -> tuple[float, float]:

@@ -62,10 +62,9 @@ def effect_words(effect: NamedEffect) -> str:
 
 def _place_words(setting: Mapping[str, float]) -> str:
     across = strips.in_words(setting)
-    if across:
-        return f' at {bands.in_words(setting)} of the length, across {across} of the width'
-    if 'until' in setting:
-        return f' at {bands.in_words(setting)} of the length'
+    if across or 'until' in setting:
+        along = f' at {bands.in_words(setting)} of the length'
+        return f'{along}, across {across} of the width' if across else along
     return ''.join(f' at {value:g} of the length' for value in setting.values())
 
 
