@@ -281,6 +281,8 @@ OUTSIDE_CLASS = {
     'stuck': 'sensor',
     'flattened': 'shape',
     'combed': 'sensor',
+    'reeled': 'load',
+    'droplet': 'sensor',
 }
 
 

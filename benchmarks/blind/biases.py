@@ -23,7 +23,7 @@ def bias_share(
 ) -> FloatArray:
     """Return how much of the error of depth is there, pixel by pixel, shape (h, w, 1)."""
     height, width = rendering.depth.shape[:2]
-    if faults.depth_form in ('radial', 'smudge'):
+    if faults.depth_form in ('radial', 'smudge', 'warped'):
         return _share_around(rendering, setup, faults)
     if faults.depth_form == 'sunbeam':
         return sunbeam_share(rendering, setup, observation, faults)
@@ -77,6 +77,10 @@ def _share_around(rendering: Rendering, setup: Setup, faults: Faults) -> FloatAr
     across, down = faults.depth_spot
     rows = rendering.row + np.arange(height)[:, None] - (setup.camera.cy + down)
     columns = rendering.column + np.arange(width)[None] - (setup.camera.cx + across)
+    if faults.depth_form == 'warped':
+        angle = 2.0 * np.deg2rad(faults.depth_slant)
+        saddle = np.cos(angle) * (columns**2 - rows**2) + 2.0 * np.sin(angle) * columns * rows
+        return np.asarray(saddle / faults.depth_width**2)[..., None]
     squares = (rows**2 + columns**2)[..., None]
     if faults.depth_form == 'smudge':
         return np.asarray(np.exp(-squares / faults.depth_width**2))

@@ -45,6 +45,8 @@ from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
+from benchmarks.blind.twentysecond_forms import TWENTYSECOND_PAIRS
+from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 
 SETS = ('development', 'sealed')
 FORM_SETS = tuple(FORMS)
@@ -136,6 +138,7 @@ LAWS_SETS = {
     'nineteenth': Contents(NINETEENTH_PAIRS, tuple(NINETEENTH_OUTSIDE), 40),
     'twentieth': Contents(TWENTIETH_PAIRS, tuple(TWENTIETH_OUTSIDE), 40),
     'twentyfirst': Contents(TWENTYFIRST_PAIRS, tuple(TWENTYFIRST_OUTSIDE), 40),
+    'twentysecond': Contents(TWENTYSECOND_PAIRS, tuple(TWENTYSECOND_OUTSIDE), 40),
 }
 
 

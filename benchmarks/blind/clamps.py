@@ -67,6 +67,16 @@ def crept(
     return lambda moment: before + part * (compliance * moment - before)
 
 
+def flowed(before: FloatArray, compliance: float) -> Callable[[FloatArray], FloatArray]:
+    """Return the turn of a clamp that flows, by the moment on it, shape (3,) each.
+
+    Args:
+        before: where it was left [rad], shape (3,).
+        compliance: by how much it flows in a pose [rad/(N m)].
+    """
+    return lambda moment: before + compliance * moment
+
+
 def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArray | float]:
     """Return by how much less than its compliance says a clamp gives way, by the moment on it."""
     if faults.clamp_form == 'one-sided':

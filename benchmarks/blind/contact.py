@@ -13,6 +13,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.felt import felt
 from benchmarks.blind.groove import groove, groove_tops
 from benchmarks.blind.knob import knob, rounded
+from benchmarks.blind.pipe import pipe, pipe_tops
 from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
 
@@ -28,7 +29,7 @@ BAR = 0.010  # Radius of a bar [m].
 _ROLL = 0.018  # Of a roll of foam [m].
 _ROPE = 0.006  # Of a rubber rope [m].
 # Share of the free length at which what lies below the outer part alone begins.
-OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4}
+OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4, 'pipe': 0.4}
 # Half-spaces that push by a force which is told, and by a length.
 _PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table}
 # Radius of what is round, along the world's z [m].
@@ -55,9 +56,10 @@ def contact_laws(
         return (_bar(observation, faults, _ROLL_STIFFNESS * areas, 2),)
     if faults.contact_form == 'vee':
         return (groove(observation, faults.contact_height, faults.contact_at, stiffness),)
-    if faults.contact_form in ('dish', 'cushion'):
+    if faults.contact_form in ('dish', 'cushion', 'pipe'):
         below = shares > OUTER[faults.contact_form]
-        return (dish(observation, faults, stiffness * below),)
+        round_law = pipe if faults.contact_form == 'pipe' else dish
+        return (round_law(observation, faults, stiffness * below),)
     if faults.contact_form in ('knob', 'crate'):
         is_knob = faults.contact_form == 'knob'
         law = knob(faults, stiffness) if is_knob else crate(observation, faults, stiffness)
@@ -131,6 +133,8 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
     """
     if faults.contact_form == 'vee':
         return groove_tops(points, faults.contact_at)
+    if faults.contact_form == 'pipe':
+        return pipe_tops(points, faults)
     if faults.contact_form in ('dish', 'cushion'):
         return dish_tops(points, faults)
     if faults.contact_form == 'crate':

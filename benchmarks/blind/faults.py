@@ -50,8 +50,10 @@ class Faults(LaterFaults):
             upper side, from there to `contrast_until`, of what `settled` towards the clamp: it
             falls evenly to none there, of the swirls of a rubber that is `marbled`, by their
             standard deviation, of what was `overbent` at `contrast_at`: it falls evenly to
-            none at the clamp and at the tip, and to none amid the height, or of what was
-            `soaked` from `contrast_at` on: by the exponential of the depth below its surface.
+            none at the clamp and at the tip, and to none amid the height, of what was
+            `soaked` from `contrast_at` on: by the exponential of the depth below its surface, or
+            of what was `creased` at `contrast_creases`: by the exponential of the square of the
+            way along it.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -59,14 +61,15 @@ class Faults(LaterFaults):
             threads aslant to the body's length, by the exponential of the square of their
             growth, `knitted`: of loops along it near the surface, by the cube of that,
             `beaded`: of rows of beads along it, where they are pressed, by the cube of that,
-            `threaded`: of threads along it near the surface, which are loose at first, or
-            `coils`: of those of a spring there, which touch once they are pressed together.
+            `threaded`: of threads along it near the surface, which are loose at first,
+            `coils`: of those of a spring there, which touch once they are pressed together, or
+            `interlocked`: of the strips of a hose there, which have play either way.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
             Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
             modulus of all fibres, were they straight and not slack, or that at first of a braid
             along the body, or of loops whose square grew by a tenth, or of rows of beads whose
             square fell by that, or of threads once they are taut, or of coils once they touch,
-            over E [-].
+            or of strips once their play is used up, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -79,8 +82,9 @@ class Faults(LaterFaults):
             `markers`: balls on stalks, evenly from one of these to the other; a `tool`, whose
             middle is ahead of the place that carries it; a cable `slung` from the rig to that
             place, which draws it down and towards the rig; a wet `sponge` around all between
-            `mass_stops`, whose water sinks to where that is lowest; or a lump of grease that is
-            `oozing` along the body: in each pose at one of `mass_places`.
+            `mass_stops`, whose water sinks to where that is lowest; a lump of grease that is
+            `oozing` along the body: in each pose at one of `mass_places`; or a cord that is
+            `wicking` a liquid from the clamp on: in each pose as far as one of these.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -97,8 +101,9 @@ class Faults(LaterFaults):
             on an `angle iron` along the object's x, which bends most about `clamp_slant`; on a
             robot's `wrist` of three joints about the object's axes, two of them behind it;
             `glued`: by the lower face alone, but for what `clamp_gape` says; `taped` to what
-            lies below it by a square of foam tape, which it shifts and turns on; or in `hot
-            glue`, which grows softer: in each pose by `clamp_shares` of what is given.
+            lies below it by a square of foam tape, which it shifts and turns on; in `hot
+            glue`, which grows softer: in each pose by `clamp_shares` of what is given; or
+            `waxed` in: in each pose it flows on as is given, from where the one before left it.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -115,8 +120,9 @@ class Faults(LaterFaults):
             given where the camera looks; an `extractor`, which draws all towards its mouth at
             `tilt_point` by the fourth power of the distance, as hard as given there; a `fan`
             that swings, whose push is steady in a pose and another in each; a table that is
-            `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose; or an arm
-            that is `braking`: gravity is not turned, and `tilt_pushes` come to it.
+            `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose; an arm
+            that is `braking`: gravity is not turned, and `tilt_pushes` come to it; or a table
+            that is `rocking` on a short leg: in each pose a tilt one way or back.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -134,8 +140,9 @@ class Faults(LaterFaults):
             `overhanging` a table's edge at `curvature_at` (the tip moves as far as an arc's),
             `wavy`: by the sine of some waves (the tip moves as far as an arc's), `crammed`
             into a box: a bend around `curvature_at`, and one at right angles to that around
-            `curvature_again`, or `jumbled`: by `curvature_parts`, each bent its own way (the tip
-            moves as far as an arc's).
+            `curvature_again`, `jumbled`: by `curvature_parts`, each bent its own way (the tip
+            moves as far as an arc's), or `propped` at its tip: by the moment of its weight less
+            that of a block (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -150,8 +157,9 @@ class Faults(LaterFaults):
             of a screw that goes with the rig, a `brush`, whose bristles bend over, a soft and
             round `cushion` below the outer part, the foam of a `crate` for eggs, a `flap`
             below the outer part, which turns about a hinge along the world's z, `felt`, whose
-            pressure grows by the exponential of the dent, or a table for `hovering`, which blows:
-            its pressure falls by the exponential of the height over it.
+            pressure grows by the exponential of the dent, a table for `hovering`, which blows:
+            its pressure falls by the exponential of the height over it, or a piece of `pipe`
+            along the world's x below the outer part.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -170,8 +178,9 @@ class Faults(LaterFaults):
             `bounced` from `depth_point`: by the inverse square of the distance from there; of
             a frame that is `exposed` by the mean of its light: by the inverse of that; of a
             `sunbeam` through `depth_spot`, which wanders from pose to pose: by the exponential
-            of the square of the way from its middle; or of a fixture that has `flared`: by the
-            exponential of the way from that in the image.
+            of the square of the way from its middle; of a fixture that has `flared`: by the
+            exponential of the way from that in the image; or of a sensor that is `warped` to a
+            saddle: by the square of the way along `depth_slant` less that across.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -193,15 +202,15 @@ class Faults(LaterFaults):
         creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
         contact_share: share of the free length that lies over a bar, a rope, a knob or the edge of
             a step.
-        contact_at: where the bar's axis is along the world's x, the groove's bottom along z, or a
-            knob's top along the object's y [m].
+        contact_at: where the bar's axis is along the world's x, the groove's bottom or a pipe's
+            axis along z, or a knob's top along the object's y [m].
         camera_drifts: whether the camera's error grows from pose to pose.
         clamp_scatter: further shift [mm] and turn [deg] of the clamp in each pose.
         region_ramp: share of the free length over which `region_bias` comes up.
         magnet: pull on the outer part towards a point of the world [N].
         tether: pull of a spring on the tip towards a point of the world [N].
         tether_slack: its length without a force, as a share of `pull_distance`.
-        pull_point: that point, world [m].
+        pull_point: that point, or where a reel is, world [m].
         pull_distance: at which the pull is as much as stated [m].
         heat: growth of the upper face, falling to none at the lower one [%].
         heat_shares: how much of that is there in each pose.
@@ -281,7 +290,8 @@ class Faults(LaterFaults):
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
         stiffening_from: growth of a fibre's square by which it comes straight, or of a loose
-            thread's at which it comes taut, or loss of a coil's at which it touches [-].
+            thread's at which it comes taut, or loss of a coil's at which it touches, or either
+            of a strip's that has play [-].
         mass_stops: shares of the free length of an inner and an outer stop of a loose ring, of the
             ends of a cloth or a sponge, or of the first and the last marker.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.

@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the twenty-first set.
+    """Amplitudes that came with the twelfth to the twenty-second set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -36,7 +36,7 @@ class LaterFaults:
             world's x [m], and along z at `contact_at`; or a knob highest, along the object's x,
             and along y at that; or where a flap's hinge is along the world's x.
         contact_round: radius to which a dish is round at its bottom; below 0: to which a cushion
-            is at its top [m].
+            is at its top; or that of a pipe [m].
         clamp_rub: moment by which a clamp that rubs lags behind [N m].
         pane: thickness of a pane of acrylic before the camera, which nobody counts with [mm].
         pane_normal: its normal away from the camera, camera frame.
@@ -79,7 +79,8 @@ class LaterFaults:
         depth_spot: of the middle of a smudge in the image, or of a place amid a sunbeam in the
             first pose, from its principal point [px].
         depth_width: way from there, or across the beam, or from a fixture that flares, at
-            which its error has fallen to a third [px].
+            which its error has fallen to a third, or along a saddle's slant from the principal
+            point, at which there is all of it [px].
         region_wound: whether bands of tape are the turns of one that is wound around the body.
         ghost: share of the pose before in what a sensor tells where it saw something then.
         whirl: push of air that turns about an upright axis, where that is strongest [m/s^2].
@@ -103,7 +104,7 @@ class LaterFaults:
         contact_trough: by how much its troughs are lower than its crests [m].
         depth_point: of the world, from which light bounces to a body [m].
         region_strip: share of each side that a strip along its middle covers; 0: all of it.
-        tilt_shares: how much of a fan's push there is in each pose.
+        tilt_shares: how much of a fan's push there is in each pose, or which way a table rocks.
         shrinking: by how much all lengths of a body without stress are shorter at last [%].
         shrinking_shares: how much of that is there in each pose.
         bleeding: error of depth on a body's outline [mm].
@@ -121,8 +122,8 @@ class LaterFaults:
         trailing_width: way down the columns over which it falls to a third [px].
         mass_suction: height over which the water of a sponge falls to a third [m].
         tilt_scatter: further tilt about the world's x and z in each pose [deg].
-        depth_slant: angle of the way in which a sunbeam wanders, from the image's right towards
-            down [deg].
+        depth_slant: angle of the way in which a sunbeam wanders, or in which a saddle errs by all
+            of it, from the image's right towards down [deg].
         depth_wander: by how much it wanders that way from pose to pose [px].
         region_sun: direction, object's y and z, from which sun bleached a body: `region_bias`
             goes with the cosine of the angle between that and a side; (0, 0): it is on all.
@@ -131,7 +132,8 @@ class LaterFaults:
         updraught_width: distance from it at which the push has fallen to a third [m].
         stuck: what the bit of a depth counts for that is stuck, at 1 where that is positive, and
             else at 0 [mm].
-        mass_places: share of the free length at which a lump of grease is in each pose.
+        mass_places: share of the free length at which a lump of grease is in each pose, or up
+            to which a cord is wet.
         contrast_depth: below the surface over which what was soaked falls to a third [m].
         clamp_shares: how much of `clamp_compliance` there is in each pose; empty: all of it.
         region_second: share of the free length from which on, up to `region_from`, a second
@@ -143,6 +145,15 @@ class LaterFaults:
         flattened: share by which the true body is wider at the tip than the stated one; it is as
             much thinner there.
         combed: by how much the odd rows of an image are shifted to the right [px].
+        contrast_creases: shares of the free length at which a body was creased.
+        contrast_width: share of the free length over which a crease's contrast falls to a third.
+        region_shares: how much of `region_bias` is there in each pose; empty: all of it.
+        curvature_prop: share of the moment at the clamp that a block below the tip took away.
+        reeled: steady pull of a reel's cord on the tip [N].
+        droplet: by how much a drop on the window shifts what is behind it away from its middle,
+            at most [px].
+        droplet_at: where that middle is, from the image's principal point [px].
+        droplet_width: how far from there it shifts most [px].
     """
 
     stiffening_slant: float = 0.0
@@ -250,3 +261,11 @@ class LaterFaults:
     curvature_parts: tuple[tuple[float, float], ...] = ()
     flattened: float = 0.0
     combed: float = 0.0
+    contrast_creases: tuple[float, ...] = ()
+    contrast_width: float = 1.0
+    region_shares: tuple[float, ...] = ()
+    curvature_prop: float = 0.0
+    reeled: float = 0.0
+    droplet: float = 0.0
+    droplet_at: tuple[float, float] = (0.0, 0.0)
+    droplet_width: float = 1.0

@@ -40,6 +40,9 @@ def lay_on_plane(
     normal = np.array(faults.contact_normal)
     if faults.contact_form == 'vee':
         faults = replace(faults, contact_at=_below_tip(setup, faults)[2])
+    if faults.contact_form == 'pipe':
+        aside = _below_tip(setup, faults)[2]
+        faults = replace(faults, contact_at=aside + faults.contact_at)
     if faults.contact_form in ('dish', 'cushion', 'crate', 'flap'):
         ahead, _, aside = _below_tip(setup, faults)
         ahead, aside = ahead + faults.contact_ahead, aside + faults.contact_at
@@ -112,8 +115,9 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
     root = highest_tops(placed, faults)
     lift = 1e-3 * (faults.contact_height or 0.0)
     is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
-    # A bar, or a block, lies under a part of the body that is not at the root.
-    clear = is_clear or faults.contact_form in (*ROUND, *OUTER)
+    # A bar, or a block, lies under a part of the body that is not at the root; a pipe is long.
+    is_pipe = faults.contact_form == 'pipe'
+    clear = is_clear or (faults.contact_form in (*ROUND, *OUTER) and not is_pipe)
     return lows, bool(shares[0] > 0.5) and clear
 
 

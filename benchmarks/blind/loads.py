@@ -144,6 +144,9 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
         middle = 0.5 * (len(setup.observations) - 1)
         share = 1.0 + 0.3 * (setup.pose_number(observation) - middle)
         return np.asarray(object_from_world @ _tilt(faults, share) @ down)
+    if faults.tilt_form == 'rocking':
+        share = faults.tilt_shares[setup.pose_number(observation)]
+        return np.asarray(object_from_world @ _tilt(faults, share) @ down)
     if faults.tilt_form == 'castors':
         turned = np.deg2rad(faults.tilt_turn) * setup.pose_number(observation)
         room = rotation(np.array([0.0, turned, 0.0]))

@@ -95,6 +95,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'sponge': (_MASS_REACH, 0.0),
         # And how far a lump has oozed.
         'oozing': (_MASS_REACH, 0.0),
+        # And how far a cord is wet.
+        'wicking': (_MASS_REACH, 0.0),
     }
     return forms[faults.mass_form]
 

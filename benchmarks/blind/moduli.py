@@ -47,6 +47,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
             share, 2.0 * points[:, 2] / setup.shape.section[1], faults.contrast_at
         ),
         'soaked': _soaked(setup, faults, share, points),
+        'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),
         'cored': (in_core(setup, points) & (share < faults.contrast_at)).astype(float),
@@ -129,6 +130,18 @@ def soaked_share(share: FloatArray, below: FloatArray, at: float, depth: float) 
         depth: over which there is a third as much [m].
     """
     return np.asarray(np.exp(-np.maximum(below, 0.0) / depth) * (share > at))
+
+
+def crease_share(share: FloatArray, creases: tuple[float, ...], width: float) -> FloatArray:
+    """Return how much a body suffered that was folded, 1 amid a crease.
+
+    Args:
+        share: of the free length, any shape.
+        creases: shares at which it was folded; each adds to the others.
+        width: share over which that falls to a third on either side.
+    """
+    away = (np.asarray(share)[..., None] - np.array(creases)) / width
+    return np.asarray(np.exp(-(away**2)).sum(axis=-1))
 
 
 def _soaked(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

@@ -6,8 +6,9 @@ Short ones in all directions, which lie in waves until they are drawn straight; 
 braid, which cross the body aslant and resist a pull by its exponential; or loops of a knitted
 sleeve, along the body and near its surface; or rows of beads along it, which resist a push; or
 threads along it and near its surface, which are loose until they are drawn taut; or the coils of
-a spring there, which touch once they are pressed together. On the upper side alone a fabric
-resists a pull, and the sides of its cracks a push.
+a spring there, which touch once they are pressed together; or a hose of interlocked strips there,
+which have play either way. On the upper side alone a fabric resists a pull, and the sides of its
+cracks a push.
 """
 
 from dataclasses import replace
@@ -53,6 +54,11 @@ def reinforced(
         is_coil, begin = faults.stiffening_form == 'coils', faults.stiffening_from
         loose = Fibres(outer, _ALONG, slack=not is_coil, pressed=is_coil, loose=begin)
         return replace(numbers, network=(loose,))
+    if faults.stiffening_form == 'interlocked' and faults.stiffening:
+        hose, play = faults.stiffening * modulus / 8.0, faults.stiffening_from
+        hose = hose * (np.asarray(outward) > _KNIT_FROM)
+        drawn = Fibres(hose, _ALONG, slack=True, loose=play)
+        return replace(numbers, network=(drawn, replace(drawn, slack=False, pressed=True)))
     if faults.stiffening_form == 'beaded' and faults.stiffening:
         rows = faults.stiffening * modulus / (24.0 * _DRAWN)
         return replace(numbers, network=(Fibres(rows, _ALONG, pressed=True, knit=True),))

@@ -99,7 +99,8 @@ def _seen(
     depth = depth + _jump(rendering, faults) + _bleeding(rendering, faults)
     depth = depth + _trailing(rendering, faults)
     tip = _painted(tip_part(rendering.labels), faults) * rendering.facing**faults.region_gloss
-    depth = depth + 1e-3 * faults.region_bias * tip
+    glows = _glowing(setup, observation, faults)
+    depth = depth + 1e-3 * faults.region_bias * glows * tip
     depth = np.maximum(depth, _least_depth(faults))
     return replace(rendering, depth=_miscounted(_in_steps(depth, faults), faults))
 
@@ -223,6 +224,11 @@ def _border(setup: Setup, observation: Observation, faults: Faults) -> float:
     return places[setup.pose_number(observation)] if places else faults.region_from
 
 
+def _glowing(setup: Setup, observation: Observation, faults: Faults) -> float:
+    """Return how much of a region's error is there in a pose."""
+    return faults.region_shares[setup.pose_number(observation)] if faults.region_shares else 1.0
+
+
 def _focused(setup: Setup, observation: Observation, faults: Faults) -> float:
     """Return how much of the error of scale and middle is there in a pose."""
     return faults.focus_shares[setup.pose_number(observation)] if faults.focus_shares else 1.0
@@ -241,6 +247,7 @@ def _true_intrinsics(camera: Camera, faults: Faults, focused: float) -> Camera:
         wobble=(faults.wobble, faults.wobble_period, faults.wobble_phase),
         skew=faults.skewed,
         tilt=faults.imager_tilt,
+        drop=(*faults.droplet_at, faults.droplet, faults.droplet_width),
     )
 
 

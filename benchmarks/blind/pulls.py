@@ -10,7 +10,7 @@ from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
 
 MAGNETIC_FROM = 0.6  # Share of the free length from which on a body is drawn by a magnet.
-_TIED = 0.97  # Share from which on nodes are tied to a tether.
+_TIED = 0.97  # Share from which on nodes are tied to a tether, or to the cord of a reel.
 
 
 def pulls(
@@ -37,6 +37,9 @@ def pulls(
         # As much at the distance where it is stated.
         stiffness = faults.tether / (faults.pull_distance - slack) * tied / tied.sum()
         found.append(tether(point, stiffness, slack))
+    if faults.reeled:
+        tied = (shares > _TIED).astype(float)
+        found.append(reel(point, faults.reeled * tied / tied.sum()))
     return tuple(found)
 
 
@@ -88,6 +91,28 @@ def magnet(point: FloatArray, strength: FloatArray) -> PotentialLaw:
             energy=-float((strength / distance).sum()),
             gradient=(strength / distance**2)[:, None] * unit,
             diagonal=(strength / distance**3)[:, None, None] * (np.eye(3) - 3.0 * outer),
+        )
+
+    return energy
+
+
+def reel(point: FloatArray, forces: FloatArray) -> PotentialLaw:
+    """Return the cord of a reel, which pulls towards a point as hard at all distances.
+
+    Args:
+        point: [m], shape (3,).
+        forces: of each node's part [N], shape (N,).
+    """
+
+    def energy(positions: FloatArray) -> Potential:
+        away = positions - point
+        distance = np.linalg.norm(away, axis=1)
+        unit = away / distance[:, None]
+        outer = unit[:, :, None] * unit[:, None, :]
+        return Potential(
+            energy=float((forces * distance).sum()),
+            gradient=forces[:, None] * unit,
+            diagonal=(forces / distance)[:, None, None] * (np.eye(3) - outer),
         )
 
     return energy

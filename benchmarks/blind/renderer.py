@@ -34,6 +34,8 @@ class Camera:
         wobble: amplitude [px], period [px] and phase [rad] of how columns swing over the rows.
         skew: by how much columns are shifted over the rows, from the middle one on [-].
         tilt: of the imager behind its lens, about its x and y [rad].
+        drop: of a drop on the window: its middle's column and row from the principal point, by
+            how much it shifts at most, and how far from its middle that is [px].
     """
 
     width: int
@@ -47,6 +49,7 @@ class Camera:
     wobble: tuple[float, float, float] = (0.0, 1.0, 0.0)
     skew: float = 0.0
     tilt: tuple[float, float] = (0.0, 0.0)
+    drop: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return column and row of points (..., 3) [px], shape (..., 2)."""
@@ -68,7 +71,32 @@ class Camera:
             columns = columns + amount * np.sin(2.0 * np.pi * rows / period + phase)
         if self.skew:
             columns = columns + self.skew * (rows - self.cy)
+        if self.drop[2]:
+            aside, down = through_drop(columns - self.cx, rows - self.cy, self.drop)
+            columns, rows = self.cx + aside, self.cy + down
         return np.stack([columns, rows], axis=-1)
+
+
+def through_drop(
+    across: FloatArray, down: FloatArray, drop: tuple[float, float, float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Return where in an image places are seen that lie behind a drop.
+
+    A drop is round and thick in its middle: it bends rays by its slope, away from there or, where
+    the shift is negative, towards it, which falls by the exponential of the square of the way.
+
+    Args:
+        across: of places without it, from the principal point [px], any shape.
+        down: likewise.
+        drop: its middle, the largest shift, and how far from its middle that is [px].
+
+    Returns:
+        Places with it, the shape of `across` each.
+    """
+    x, y, most, width = drop
+    away, below = (across - x) / width, (down - y) / width
+    shift = most * np.exp(0.5 - 0.5 * (away**2 + below**2))
+    return across + shift * away, down + shift * below
 
 
 def on_tilted(

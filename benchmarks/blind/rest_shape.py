@@ -61,18 +61,15 @@ def stress_free_nodes(nodes: FloatArray, shape: Shape, faults: Faults) -> FloatA
     if faults.curvature_form == 'kink':
         begin, end = faults.curvature_at - 0.5 * _KINK, faults.curvature_at + 0.5 * _KINK
         return _bent_in_parts(nodes, shape, [(begin, end, curvature / _KINK)])
-    if faults.curvature_form == 'folded':
-        return _bent_in_parts(nodes, shape, _folds(curvature, faults))
-    if faults.curvature_form == 'crammed':
-        return _bent_in_parts(nodes, shape, _corners(curvature, faults))
+    if faults.curvature_form in _IN_PARTS:
+        parts = _IN_PARTS[faults.curvature_form](curvature, faults)
+        return _bent_in_parts(nodes, shape, parts)
     if faults.curvature_form == 'jumbled':
         return _bent_in_parts(nodes, shape, _jumble(curvature, faults.curvature_parts))
     if faults.curvature_form == 'wavy':
         return _bent_in_parts(nodes, shape, _waves(curvature, faults.curvature_waves))
     if faults.curvature_form == 'overhanging':
         return _bent_in_parts(nodes, shape, _overhung(curvature, faults.curvature_at))
-    if faults.curvature_form in ('draped', 'weighed down'):
-        return _bent_in_parts(nodes, shape, _supported(curvature, faults))
     if faults.curvature_form in ('S', 'middle', 'helix', *_RATES):
         return _bent_in_parts(nodes, shape, _parts(curvature, faults.curvature_form))
     if faults.curvature_form == 'twist':
@@ -172,6 +169,25 @@ def _supported(curvature: FloatArray, faults: Faults) -> list[tuple[float, float
     return found
 
 
+def _propped(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body whose tip lay on a block, which bore a part of its weight.
+
+    By the moment of an even load less that of the block, so that the outer part is bent the other
+    way. The tip is as far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        faults: say how much of the clamp's moment the block takes away.
+    """
+    prop, found = faults.curvature_prop, []
+    lever = 0.25 - prop / 3.0
+    for number in reversed(range(_PARTS)):
+        begin, end = number / _PARTS, (number + 1) / _PARTS
+        left = 1.0 - 0.5 * (begin + end)
+        found.append((begin, end, 0.5 / lever * (left**2 - prop * left) * curvature))
+    return found
+
+
 def _waves(curvature: FloatArray, count: float) -> list[tuple[float, float, FloatArray]]:
     """Return parts of a body that lay on ridges: it is bent by the sine, the outer one first.
 
@@ -234,6 +250,16 @@ def _sagged(share: float) -> float:
 
 # How much of a curvature is there at a share of the free length.
 _RATES = {'set': _hung, 'trestles': _sagged, 'coiled': _coiled, 'buckled': _buckled}
+
+
+# Parts that a body is bent in, by the curvature and the faults.
+_IN_PARTS = {
+    'folded': _folds,
+    'crammed': _corners,
+    'draped': _supported,
+    'weighed down': _supported,
+    'propped': _propped,
+}
 
 
 def _bent_in_parts(

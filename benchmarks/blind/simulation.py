@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks.blind.body import Body, IntArray, spread
 from benchmarks.blind.clamps import (
     crept,
+    flowed,
     lagged,
     settle_clamped,
     settle_in_foam,
@@ -49,6 +50,7 @@ from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.sponge import sponge_masses
 from benchmarks.blind.wear import worn
+from benchmarks.blind.wick import wick_masses
 
 _GLUED_CELLS = 4  # Along what is held, where glue holds its lower face alone.
 _RUB_TOLERANCE = 1e-6  # Of the way between two rounds of friction [m].
@@ -58,11 +60,13 @@ _BY_POSE = {
     'drying': cloth_masses,
     'sponge': sponge_masses,
     'oozing': oozed_masses,
+    'wicking': wick_masses,
 }
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
     'rubbing': lambda turn, faults: lagged(turn, faults.clamp_compliance, faults.clamp_rub),
     'creeping': lambda turn, faults: crept(turn, faults.clamp_compliance, faults.clamp_crept),
+    'waxed': lambda turn, faults: flowed(turn, faults.clamp_compliance),
 }
 # How what a clamp stands on gives way to force and moment.
 _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
@@ -290,7 +294,7 @@ def _pressing(
 def _stayed(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
 ) -> FloatArray:
-    """Return the turn at which a clamp that rubs or creeps was left by the poses before [rad]."""
+    """Return the turn at which a clamp that keeps it was left by the poses before [rad]."""
     turn = np.zeros(3)
     for before in setup.observations[: setup.pose_number(observation)]:
         load = load_in_pose(specimen, setup, before, faults)

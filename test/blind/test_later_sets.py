@@ -45,6 +45,8 @@ from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS, TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
+from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS, TWENTYSECOND_PAIRS
+from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 
 COUNTS = {
     'sixth': {'clean': 300, 'form': 24, 'pair': 12, 'outside': 12},
@@ -63,6 +65,7 @@ COUNTS = {
     'nineteenth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyfirst': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentysecond': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -131,6 +134,13 @@ OWN = {
         TWENTYFIRST_PAIRS,
         TWENTYFIRST_OUTSIDE,
         frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'twentysecond': Own(
+        TWENTYSECOND_FORMS,
+        TWENTYSECOND_PAIRS,
+        TWENTYSECOND_OUTSIDE,
+        frozenset({'load', 'sensor'}),
         3,
     ),
 }

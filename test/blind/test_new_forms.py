@@ -44,6 +44,8 @@ from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
+from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
+from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 
 Depths = Callable[[Faults, int], np.ndarray]
 # What makes each form the library's again; contacts, laws and another mesh have their own tests.
@@ -119,6 +121,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/leashed': {'clamp_scatter': ()},
     'gravity_tilt/braking': {'tilt_form': 'tilt'},
     'rest_curvature/jumbled': {'curvature_form': 'arc'},
+    'added_mass/wicking': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/creased': {'contrast_mode': 'split'},
+    'compliant_clamp/waxed': {'clamp_form': 'turn'},
+    'clamp_offset/runout': {'clamp_scatter': ()},
+    'gravity_tilt/rocking': {'tilt_form': 'tilt'},
+    'rest_curvature/propped': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -163,6 +171,8 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/flared': {'depth_form': 'affine'},
     'depth_bias_by_region/two-tone': {'region_second': 0.0},
     'camera_offset/hunting': {'camera_scatter': ()},
+    'depth_affine/warped': {'depth_form': 'affine'},
+    'depth_bias_by_region/luminous': {'region_shares': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -183,6 +193,7 @@ OTHERS = {
     'contact_plane/knob',
     'contact_plane/mat',
     'contact_plane/pan',
+    'contact_plane/pipe',
     'contact_plane/roll',
     'contact_plane/rope',
     'contact_plane/step',
@@ -192,6 +203,7 @@ OTHERS = {
     'strain_stiffening/braided',
     'strain_stiffening/coils',
     'strain_stiffening/hart_smith',
+    'strain_stiffening/interlocked',
     'strain_stiffening/knitted',
     'strain_stiffening/recruited',
     'strain_stiffening/threaded',
@@ -213,6 +225,7 @@ CAUSES = {
     **NINETEENTH_OUTSIDE,
     **TWENTIETH_OUTSIDE,
     **TWENTYFIRST_OUTSIDE,
+    **TWENTYSECOND_OUTSIDE,
 }
 
 
@@ -224,7 +237,7 @@ def test_every_form_is_checked_here() -> None:
     earlier = (*SEVENTH_FORMS, *EIGHTH_FORMS, *NINTH_FORMS, *TENTH_FORMS)
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
-    newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS)
+    newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -243,6 +256,7 @@ def test_every_form_is_checked_here() -> None:
         (NINETEENTH_FORMS, {'gravity_tilt'}),
         (TWENTIETH_FORMS, {'strain_stiffening'}),
         (TWENTYFIRST_FORMS, {'strain_stiffening'}),
+        (TWENTYSECOND_FORMS, {'camera_offset'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

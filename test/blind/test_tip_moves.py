@@ -129,6 +129,17 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentysecond': (
+        (
+            'added_mass/wicking',
+            'stiffness_contrast/creased',
+            'compliant_clamp/waxed',
+            'clamp_offset/runout',
+            'gravity_tilt/rocking',
+            'rest_curvature/propped',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
