@@ -22,12 +22,14 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
     placed_by_pixels,
     with_borders,
     with_material_boundary,
+    with_parts,
 )
-from diffcal_ros.diagnosis.detection.material_strip import find_strip
+from diffcal_ros.diagnosis.detection.material_parts import find_parts
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
+from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.noise_model import noise_of
@@ -224,32 +226,40 @@ def fit_nominal(
     # Of several poses patches are fitted anew once it is known what to fit them by.
     is_brief = evaluator.tells_smooth_error
     nominal = _fit_patches(evaluator, robust, _BRIEF if is_brief else MAX_ITERATIONS)
-    seen = None if knows_boundary(scene) else _with_borders(evaluator, nominal)
-    if seen is not None:
-        # The model stays what it is, and so does its fit: no effect is in it yet.
-        model = model.with_parameters(seen, model.parameters)
-        strange = evaluator.left_out
-        evaluator = make_patch_evaluator(model, nominal.coordinates)
-        # What few patches show of a band beside its borders is no strange thing before the body.
-        evaluator = evaluator.without(strange)
-        # Along the border nothing is compared from now on.
-        nominal = refit(evaluator, nominal.coordinates, max_iterations=1)
-    return evaluator, nominal
+    if knows_boundary(scene):
+        return evaluator, nominal
+    return _with_borders(evaluator, nominal)
 
 
-def _with_borders(evaluator: PatchEvaluator, nominal: Refit) -> Scene | None:
-    """Return a scene that knows where materials end; None where patches do not show that."""
+def _with_borders(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchEvaluator, Refit]:
+    """Return evaluator and fit of a scene that knows where materials end, if patches show that."""
     scene = evaluator.model.scene
     found, left = find_bands(evaluator, nominal)
-    strip = find_strip(evaluator, nominal, left)
-    if strip is not None:
-        return with_borders(scene, strip.borders, strip.settings)
+    parts = find_parts(evaluator, nominal, left)
+    if parts:
+        known = _knowing(with_parts(scene, parts), evaluator, nominal)
+        return _knowing(with_parts(scene, settled_parts(*known, parts)), evaluator, nominal)
     if not found:
         at = find_depth_discontinuity(evaluator, nominal)
         if at is None:
-            return None
+            return evaluator, nominal
         found = (at,)
-    return with_borders(scene, placed_by_pixels(evaluator, nominal.coordinates, found))
+    placed = placed_by_pixels(evaluator, nominal.coordinates, found)
+    return _knowing(with_borders(scene, placed), evaluator, nominal)
+
+
+def _knowing(
+    scene: Scene, evaluator: PatchEvaluator, nominal: Refit
+) -> tuple[PatchEvaluator, Refit]:
+    """Return evaluator and fit of a scene that knows where materials end.
+
+    The model stays what it is, and so does its fit: no effect is in it yet.
+    """
+    model = evaluator.model.with_parameters(scene, evaluator.model.parameters)
+    # What few patches show of a band beside its borders is no strange thing before the body.
+    found = make_patch_evaluator(model, nominal.coordinates).without(evaluator.left_out)
+    # Along the border nothing is compared from now on.
+    return found, refit(found, nominal.coordinates, max_iterations=1)
 
 
 def _are_watched(scene: Scene, observations: Sequence[Observation]) -> bool:

@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.effects import bands, strips
+from diffcal_ros.effects import bands, surface_parts
 from diffcal_ros.effects.along_body import at_share, hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import FitsSeen, SeenPixels, Site
@@ -20,8 +20,27 @@ _WAYS = {
     **{f'side_{axis}': f', on the side of {axis}' for axis in 'ab'},
     **{f'facing_{axis}': f', where it faces {axis}' for axis in 'ab'},
 }
+# What a further part of the surface is read by besides.
+_PART = 'part_'
 # So steep is the border of a side, in units of the half width.
 _STEEP = 3.0
+
+
+def _of_form(name: str, where: str) -> Component:
+    return Component(name, 'm', -0.05, 0.05, 0.005, 'mm', 1e3, where=where)
+
+
+_FORMS = (
+    *(
+        _of_form(f'{way}_{place + 1}', f'{at_share(at)}{words}')
+        for place, at in enumerate(_ALONG)
+        for way, words in _WAYS.items()
+    ),
+    *(
+        _of_form(f'{_PART}{number}', f'in part {number}')
+        for number in range(2, bands.MOST_BANDS + 1)
+    ),
+)
 
 # Steps of depth that lead to the same fit [m].
 _SAME_STEP = 0.003
@@ -43,28 +62,22 @@ class DepthBiasByRegion(Effect):
     sentence = 'the depth camera reads one of the materials too far or too near'
     settles = ('both materials flat on one plane',)
     twins = ('camera_offset', 'clamp_offset')
-    settings = {**bands.SETTINGS, **strips.SETTINGS}  # noqa: RUF012
+    settings = {**bands.SETTINGS, **surface_parts.SETTINGS}  # noqa: RUF012
     has_boundary = True
     form = 'the error is another one along and across the body'
-    forms = tuple(
-        Component(
-            f'{way}_{place + 1}',
-            'm',
-            -0.05,
-            0.05,
-            0.005,
-            'mm',
-            1e3,
-            where=f'{at_share(at)}{words}',
-        )
-        for place, at in enumerate(_ALONG)
-        for way, words in _WAYS.items()
-    )
+    forms = _FORMS
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
         """Return where it reads too far."""
         if component == 'bias':
-            return seen.is_second.astype(np.float64)
+            if seen.parts is None or seen.times is None:
+                return seen.is_second.astype(np.float64)
+            return np.asarray(seen.parts @ seen.times)
+        if component.startswith(_PART):
+            number = int(component.removeprefix(_PART))
+            if seen.parts is None or seen.parts.shape[-1] < number:
+                return np.zeros_like(seen.depth)
+            return seen.parts[..., number - 1].astype(np.float64)
         if seen.places is None or seen.sides is None:
             return np.zeros_like(seen.depth)
         way, _, place = component.rpartition('_')
@@ -75,6 +88,14 @@ class DepthBiasByRegion(Effect):
             return error * seen.sides[..., 'ab'.index(way[-1])]
         across = seen.places[..., 1 + 'ab'.index(way[-1])]
         return error * (np.clip(_STEEP * across, -1.0, 1.0) if 'side' in way else across)
+
+    def part_forms(self, count: int) -> tuple[str, ...]:
+        """One of each part after the first."""
+        return tuple(f'{_PART}{number}' for number in range(2, count + 1))
+
+    def limits_of(self, setting: str) -> tuple[float, float]:
+        """Return what a setting may be."""
+        return surface_parts.setting_limits(setting)
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """`a` and `b` are axes in the object's frame."""

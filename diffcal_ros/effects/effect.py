@@ -75,7 +75,7 @@ class Effect:
         twins: effects that may look the same.
         outside_twins: causes outside the library that do, in words.
         settings: fixed numbers that go with it, with their defaults.
-        setting_limits: what each of them may be.
+        setting_limits: what each of them may be; see `limits_of`.
         fit_name: what a fit calls it; its identifier by default.
         kind: what its parameters act on, for a fit.
         form_kind: what those of its forms act on.
@@ -265,6 +265,18 @@ class Effect:
             screened: the one of `screened_at` from which it starts; None: it has none.
         """
         return [{}]
+
+    def limits_of(self, setting: str) -> tuple[float, float]:
+        """Return what a setting may be; all of them the same without a word."""
+        return self.setting_limits
+
+    def part_forms(self, count: int) -> tuple[str, ...]:
+        """Return amplitudes of what parts of the surface after the first are besides, see `forms`.
+
+        Args:
+            count: of all parts.
+        """
+        return ()
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
         """Return points [m] and unit vectors that its numbers refer to, by name, (3,) each."""

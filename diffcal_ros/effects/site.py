@@ -96,6 +96,9 @@ class SeenPixels:
         sides: which way the surface of the body at rest faces: its unit normal by the body's axes
             across it, shape (..., 2); None: they show something else, or nobody asks.
         locate: finds `places`; None: likewise.
+        parts: in which parts of the surface they are, see `surface_parts`, shape (..., p); None:
+            materials end where regions do, or nobody asks.
+        times: how many times as much each part adds as the first, shape (p,).
     """
 
     depth: FloatArray
@@ -104,6 +107,8 @@ class SeenPixels:
     facing: FloatArray | None = None
     sides: FloatArray | None = None
     locate: Callable[[], FloatArray] | None = None
+    parts: BoolArray | None = None
+    times: FloatArray | None = None
 
     @cached_property
     def places(self) -> FloatArray | None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.sensor_model import SensorModel, SurfacePlaces
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
-from diffcal_ros.effects import bands, strips
+from diffcal_ros.effects import surface_parts
 from diffcal_ros.effects.effect import Effect, Numbers
 from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
@@ -191,7 +191,7 @@ class EffectModel:
         stated = self._scene.effects.get(seen_boundary().identifier)
         if self._tets.is_second is not None or stated is None:
             return surface
-        return replace(surface, borders=bands.borders(stated), limits=strips.limits(stated))
+        return replace(surface, parts=surface_parts.parts_of(stated))
 
 
 def _add(own: dict[str, float], parameter: Parameter, more: float) -> None:

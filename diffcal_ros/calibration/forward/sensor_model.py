@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import cache
 
 from diffcal_ros.depth.trace import Trace
-from diffcal_ros.effects import bands, strips
 from diffcal_ros.effects.effect import Numbers
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels
+from diffcal_ros.effects.surface_parts import SurfacePart
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,8 +45,6 @@ class SensorModel:
 
 
 EXACT_SENSOR = SensorModel()
-# What is farther out than so many half widths is a face alone.
-_EDGE = 0.95
 
 
 @dataclass(frozen=True)
@@ -58,26 +56,18 @@ class SurfacePlaces:
         corners: where on the body at rest those of the triangles are, see `BodyAxes.on_surface`,
             shape (F, 3, 3); None: they are none of a body.
         sides: which way the triangles face, see `SeenPixels`, shape (F, 2); None: likewise.
-        borders: where materials end along it, see `bands`; empty: where elements do.
-        limits: within which the second one is across it, see `strips`, shape (2, 2); None: all.
+        parts: of the second material; empty: it is where elements are of it.
     """
 
     is_second: NDArray[np.bool_]
     corners: FloatArray | None = None
     sides: FloatArray | None = None
-    borders: tuple[float, ...] = ()
-    limits: FloatArray | None = None
+    parts: tuple[SurfacePart, ...] = ()
 
     @property
     def places(self) -> FloatArray | None:
         """Where the middles of the triangles are, as `corners`, shape (F, 3)."""
         return None if self.corners is None else self.corners.mean(axis=1)
-
-    @property
-    def limits_within(self) -> list[list[float]]:
-        """Limits across each axis that are on the faces there, and not at their edges."""
-        own = np.full((2, 2), np.inf) if self.limits is None else self.limits
-        return [[limit for limit in way if abs(limit) < _EDGE] for way in own.tolist()]
 
     def seen(
         self, trace: Trace, directions: FloatArray, pixels: NDArray[np.int32] | None = None
@@ -102,11 +92,11 @@ class SurfacePlaces:
             places[on] = self.places_at(trace, faces[on], directions[on])
             return places
 
-        if self.borders:
-            places = locate()[on]
-            is_second[on] = bands.is_between(places[:, 0], self.borders)
-            if self.limits is not None:
-                is_second[on] &= strips.is_within(places[:, 1:], self.limits)
+        parts = None
+        if self.parts:
+            parts = np.stack([own.holds(locate()) for own in self.parts], axis=-1)
+            parts &= on[..., None]
+            is_second = np.asarray(parts.any(axis=-1))
         return SeenPixels(
             depth,
             is_second,
@@ -114,6 +104,8 @@ class SurfacePlaces:
             trace.facing[shown],
             None if self.sides is None else self.sides[shown],
             None if self.corners is None else locate,
+            parts,
+            np.array([own.times for own in self.parts]),
         )
 
     def places_at(

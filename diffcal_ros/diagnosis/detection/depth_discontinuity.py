@@ -88,6 +88,26 @@ class Jumps:
         sizes = np.einsum('ms,ms->m', signs @ self.products, signs)
         return explained(signs @ self.pulls, sizes)
 
+    def beside(self, signs: FloatArray) -> 'Jumps':
+        """Return what is seen once a sum of jumps has followed what it may.
+
+        Args:
+            signs: by how much each jump is in it, shape (s,).
+        """
+        done, pull = self.products @ signs, float(signs @ self.pulls)
+        size = float(signs @ done) + 1.0 / _usual_height() ** 2
+        return Jumps(
+            self.products - np.outer(done, done) / size,
+            self.pulls - done * pull / size,
+            self.whole - pull**2 / size,
+        )
+
+    def heights(self) -> tuple[FloatArray, float]:
+        """Return the heights of all jumps together [m], shape (s,), and what they leave."""
+        known = np.eye(len(self.pulls)) / _usual_height() ** 2
+        found = np.asarray(np.linalg.solve(self.products + known, self.pulls), dtype=np.float64)
+        return found, self.whole - float(found @ self.pulls)
+
 
 def explained(pulls: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return what jumps explain of chi-square, and their heights [m], (m,) each.
@@ -96,9 +116,13 @@ def explained(pulls: FloatArray, sizes: FloatArray) -> tuple[FloatArray, FloatAr
         pulls: of each of one metre with what is left [1/m], shape (m,).
         sizes: of what each does, squared [1/m^2], shape (m,).
     """
-    (jump,) = seen_boundary().components
-    heights = pulls / (sizes + 1.0 / jump.scale**2)
+    heights = pulls / (sizes + 1.0 / _usual_height() ** 2)
     return heights * pulls, heights
+
+
+def _usual_height() -> float:
+    (jump,) = seen_boundary().components
+    return jump.scale
 
 
 def softened(signs: FloatArray, reach: int) -> FloatArray:

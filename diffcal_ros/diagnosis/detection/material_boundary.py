@@ -9,6 +9,7 @@ from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
 from diffcal_ros.effects.registry import boundary_effects, seen_boundary
+from diffcal_ros.effects.surface_parts import part_settings, SurfacePart
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -54,20 +55,31 @@ def with_material_boundary(
     return with_borders(scene, (at,))
 
 
-def with_borders(
-    scene: Scene, places: Sequence[float], limits: Mapping[str, float] | None = None
-) -> Scene:
+def with_borders(scene: Scene, places: Sequence[float]) -> Scene:
     """Return a scene whose effects of two materials have their borders at shares.
 
     Args:
         scene: that knows none.
         places: shares of the free length.
-        limits: settings of the part across that a depth camera reads otherwise, see `strips`.
     """
     settings = bands.band_settings(places)
     own = {effect.identifier: dict(settings) for effect in boundary_effects()}
-    own[seen_boundary().identifier].update(limits or {})
     return replace(scene, effects={**scene.effects, **own})
+
+
+def with_parts(scene: Scene, parts: Sequence[SurfacePart]) -> Scene:
+    """Return a scene whose depth camera reads parts of the surface otherwise.
+
+    Effects of two materials whose borders are elements' have them where the first part has.
+
+    Args:
+        scene: that knows none.
+        parts: the first one is as high as the effect says.
+    """
+    ends = [end for end in (parts[0].begin, parts[0].end) if end < 1.0]
+    found = with_borders(scene, ends)
+    own = {seen_boundary().identifier: part_settings(parts)}
+    return replace(found, effects={**found.effects, **own})
 
 
 def placed_by_pixels(

@@ -10,10 +10,10 @@ border, and what is left there says nothing about the body.
 from collections.abc import Sequence
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.forward.sensor_model import SurfacePlaces
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.residuals.robust_residual import Residuals, ViewComparer
 from diffcal_ros.effects.registry import boundary_effects
+from diffcal_ros.effects.surface_parts import SurfacePart
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -50,7 +50,7 @@ class BoundaryStrip:
         setups = [observation.setup_index for observation in model.observations]
         lengths = [model.effects.object_axes(setup).length for setup in setups]
         self._shares = [
-            min(width / length, _MOST_OF_BAND * _narrowest(comparer.surface.borders))
+            min(width / length, _MOST_OF_BAND * _narrowest(_borders(comparer.surface.parts)))
             for width, length, comparer in zip(self._widths, lengths, comparers, strict=True)
         ]
 
@@ -58,9 +58,9 @@ class BoundaryStrip:
         """Tell which residuals of a view's depth are beside the strip, shape (M,)."""
         comparer = self._comparers[number]
         clear = np.ones(len(depth.indices), dtype=bool)
-        if comparer.surface.borders:
+        if comparer.surface.parts:
             places = comparer.places(view.trace, depth.indices)
-            return self._beside_limits(places, comparer.surface, self._shares[number])
+            return _beside_limits(places, comparer.surface.parts, self._shares[number])
         tracer = view.tracer
         faces = tracer.edge_faces
         is_second = comparer.surface.is_second
@@ -79,29 +79,34 @@ class BoundaryStrip:
         distances, _ = cKDTree(border).query(seen, distance_upper_bound=width)
         return np.asarray(~np.isfinite(distances))
 
-    @staticmethod
-    def _beside_limits(places: FloatArray, surface: SurfacePlaces, share: float) -> BoolArray:
-        """Tell which points are beside the strips along stated borders and limits, shape (n,).
-
-        Args:
-            places: see `BodyAxes.on_surface`, shape (n, 3).
-            surface: states them.
-            share: half width of the strip at each border, as a share of the free length.
-        """
-        borders = np.array(surface.borders)
-        clear = np.asarray(np.abs(places[:, :1] - borders).min(axis=1) > share)
-        for across, own in zip(places[:, 1:].T, surface.limits_within, strict=True):
-            width = _MOST_OF_BAND * _narrowest(own, -1.0)
-            for limit in own:
-                clear &= np.abs(across - limit) > width
-        return clear
-
 
 def knows_boundary(scene: Scene) -> bool:
     """Tell whether a scene has several regions, or states where effects have their boundary."""
     return len(scene.regions) > 1 or any(
         effect.identifier in scene.effects for effect in boundary_effects()
     )
+
+
+def _beside_limits(places: FloatArray, parts: Sequence[SurfacePart], share: float) -> BoolArray:
+    """Tell which points are beside the strips along the limits of parts, shape (n,).
+
+    Args:
+        places: see `BodyAxes.on_surface`, shape (n, 3).
+        parts: of the surface.
+        share: half width of the strip at each border, as a share of the free length.
+    """
+    clear = np.ones(len(places), dtype=bool)
+    for part in parts:
+        width = _MOST_OF_BAND * min(_narrowest(own, -1.0) for own in part.limits_across)
+        inner, outer = part.holds(places, (-share, -width)), part.holds(places, (share, width))
+        clear &= inner | ~outer
+    return clear
+
+
+def _borders(parts: Sequence[SurfacePart]) -> list[float]:
+    """Return where parts begin and end along a body, ascending."""
+    ends = {end for part in parts for end in (part.begin, part.end)}
+    return sorted(end for end in ends if 0.0 < end < 1.0)
 
 
 def _narrowest(borders: Sequence[float], begin: float = 0.0) -> float:

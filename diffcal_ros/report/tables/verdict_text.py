@@ -7,7 +7,7 @@ import math
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect
-from diffcal_ros.effects import bands, strips
+from diffcal_ros.effects import surface_parts
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.naming import shown, title
 
@@ -61,10 +61,8 @@ def effect_words(effect: NamedEffect) -> str:
 
 
 def _place_words(setting: Mapping[str, float]) -> str:
-    across = strips.in_words(setting)
-    if across or 'until' in setting:
-        along = f' at {bands.in_words(setting)} of the length'
-        return f'{along}, across {across} of the width' if across else along
+    if 'until' in setting:
+        return f' at {surface_parts.in_words(setting)}'
     return ''.join(f' at {value:g} of the length' for value in setting.values())
 
 

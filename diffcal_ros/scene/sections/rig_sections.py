@@ -7,7 +7,7 @@ from functools import cache
 import math
 
 from diffcal_ros.camera import PinholeCamera, SHORTEST_FOCAL_LENGTH
-from diffcal_ros.effects import bands, strips
+from diffcal_ros.effects import bands, surface_parts
 from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.model import Masks, RigidOffset
@@ -100,7 +100,7 @@ def _effect_shape(effect: Effect) -> Keys:
         for part in effect.components
     }
     settings: dict[str, Shape] = {
-        name: Number(f'default {usual:g}', Interval(*effect.setting_limits))
+        name: Number(f'default {usual:g}', Interval(*effect.limits_of(name)))
         for name, usual in effect.settings.items()
     }
     about = effect.sentence
@@ -284,7 +284,7 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
                 numbers[part.name] = entry.number(part.name, allowed=reach)
         entry.refuse_unknown()
         if effect.has_boundary:
-            numbers = bands.without_unused(strips.without_unused(numbers))
+            numbers = bands.without_unused(surface_parts.without_unused(numbers))
         found[identifier] = numbers
     section.refuse_unknown()
     return found
