@@ -63,7 +63,9 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
         for hypothesis in models
         if hypothesis is best
         or not (
-            hypothesis.is_at_bound or has_doubtful_effect(hypothesis, nominal, selection.singles)
+            hypothesis.is_at_bound
+            or (len(best.added) > 1 and hypothesis.is_unlike_itself)
+            or has_doubtful_effect(hypothesis, nominal, selection.singles)
         )
     ]
     levels: dict[tuple[str, ...], float] = {}

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.chi_square import chance_beyond
+from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
@@ -148,6 +149,18 @@ class Hypothesis:
     def identifiers(self) -> tuple[str, ...]:
         """Identifiers of the effects, in alphabetical order."""
         return tuple(sorted(candidate.identifier for candidate in self.added))
+
+    @property
+    def is_unlike_itself(self) -> bool:
+        """Tell whether it asks for what stays to be another one in each pose, by far.
+
+        A material, a shape or a load may differ by its usual tolerance. One that has to by more,
+        and leaves more than noise all the same, is hardly it.
+        """
+        if self.judged is None or self.fit.chance_of_noise >= ALPHA:
+            return False
+        stays = any(own.effect.most_by_pose < 1.0 for own in self.added)
+        return stays and self.judged.by_pose > FARTHEST_FORM
 
     @property
     def amplitude_count(self) -> int:

@@ -39,6 +39,7 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
     second_adds,
 )
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
+from diffcal_ros.diagnosis.model_comparison.swapped_pairs import with_swapped
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
@@ -112,7 +113,10 @@ class Selection:
         if not (self.singles and self.pairs):
             return None
         one, two = self._best_of_each()
-        is_more = two.level - one.level > PAIR_GAIN * self.noise_scale
+        # What is in doubt of the one speaks against a second one beside it.
+        is_part = set(one.identifiers) <= set(two.identifiers)
+        level = max(one.level, one.log_evidence) if is_part else one.level
+        is_more = two.level - level > PAIR_GAIN * self.noise_scale
         transfer = np.inf
         if self.added is not None:
             is_more &= self.added.log_evidence > _LEAST_GAIN * self.noise_scale
@@ -182,6 +186,7 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
     pairs: list[Hypothesis] = []
     if with_pairs and singles and _is_poor(pool, singles[0], basis):
         pairs = best_pairs(pool, singles, scores, basis)
+        pairs = with_swapped(pool, pairs, singles, scores, judge_by(basis))
         pairs = with_less_freedom(pool, judged(pairs, basis, is_brief=True), basis)
         pairs = with_those_freed(pool, pairs, basis, singles)
         singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
@@ -215,6 +220,7 @@ def compared(
     singles = sorted(one_of_each(models[: len(singles)]), key=by_evidence)
     pairs = sorted(models[-len(pairs) :] if pairs else [], key=by_evidence)
     scale = _noise_scale([*singles, *pairs])
+    pairs = _believable_first(pairs, scale)
     added = None
     if singles and pairs and basis is not None:
         added = second_adds(singles, pairs[0], basis)
@@ -222,6 +228,20 @@ def compared(
     if added is None:
         return found
     return replace(found, one_and_two=judged_side_by_side(found.leader, pairs[0], basis))
+
+
+def _believable_first(pairs: Sequence[Hypothesis], scale: float) -> list[Hypothesis]:
+    """Return pairs, the best one that is like itself in all poses first, where others are as good.
+
+    Args:
+        pairs: best first.
+        scale: of the noise.
+    """
+    if not pairs or not pairs[0].is_unlike_itself:
+        return list(pairs)
+    least = pairs[0].level - AS_WELL * scale
+    first = next((p for p in pairs if not p.is_unlike_itself and p.level > least), pairs[0])
+    return [first, *(pair for pair in pairs if pair is not first)]
 
 
 def _is_poor(pool: RefitPool, hypothesis: Hypothesis, basis: FormBasis | None) -> bool:

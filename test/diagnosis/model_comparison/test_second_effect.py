@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of, Ways, ways_at
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import Explained, explained
-from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.model_comparison.selection import _believable_first, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
@@ -210,6 +210,61 @@ def test_two_others_that_are_clearly_better_are_needed(selection):
     clear = replace(selection, pairs=(_judged(two, -85.0, two.chi_square),))
     assert clear.rival is None
     assert clear.best is clear.pairs[0]
+
+
+def test_what_is_in_doubt_of_one_speaks_against_a_second_one_beside_it(tilted, pair):
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    # By what it owes to its form, 60, the single one is behind by 12, and by 6 without a doubt.
+    one, added = _judged(tilted, -100.0, 1.5 * noise, 60.0), Explained(20.0, 10.0)
+    for level, is_needed in ((-94.0, False), (-90.0, True)):
+        two = _judged(pair, level, noise)
+        assert two.level - one.level > 8.0
+        found = Selection((one,), (two,), added=added)
+        assert (found.best is two) == is_needed
+
+
+def _another_one(model: Hypothesis, by_pose: float) -> Hypothesis:
+    judged = replace(model.judged, by_pose=by_pose)
+    return replace(model, judged=judged)
+
+
+def test_what_stays_and_is_another_one_in_each_pose_is_hardly_it(screened, tilted):
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    # A fit that leaves more than noise.
+    bad = replace(tilted.fit, chi_square=3.0 * tilted.fit.patch_count)
+    wrong = _judged(replace(tilted, fit=bad), -100.0, 3.0 * noise)
+    assert _another_one(wrong, 0.9).is_unlike_itself
+    assert not _another_one(wrong, 0.3).is_unlike_itself
+    assert not tilted.is_unlike_itself
+    if_noise = replace(tilted, fit=replace(tilted.fit, chi_square=noise))
+    assert not _another_one(_judged(if_noise, -100.0, noise), 0.9).is_unlike_itself
+    moved = _found(screened, 'camera_offset')
+    moved = replace(moved, fit=replace(moved.fit, chi_square=3.0 * moved.fit.patch_count))
+    assert not _another_one(_judged(moved, -100.0, 3.0 * noise), 0.9).is_unlike_itself
+
+
+@pytest.mark.parametrize(('level', 'is_first'), [(-83.0, True), (-90.0, False)])
+def test_of_pairs_as_good_the_one_that_is_like_itself_comes_first(screened, pair, level, is_first):
+    far = replace(pair, fit=replace(pair.fit, chi_square=3.0 * pair.fit.patch_count))
+    best = _another_one(_judged(far, -80.0, far.fit.chi_square), 1.0)
+    bent = _found(screened, 'clamp_offset', 'depth_affine')
+    other = _judged(bent, level, bent.fit.chi_square)
+    found = _believable_first([best, other], 1.0)
+    assert (found[0] is other) == is_first
+    assert {id(model) for model in found} == {id(best), id(other)}
+    assert _believable_first([], 1.0) == []
+
+
+def test_a_pair_that_is_unlike_itself_is_no_rival_of_one_that_is_not(screened, tilted, pair):
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    far = _found(screened, 'clamp_offset', 'rest_curvature')
+    far = replace(far, fit=replace(far.fit, chi_square=3.0 * far.fit.patch_count))
+    unlike = _another_one(_judged(far, -79.0, 3.0 * noise), 1.0)
+    one, two = _judged(tilted, -180.0, noise), _judged(pair, -80.0, noise)
+    choice = choose(Selection((one,), (two, unlike), added=Explained(80.0, 40.0)), *screened[:2])
+    assert choice.hypothesis is two
+    assert choice.confidence > 0.9
+    assert choice.alike == ('depth_affine', 'gravity_tilt')
 
 
 def test_two_others_are_needed_where_the_one_is_refuted(selection):

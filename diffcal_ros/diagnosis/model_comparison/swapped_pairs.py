@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Pairs in which another effect is in the place of one that may only have stood in for it.
+
+Alone a camera that may be elsewhere, whatever its lens, follows what a wrong bias of depth and a
+clamp that gives way do together, better than either of the two. A second effect beside it is the
+clamp then, and the camera stays, for pairs are looked for around the best single effects. With the
+clamp known, and all parameters where that leaves them, the bias explains as much.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from diffcal_ros.calibration.parameters.parameters import Parameter
+from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
+    by_evidence,
+    finished,
+    first_request,
+    Judge,
+)
+from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
+from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
+from diffcal_ros.errors import NotSimulatedError
+import numpy as np
+
+# In the place of an effect is tried what explains so much of what that does, in log evidence, the
+# best of them alone.
+_AS_MUCH, _MOST = 0.8, 1
+
+
+def with_swapped(
+    pool: RefitPool,
+    pairs: Sequence[Hypothesis],
+    singles: Sequence[Hypothesis],
+    scores: Screen,
+    judge: Judge | None,
+) -> list[Hypothesis]:
+    """Return pairs with others that keep one effect of the best one, best first.
+
+    Args:
+        pool: who refit, and what the nominal model is.
+        pairs: best first.
+        singles: models with one effect each, best first.
+        scores: of all candidates at the nominal fit.
+        judge: see `finished`.
+    """
+    if not pairs or not pool.nominal.is_measured:
+        return list(pairs)
+    best, known = pairs[0], {pair.identifiers for pair in pairs}
+    listed = [score.candidate for score in scores.scores]
+    requests = list[RefitRequest]()
+    for kept in best.added:
+        (dropped,) = (own for own in best.added if own is not kept)
+        requests += [
+            _request(best, kept, score, singles)
+            for score in _in_its_place(pool, best, kept, dropped, listed)
+            if _names(kept, score.candidate) not in known
+        ]
+    more = finished(pool, pool.refit_all(requests), rivals=[*singles, *pairs], judge=judge)
+    return sorted([*pairs, *more], key=by_evidence)
+
+
+def _in_its_place(
+    pool: RefitPool,
+    best: Hypothesis,
+    kept: Candidate,
+    dropped: Candidate,
+    listed: Sequence[Candidate],
+) -> list[Score]:
+    """Return what explains about as much beside one effect of a pair as the other one does."""
+    _, evaluator = with_effects(pool.nominal, pool.base, [kept], _freed_of(best, kept))
+    values = best.fit.values_by_name()
+    here = np.array([values[name] for name in evaluator.model.parameters.names])
+    others = [own for own in listed if own.identifier != kept.identifier]
+    try:
+        found = distinct(screen(evaluator, here, others).scores)
+    except NotSimulatedError:
+        return []  # The pair held up what falls without one of its effects.
+    least = next((s for s in found if s.candidate.identifier == dropped.identifier), None)
+    if least is None or least.log_evidence <= 0.0:
+        return []
+    return [
+        score
+        for score in found
+        if score is not least and score.log_evidence > _AS_MUCH * least.log_evidence
+    ][:_MOST]
+
+
+def _request(
+    best: Hypothesis, kept: Candidate, score: Score, singles: Sequence[Hypothesis]
+) -> RefitRequest:
+    """Return the refit of one effect of a pair and what is in the place of the other one."""
+    starts = {**best.fit.values_by_name(), **starts_of(score)}
+    request = first_request([kept, score.candidate], starts, singles)
+    return replace(request, freed=_freed_of(best, kept))
+
+
+def _freed_of(pair: Hypothesis, kept: Candidate) -> tuple[Parameter, ...]:
+    """Return what one effect of a pair is besides."""
+    return tuple(own for own in pair.freed if own.effect == kept.identifier)
+
+
+def _names(*added: Candidate) -> tuple[str, ...]:
+    return tuple(sorted(own.identifier for own in added))
