@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 # What is farther out than so many half widths is a face alone, whose limits are its edges.
-_FACE = 0.95
+FACE = 0.95
 # Of a further part: the first one is read once as far.
 _MOST_TIMES = 5.0
 _ACROSS = {'a_from': 0.0, 'a_until': 1.0, 'b_from': 0.0, 'b_until': 1.0}
@@ -72,14 +72,14 @@ class SurfacePart:
         begin = self.begin - margin[0] if self.begin > 0.0 else 0.0
         end = self.end + margin[0] if self.end < 1.0 else np.inf
         is_along = (along > begin) & (along <= end)
-        moved = margin[1] * (np.abs(self.limits) < _FACE)
+        moved = margin[1] * (np.abs(self.limits) < FACE)
         low, high = (self.limits + moved * (-1.0, 1.0)).T
         return np.asarray(is_along & ((across > low) & (across <= high)).all(axis=-1))
 
     @property
     def limits_across(self) -> list[list[float]]:
         """Limits across each axis that are on the faces there, and not at their edges."""
-        return [[limit for limit in way if abs(limit) < _FACE] for way in self.limits.tolist()]
+        return [[limit for limit in way if abs(limit) < FACE] for way in self.limits.tolist()]
 
 
 def parts_of(settings: Mapping[str, float]) -> tuple[SurfacePart, ...]:

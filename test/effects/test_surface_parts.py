@@ -111,8 +111,8 @@ def test_setting_limits_go_with_what_is_set():
     assert not EFFECTS['stiffness_contrast'].part_forms(3)
 
 
-def test_the_camera_reads_a_part_otherwise_that_is_limited_along_and_across():
-    effect = {'bias': 0.003, 'at': 0.3, 'until': 0.8, 'a_until': 0.7, 'b_until': 0.45}
+def _read_too_far(effect):
+    """Return by how much pixels of a beam are read too far [m], (n,), and where, (n, 3)."""
     scene = replace(beam_scene((6, 2, 2)), effects={'depth_bias_by_region': effect})
     model = ForwardModel(
         scene, [observation(true_depth())], make_parameters(scene, ('youngs_modulus',))
@@ -121,27 +121,24 @@ def test_the_camera_reads_a_part_otherwise_that_is_limited_along_and_across():
     view, comparer = model.views(here)[0], make_comparers(model)[0]
     read = comparer.read(view.trace, model.sensor(here, 0)) - view.trace.depth
     shown = np.flatnonzero(view.trace.faces.ravel() >= 0).astype(np.int32)
-    along, a, b = comparer.places(view.trace, shown).T
+    return read.ravel()[shown], comparer.places(view.trace, shown)
+
+
+def test_the_camera_reads_a_part_otherwise_that_is_limited_along_and_across():
+    effect = {'bias': 0.003, 'at': 0.3, 'until': 0.8, 'a_until': 0.7, 'b_until': 0.45}
+    read, places = _read_too_far(effect)
+    along, a, b = places.T
     part = (along > 0.3) & (along <= 0.8) & (a <= 0.4) & (b <= -0.1)
-    np.testing.assert_allclose(read.ravel()[shown], np.where(part, 0.003, 0.0), atol=1e-12)
+    np.testing.assert_allclose(read, np.where(part, 0.003, 0.0), atol=1e-12)
     assert 50 < part.sum() < 0.4 * len(part)
 
 
 def test_parts_add_up_and_each_may_be_more():
     effect = {'bias': 0.004, 'at': 0.2, 'a_until': 0.5, 'at_2': 0.6, 'times_2': -0.5}
-    scene = replace(
-        beam_scene((6, 2, 2)), effects={'depth_bias_by_region': {**effect, 'part_2': 0.001}}
-    )
-    model = ForwardModel(
-        scene, [observation(true_depth())], make_parameters(scene, ('youngs_modulus',))
-    )
-    here = model.parameters.start()
-    view, comparer = model.views(here)[0], make_comparers(model)[0]
-    read = comparer.read(view.trace, model.sensor(here, 0)) - view.trace.depth
-    shown = np.flatnonzero(view.trace.faces.ravel() >= 0).astype(np.int32)
-    along, a, _ = comparer.places(view.trace, shown).T
+    read, places = _read_too_far({**effect, 'part_2': 0.001})
+    along, a, _ = places.T
     first, second = (along > 0.2) & (a <= 0.0), along > 0.6
-    np.testing.assert_allclose(read.ravel()[shown], 0.004 * first - 0.001 * second, atol=1e-12)
+    np.testing.assert_allclose(read, 0.004 * first - 0.001 * second, atol=1e-12)
     assert min((first & second).sum(), (first & ~second).sum(), (second & ~first).sum()) > 50
 
 

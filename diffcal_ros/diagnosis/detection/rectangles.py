@@ -15,10 +15,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # Limits that are tried: shares of the free length, from the clamp on, and half widths from the
-# middle. Beyond the outermost there are faces alone.
+# middle. Beyond the outermost there are faces alone, see `surface_parts.FACE`.
 ALONG = np.linspace(0.0, 0.96, 25)
-FACE = 0.97
-_ACROSS = np.array([-FACE, *np.linspace(-0.9, 0.9, 19), FACE])
+_EDGE = 0.97
+_ACROSS = np.array([-_EDGE, *np.linspace(-0.9, 0.9, 19), _EDGE])
 FROM = np.array([-np.inf, *_ACROSS])
 _COUNT = len(ALONG) * len(FROM)
 # A limit was chosen among so many: what each has to explain of chi-square, see `material_bands`.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.detection.material_boundary import best_nearby
-from diffcal_ros.effects.surface_parts import SurfacePart
+from diffcal_ros.effects.surface_parts import FACE, SurfacePart
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +22,7 @@ _BENT = 2
 # How far pixels move a limit that patches tell.
 _FARTHEST = (0.05, 0.1)
 # Limits on the surface, along and across: what is farther out is none, or a face's edge.
-_ALONG, _ACROSS = (0.0, 1.0), (-0.96, 0.96)
+_ALONG, _ACROSS = (0.0, 1.0), (-FACE, FACE)
 
 
 def placed_by_pixels(views: Views, part: SurfacePart) -> SurfacePart:
