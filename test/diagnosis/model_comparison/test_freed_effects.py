@@ -286,19 +286,27 @@ def test_the_rival_of_one_that_is_free_is_free_as_well(
 
 
 @pytest.mark.parametrize(
-    ('behind', 'leaning', 'gain', 'is_asked'),
-    [(10.0, 80.0, 30.0, True), (10.0, 20.0, 30.0, False), (30.0, 80.0, 60.0, False)],
+    ('behind', 'leaning', 'left', 'is_asked'),
+    [
+        (30.0, 80.0, 0.0, True),
+        (10.0, 10.0, 0.0, False),
+        (45.0, 80.0, 0.0, False),
+        (40.0, 0.0, 90.0, True),
+        (40.0, 0.0, 60.0, False),
+    ],
 )
-def test_a_rival_is_free_where_what_is_in_doubt_of_its_form_may_decide(
-    screened, basis, monkeypatch, behind, leaning, gain, is_asked
+def test_a_rival_is_free_where_a_form_that_is_fitted_may_bring_it_near(
+    screened, basis, monkeypatch, behind, leaning, left, is_asked
 ):
-    """A tenth of what it owes to forms, for it and against it."""
+    """By 0.4 of what it owes to forms to first order, or as far as leaving noise alone would."""
     monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
     first = _judged(screened, basis, 'camera_offset', 0.05, 0.4)
     scale = max(1.0, first.chi_square_per_patch)
     bend = _judged(screened, basis, 'rest_curvature', 0.02, 0.03, leaning=leaning * scale)
     rival = _likelier(bend, first.level - scale * behind - bend.level)
-    refits = _Refits((scale * gain,))
+    more = rival.judged.freedom + left * scale
+    rival = replace(rival, judged=replace(rival.judged, chi_square=more))
+    refits = _Refits((scale * 60.0,))
     refits.model = rival
     found = freed_effects._with_its_rival_freed(refits, [first, rival], basis)
     assert refits.asked == ([len(EFFECTS['rest_curvature'].forms)] if is_asked else [])
