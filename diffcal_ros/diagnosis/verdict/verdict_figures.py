@@ -25,6 +25,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# Less of its usual size is nothing to speak of.
+_LEAST_OF_FORM = 0.01
+
 
 def named_effects(
     hypothesis: Hypothesis, confidences: Mapping[str, float]
@@ -77,18 +80,23 @@ def of_another_form(hypothesis: Hypothesis) -> list[str]:
     """Say which effects were fitted in another form than the library's, and where it is most."""
     said = []
     for candidate in hypothesis.added:
-        form = form_of(hypothesis, candidate)
-        if form:
-            most = _largest_part(candidate, form)
+        most = _largest_part(candidate, form_of(hypothesis, candidate))
+        if most is not None:
             words = f'{candidate.identifier} is of another form than the library has'
             said.append(f'{words}: {candidate.effect.form} (most of all {most})')
     return said
 
 
-def _largest_part(candidate: Candidate, form: Mapping[str, float]) -> str:
-    """Return the part of an effect's form that is most of its usual size, with how large it is."""
+def _largest_part(candidate: Candidate, form: Mapping[str, float]) -> str | None:
+    """Return the part of an effect's form that is most of its usual size, with how large it is.
+
+    None: what was free to be of another form is of the library's.
+    """
     parts = {name: candidate.effect.component(name) for name in form}
-    name = max(form, key=lambda own: abs(form[own]) / parts[own].scale)
+    shares = {name: abs(value) / parts[name].scale for name, value in form.items()}
+    name = max(shares, key=lambda own: shares[own], default=None)
+    if name is None or shares[name] < _LEAST_OF_FORM:
+        return None
     return parts[name].shown(form[name])
 
 

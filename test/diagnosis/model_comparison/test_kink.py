@@ -74,6 +74,10 @@ def test_it_is_fitted_where_an_arc_is_not(arc, kink):
     )
     assert named_effects(arc, _SURE)[0].form == {}
     assert of_another_form(arc) == []
+    # Free to be of another form, and of the library's all the same.
+    free = [part.is_freed for part in kink.fit.parameters]
+    coordinates = np.where(free, 1e-6, 1.0) * kink.fit.coordinates
+    assert of_another_form(replace(kink, fit=replace(kink.fit, coordinates=coordinates))) == []
 
 
 def test_the_modulus_heals(arc, kink):
