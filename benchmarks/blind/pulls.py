@@ -74,6 +74,24 @@ def turntable(
     return energy
 
 
+def _away_from(
+    point: FloatArray, positions: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how far nodes are from a point [m], the way there, and that with itself.
+
+    Args:
+        point: [m], shape (3,).
+        positions: of the nodes [m], shape (N, 3).
+
+    Returns:
+        Shape (N,), unit vectors, (N, 3), and their outer products, (N, 3, 3).
+    """
+    away = positions - point
+    distance = np.linalg.norm(away, axis=1)
+    unit = away / distance[:, None]
+    return distance, unit, unit[:, :, None] * unit[:, None, :]
+
+
 def magnet(point: FloatArray, strength: FloatArray) -> PotentialLaw:
     """Return a pull towards a point that falls with the square of the distance.
 
@@ -83,10 +101,7 @@ def magnet(point: FloatArray, strength: FloatArray) -> PotentialLaw:
     """
 
     def energy(positions: FloatArray) -> Potential:
-        away = positions - point
-        distance = np.linalg.norm(away, axis=1)
-        unit = away / distance[:, None]
-        outer = unit[:, :, None] * unit[:, None, :]
+        distance, unit, outer = _away_from(point, positions)
         return Potential(
             energy=-float((strength / distance).sum()),
             gradient=(strength / distance**2)[:, None] * unit,
@@ -105,10 +120,7 @@ def reel(point: FloatArray, forces: FloatArray) -> PotentialLaw:
     """
 
     def energy(positions: FloatArray) -> Potential:
-        away = positions - point
-        distance = np.linalg.norm(away, axis=1)
-        unit = away / distance[:, None]
-        outer = unit[:, :, None] * unit[:, None, :]
+        distance, unit, outer = _away_from(point, positions)
         return Potential(
             energy=float((forces * distance).sum()),
             gradient=forces[:, None] * unit,
@@ -128,11 +140,8 @@ def tether(point: FloatArray, stiffness: FloatArray, slack: FloatArray | float) 
     """
 
     def energy(positions: FloatArray) -> Potential:
-        away = positions - point
-        distance = np.linalg.norm(away, axis=1)
-        unit = away / distance[:, None]
+        distance, unit, outer = _away_from(point, positions)
         longer = np.maximum(distance - slack, 0.0)
-        outer = unit[:, :, None] * unit[:, None, :]
         taut = (stiffness * (longer > 0.0))[:, None, None]
         across = (stiffness * longer / distance)[:, None, None]
         return Potential(

@@ -58,16 +58,7 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     if best is None:
         return None
     models = selection.singles if len(best.added) == 1 else selection.pairs
-    rivals = [
-        hypothesis
-        for hypothesis in models
-        if hypothesis is best
-        or not (
-            hypothesis.is_at_bound
-            or (len(best.added) > 1 and hypothesis.is_unlike_itself)
-            or has_doubtful_effect(hypothesis, nominal, selection.singles)
-        )
-    ]
+    rivals = [own for own in models if own is best or _is_rival(own, selection, nominal)]
     levels: dict[tuple[str, ...], float] = {}
     for hypothesis in rivals:
         level = hypothesis.level / selection.noise_scale
@@ -108,6 +99,14 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
         alike=tuple(dict.fromkeys(name for key in alike for name in key)),
         runner_up=_joined(others[0]) if others else None,
     )
+
+
+def _is_rival(model: Hypothesis, selection: Selection, nominal: Refit) -> bool:
+    """Tell whether a model is there, and of a pair whether it is believable."""
+    is_unlike = len(model.added) > 1 and model.is_unlike_itself
+    if model.is_at_bound or is_unlike:
+        return False
+    return not has_doubtful_effect(model, nominal, selection.singles)
 
 
 def _confidence(
