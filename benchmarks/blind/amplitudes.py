@@ -283,6 +283,8 @@ OUTSIDE_CLASS = {
     'combed': 'sensor',
     'reeled': 'load',
     'droplet': 'sensor',
+    'unlevel': 'shape',
+    'flicker': 'sensor',
 }
 
 

@@ -61,6 +61,8 @@ def _share_of_pose(
     """Return how much of an error of depth there is that is the same all over an image."""
     if faults.depth_form == 'exposed':
         return exposure(rendering, float(np.linalg.norm(setup.depth_from_world[:3, 3])))
+    if faults.depth_form == 'restarted':
+        return faults.depth_shares[setup.pose_number(observation)]
     if faults.depth_form == 'settling':
         return float(0.7 ** setup.pose_number(observation))
     if faults.depth_form == 'drift':

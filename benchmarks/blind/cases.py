@@ -47,6 +47,8 @@ from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentythird_forms import TWENTYTHIRD_PAIRS
+from benchmarks.blind.twentythird_outside import TWENTYTHIRD_OUTSIDE
 
 SETS = ('development', 'sealed')
 FORM_SETS = tuple(FORMS)
@@ -139,6 +141,7 @@ LAWS_SETS = {
     'twentieth': Contents(TWENTIETH_PAIRS, tuple(TWENTIETH_OUTSIDE), 40),
     'twentyfirst': Contents(TWENTYFIRST_PAIRS, tuple(TWENTYFIRST_OUTSIDE), 40),
     'twentysecond': Contents(TWENTYSECOND_PAIRS, tuple(TWENTYSECOND_OUTSIDE), 40),
+    'twentythird': Contents(TWENTYTHIRD_PAIRS, tuple(TWENTYTHIRD_OUTSIDE), 40),
 }
 
 

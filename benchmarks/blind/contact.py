@@ -13,6 +13,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.felt import felt
 from benchmarks.blind.groove import groove, groove_tops
 from benchmarks.blind.knob import knob, rounded
+from benchmarks.blind.packing import packing
 from benchmarks.blind.pipe import pipe, pipe_tops
 from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
@@ -31,7 +32,7 @@ _ROPE = 0.006  # Of a rubber rope [m].
 # Share of the free length at which what lies below the outer part alone begins.
 OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4, 'pipe': 0.4}
 # Half-spaces that push by a force which is told, and by a length.
-_PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table}
+_PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table, 'packing': packing}
 # Radius of what is round, along the world's z [m].
 ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE}
 

@@ -51,9 +51,9 @@ class Faults(LaterFaults):
             falls evenly to none there, of the swirls of a rubber that is `marbled`, by their
             standard deviation, of what was `overbent` at `contrast_at`: it falls evenly to
             none at the clamp and at the tip, and to none amid the height, of what was
-            `soaked` from `contrast_at` on: by the exponential of the depth below its surface, or
+            `soaked` from `contrast_at` on: by the exponential of the depth below its surface,
             of what was `creased` at `contrast_creases`: by the exponential of the square of the
-            way along it.
+            way along it, or of an `edged` body's four long edges: by the places along both sides.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -62,13 +62,14 @@ class Faults(LaterFaults):
             growth, `knitted`: of loops along it near the surface, by the cube of that,
             `beaded`: of rows of beads along it, where they are pressed, by the cube of that,
             `threaded`: of threads along it near the surface, which are loose at first,
-            `coils`: of those of a spring there, which touch once they are pressed together, or
-            `interlocked`: of the strips of a hose there, which have play either way.
+            `coils`: of those of a spring there, which touch once they are pressed together,
+            `interlocked`: of the strips of a hose there, which have play either way, or `leads`:
+            of those of a sensor along the middles of both sides, which are loose at first.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
             Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
             modulus of all fibres, were they straight and not slack, or that at first of a braid
             along the body, or of loops whose square grew by a tenth, or of rows of beads whose
-            square fell by that, or of threads once they are taut, or of coils once they touch,
+            square fell by that, or of threads or leads once they are taut, or of coils that touch,
             or of strips once their play is used up, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
@@ -83,8 +84,9 @@ class Faults(LaterFaults):
             middle is ahead of the place that carries it; a cable `slung` from the rig to that
             place, which draws it down and towards the rig; a wet `sponge` around all between
             `mass_stops`, whose water sinks to where that is lowest; a lump of grease that is
-            `oozing` along the body: in each pose at one of `mass_places`; or a cord that is
-            `wicking` a liquid from the clamp on: in each pose as far as one of these.
+            `oozing` along the body: in each pose at one of `mass_places`; a cord that is
+            `wicking` a liquid from the clamp on: in each pose as far as one of these; or a clip
+            that is `hung on` there before the pose `mass_from`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -102,8 +104,9 @@ class Faults(LaterFaults):
             robot's `wrist` of three joints about the object's axes, two of them behind it;
             `glued`: by the lower face alone, but for what `clamp_gape` says; `taped` to what
             lies below it by a square of foam tape, which it shifts and turns on; in `hot
-            glue`, which grows softer: in each pose by `clamp_shares` of what is given; or
-            `waxed` in: in each pose it flows on as is given, from where the one before left it.
+            glue`, which grows softer: in each pose by `clamp_shares` of what is given;
+            `waxed` in: in each pose it flows on as is given, from where the one before left it;
+            or amid the crossbar of a `gantry` along the object's y, which twists as is given.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -121,8 +124,9 @@ class Faults(LaterFaults):
             `tilt_point` by the fourth power of the distance, as hard as given there; a `fan`
             that swings, whose push is steady in a pose and another in each; a table that is
             `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose; an arm
-            that is `braking`: gravity is not turned, and `tilt_pushes` come to it; or a table
-            that is `rocking` on a short leg: in each pose a tilt one way or back.
+            that is `braking`: gravity is not turned, and `tilt_pushes` come to it; a table
+            that is `rocking` on a short leg: in each pose a tilt one way or back; or a trolley
+            with a tyre that is `deflating`: in each pose by `tilt_shares` of a tilt.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -141,8 +145,9 @@ class Faults(LaterFaults):
             `wavy`: by the sine of some waves (the tip moves as far as an arc's), `crammed`
             into a box: a bend around `curvature_at`, and one at right angles to that around
             `curvature_again`, `jumbled`: by `curvature_parts`, each bent its own way (the tip
-            moves as far as an arc's), or `propped` at its tip: by the moment of its weight less
-            that of a block (the tip moves as far as an arc's).
+            moves as far as an arc's), `propped` at its tip: by the moment of its weight less
+            that of a block (the tip moves as far as an arc's), or `outweighed` by its holder over
+            a shelf's edge at `curvature_at` (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -158,8 +163,9 @@ class Faults(LaterFaults):
             round `cushion` below the outer part, the foam of a `crate` for eggs, a `flap`
             below the outer part, which turns about a hinge along the world's z, `felt`, whose
             pressure grows by the exponential of the dent, a table for `hovering`, which blows:
-            its pressure falls by the exponential of the height over it, or a piece of `pipe`
-            along the world's x below the outer part.
+            its pressure falls by the exponential of the height over it, a piece of `pipe`
+            along the world's x below the outer part, or the foam of `packing`, whose cells buckle:
+            its pressure comes up to a most by the exponential of the dent.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -179,8 +185,9 @@ class Faults(LaterFaults):
             a frame that is `exposed` by the mean of its light: by the inverse of that; of a
             `sunbeam` through `depth_spot`, which wanders from pose to pose: by the exponential
             of the square of the way from its middle; of a fixture that has `flared`: by the
-            exponential of the way from that in the image; or of a sensor that is `warped` to a
-            saddle: by the square of the way along `depth_slant` less that across.
+            exponential of the way from that in the image; of a sensor that is `warped` to a
+            saddle: by the square of the way along `depth_slant` less that across; or of one that
+            is `restarted` before each pose: by `depth_shares`.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -258,13 +265,14 @@ class Faults(LaterFaults):
         tangential: two coefficients of tangential distortion, of x y and y^2 in the columns and
             rows, and of x^2 and x y.
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
-        clamp_length: of a flexure, a post or an angle iron, from a wrist's joint about y, or of
-            the edges of a square of foam tape, half as far below the middle of what is held [m].
+        clamp_length: of a flexure, a post, an angle iron or half of a crossbar, from a wrist's
+            joint about y, or of the edges of a square of foam tape, half as far below the middle
+            of what is held [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws.
         curvature_at: share of the free length of the middle of a kink, a rail, a weight or an
-            inner fold or bend, or of a table's edge.
+            inner fold or bend, or of a table's or a shelf's edge.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
         mass_drop: height above the table at which `added_mass` hangs [m].
         bath: share of the weight of what is below a liquid's level that the liquid bears.

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How what a clamp stands on shifts and turns by force and moment.
 
-The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, or a square of
-foam tape.
+The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
+tape, or the middle of a gantry's crossbar.
 """
 
 import numpy as np
@@ -97,6 +97,24 @@ def tape_compliance(by_turn: float, edge: float) -> FloatArray:
     borne = np.eye(6)
     borne[3:, :3] = np.cross(0.5 * edge * _UPRIGHT, np.eye(3)).T
     return np.asarray(borne.T @ np.diag([*shifts, *turns]) @ borne)
+
+
+def gantry_compliance(by_turn: float, length: float) -> FloatArray:
+    """Return the same of a clamp amid a round crossbar along the object's y, held at both ends.
+
+    It twists most: each half by 1 + nu times as much as it bends, and both halves bear. By a
+    moment across, its middle turns by an eighth of length over bending stiffness, and by a force
+    across it shifts by a 24th of the cube of the length over that (Roark, Formulas for Stress and
+    Strain, of beams with both ends fixed). It does not grow longer.
+
+    Args:
+        by_turn: turn about y by a moment about that [rad/(N m)].
+        length: of each half [m].
+    """
+    bent = by_turn / (1.0 + _STEEL)  # Half of length over bending stiffness.
+    shift = bent * length**2 / 12.0
+    turn = 0.25 * bent
+    return np.diag([shift, 0.0, shift, turn, by_turn, turn])
 
 
 def _round(ahead: FloatArray) -> FloatArray:

@@ -46,6 +46,7 @@ from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
+from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS
 
 _POSITION_ERROR, _ROTATION_ERROR = 0.0003, 0.2  # One standard deviation [m], [deg].
 _MISSTATED = (0.5, 1.0, 2.0)
@@ -205,6 +206,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'twentieth': TWENTIETH_FORMS,
     'twentyfirst': TWENTYFIRST_FORMS,
     'twentysecond': TWENTYSECOND_FORMS,
+    'twentythird': TWENTYTHIRD_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

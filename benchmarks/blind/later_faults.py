@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the twenty-second set.
+    """Amplitudes that came with the twelfth to the twenty-third set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -68,9 +68,9 @@ class LaterFaults:
         necked_at: share of the free length of that middle.
         clamp_slant: of an angle iron's weak axis, from the object's y towards z [deg].
         contact_pressure: of bristles that are bent over, or by which that of felt is stated, or
-            that of a table that blows, at `contact_height` [Pa].
-        contact_bend: dent at which two thirds of them are, or over which the pressure of felt
-            grows, or of air falls upwards, by a factor of e [m].
+            that of a table that blows, at `contact_height`, or the most of packing foam [Pa].
+        contact_bend: dent at which two thirds of them are, or of packing foam's pressure, or over
+            which the pressure of felt grows, or of air falls upwards, by a factor of e [m].
         curvature_again: share of the free length of the middle of an outer fold or bend.
         curvature_back: by which share of what the inner one turns that turns back, or at right
             angles to it.
@@ -104,7 +104,8 @@ class LaterFaults:
         contact_trough: by how much its troughs are lower than its crests [m].
         depth_point: of the world, from which light bounces to a body [m].
         region_strip: share of each side that a strip along its middle covers; 0: all of it.
-        tilt_shares: how much of a fan's push there is in each pose, or which way a table rocks.
+        tilt_shares: how much of a fan's push there is in each pose, or which way a table rocks, or
+            how much of its tilt a trolley has.
         shrinking: by how much all lengths of a body without stress are shorter at last [%].
         shrinking_shares: how much of that is there in each pose.
         bleeding: error of depth on a body's outline [mm].
@@ -154,6 +155,14 @@ class LaterFaults:
             at most [px].
         droplet_at: where that middle is, from the image's principal point [px].
         droplet_width: how far from there it shifts most [px].
+        mass_from: number of the first pose, from 0, in which what is hung on is there.
+        depth_shares: how much of `depth_bias` a sensor that is restarted has in each pose.
+        region_strokes: how much of `region_bias` each stroke of a brush has; empty: it is one.
+        unlevel: share of the height by which the upper side of the true body is higher at the side
+            of positive y, and lower at the other.
+        flicker: amplitude of an error that swings over the image's rows [mm].
+        flicker_period: [px].
+        flicker_phases: at row 0 in each pose [rad].
     """
 
     stiffening_slant: float = 0.0
@@ -269,3 +278,10 @@ class LaterFaults:
     droplet: float = 0.0
     droplet_at: tuple[float, float] = (0.0, 0.0)
     droplet_width: float = 1.0
+    mass_from: int = 0
+    depth_shares: tuple[float, ...] = ()
+    region_strokes: tuple[float, ...] = ()
+    unlevel: float = 0.0
+    flicker: float = 0.0
+    flicker_period: float = 1.0
+    flicker_phases: tuple[float, ...] = ()

@@ -144,7 +144,7 @@ def _gravity(setup: Setup, observation: Observation, faults: Faults) -> FloatArr
         middle = 0.5 * (len(setup.observations) - 1)
         share = 1.0 + 0.3 * (setup.pose_number(observation) - middle)
         return np.asarray(object_from_world @ _tilt(faults, share) @ down)
-    if faults.tilt_form == 'rocking':
+    if faults.tilt_form in ('rocking', 'deflating'):
         share = faults.tilt_shares[setup.pose_number(observation)]
         return np.asarray(object_from_world @ _tilt(faults, share) @ down)
     if faults.tilt_form == 'castors':

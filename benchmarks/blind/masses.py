@@ -97,6 +97,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'oozing': (_MASS_REACH, 0.0),
         # And how far a cord is wet.
         'wicking': (_MASS_REACH, 0.0),
+        # And whether a clip hangs there yet.
+        'hung on': (_MASS_REACH, 0.0),
     }
     return forms[faults.mass_form]
 

@@ -23,6 +23,7 @@ SEAM_LAYERS = 5  # Cells over the height of such a body, of which that is the on
 
 def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
     """Return the change of log E at the Gauss points, shape (C, 8)."""
+    section = np.array(setup.shape.section)[:, None, None]
     outward = np.abs(points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
     mode = {
         'split': np.where(share > 0.5, 0.5, -0.5),
@@ -47,6 +48,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
             share, 2.0 * points[:, 2] / setup.shape.section[1], faults.contrast_at
         ),
         'soaked': _soaked(setup, faults, share, points),
+        'edged': edge_share(*(2.0 * points[:, 1:].swapaxes(0, 1) / section)),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),
@@ -142,6 +144,18 @@ def crease_share(share: FloatArray, creases: tuple[float, ...], width: float) ->
     """
     away = (np.asarray(share)[..., None] - np.array(creases)) / width
     return np.asarray(np.exp(-(away**2)).sum(axis=-1))
+
+
+def edge_share(across: FloatArray, height: FloatArray) -> FloatArray:
+    """Return how little a mould let a body cure, 1 on its four long edges, where two walls meet.
+
+    It goes with the places along both: on the middle of a side there is none of it.
+
+    Args:
+        across: -1 and 1 at the sides, any shape; beyond, of a crossbar, as there.
+        height: -1 at the lower face and 1 at the upper one, that shape.
+    """
+    return np.asarray(np.minimum(np.abs(across), 1.0) * np.minimum(np.abs(height), 1.0))
 
 
 def _soaked(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

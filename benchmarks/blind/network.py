@@ -7,7 +7,8 @@ braid, which cross the body aslant and resist a pull by its exponential; or loop
 sleeve, along the body and near its surface; or rows of beads along it, which resist a push; or
 threads along it and near its surface, which are loose until they are drawn taut; or the coils of
 a spring there, which touch once they are pressed together; or a hose of interlocked strips there,
-which have play either way. On the upper side alone a fabric resists a pull, and the sides of its
+which have play either way; or the leads of a sensor along both sides, which are loose at first.
+On the upper side alone a fabric resists a pull, and the sides of its
 cracks a push.
 """
 
@@ -30,13 +31,18 @@ _AXES = np.array(
 AXES = _AXES / np.linalg.norm(_AXES[0])
 _ALONG = np.array([1.0, 0.0, 0.0])
 _KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads and coils as well.
+_LEADS_FROM, _LEADS_WITHIN = 0.55, 0.6  # Of the way to a side, and to its edges, for leads.
 _DRAWN = 0.1  # Growth of a loop's square, or loss of a row's, at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
 _SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
 
 
 def reinforced(
-    numbers: Constants, modulus: FloatArray, faults: Faults, outward: FloatArray | float = 0.0
+    numbers: Constants,
+    modulus: FloatArray,
+    faults: Faults,
+    outward: FloatArray | float = 0.0,
+    beside: FloatArray | float = 0.0,
 ) -> Constants:
     """Return the numbers of a law with what stiffens it in other forms than the library's.
 
@@ -45,6 +51,7 @@ def reinforced(
         modulus: E at the Gauss points [Pa].
         faults: say in which form, and how much.
         outward: of these, 0 in the section's middle and 1 at its surface.
+        beside: which of these lie along the middles of both sides, 1 or 0.
     """
     if faults.stiffening_form == 'knitted' and faults.stiffening:
         knit = faults.stiffening * modulus / (24.0 * _DRAWN) * (np.asarray(outward) > _KNIT_FROM)
@@ -59,6 +66,11 @@ def reinforced(
         hose = hose * (np.asarray(outward) > _KNIT_FROM)
         drawn = Fibres(hose, _ALONG, slack=True, loose=play)
         return replace(numbers, network=(drawn, replace(drawn, slack=False, pressed=True)))
+    if faults.stiffening_form == 'leads' and faults.stiffening:
+        leads = faults.stiffening * modulus / 8.0 * beside
+        return replace(
+            numbers, network=(Fibres(leads, _ALONG, slack=True, loose=faults.stiffening_from),)
+        )
     if faults.stiffening_form == 'beaded' and faults.stiffening:
         rows = faults.stiffening * modulus / (24.0 * _DRAWN)
         return replace(numbers, network=(Fibres(rows, _ALONG, pressed=True, knit=True),))
@@ -93,6 +105,17 @@ def on_upper_side(
         stiffness = faults.crazed / (1.0 - faults.crazed) * modulus / 8.0 * above
         return replace(numbers, fabric=Fibres(stiffness, _ALONG, pressed=True))
     return numbers
+
+
+def beside_middle(across: FloatArray) -> FloatArray:
+    """Return which places lie where leads run along both sides, 1 or 0, shape (C, 8).
+
+    Args:
+        across: of Gauss points, over half the width and the height, shape (C, 2, 8).
+    """
+    aside, high = np.abs(across).swapaxes(0, 1)
+    is_beside = (aside > _LEADS_FROM) & (aside < 1.0) & (high < _LEADS_WITHIN)
+    return np.asarray(is_beside.astype(float))
 
 
 def _braid(modulus: FloatArray, faults: Faults) -> tuple[Fibres, ...]:

@@ -79,6 +79,7 @@ def _seen(
             decay=faults.region_decay,
             sun=faults.region_sun,
             second=faults.region_second,
+            strokes=faults.region_strokes,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -98,6 +99,7 @@ def _seen(
     depth = depth + _stripes(rendering, faults) + _tiles(rendering, setup.camera, faults)
     depth = depth + _jump(rendering, faults) + _bleeding(rendering, faults)
     depth = depth + _trailing(rendering, faults)
+    depth = depth + _flicker(rendering, setup, observation, faults)
     tip = _painted(tip_part(rendering.labels), faults) * rendering.facing**faults.region_gloss
     glows = _glowing(setup, observation, faults)
     depth = depth + 1e-3 * faults.region_bias * glows * tip
@@ -121,6 +123,18 @@ def _stripes(rendering: Rendering, faults: Faults) -> FloatArray | float:
     columns = rendering.column + np.arange(rendering.depth.shape[1])
     angle = 2.0 * np.pi * columns / faults.stripes_period + faults.stripes_phase
     return np.asarray(1e-3 * faults.stripes * np.sin(angle))[None, :, None]
+
+
+def _flicker(
+    rendering: Rendering, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray | float:
+    """Return an error that swings over the image's rows, by a phase of each pose [m]."""
+    if not faults.flicker:
+        return 0.0
+    rows = rendering.row + np.arange(rendering.depth.shape[0])
+    phase = faults.flicker_phases[setup.pose_number(observation)]
+    angle = 2.0 * np.pi * rows / faults.flicker_period + phase
+    return np.asarray(1e-3 * faults.flicker * np.sin(angle))[:, None, None]
 
 
 def _tiles(rendering: Rendering, camera: Camera, faults: Faults) -> FloatArray | float:

@@ -41,6 +41,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         neck_at=faults.necked_at,
         dish=faults.dished,
         flat=faults.flattened,
+        slope=faults.unlevel,
     )
 
 
@@ -188,6 +189,24 @@ def _propped(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, 
     return found
 
 
+def _outweighed(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that lay on a shelf, and whose holder hung over that's edge.
+
+    The holder's weight bends it by the way from there to the edge; what lay on the shelf stayed
+    straight. The tip is as far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        faults: say at which share of the free length the edge was.
+    """
+    edge, found = faults.curvature_at, []
+    lever = edge**2 * (0.5 - edge / 3.0)
+    for number in reversed(range(_PARTS)):
+        begin, end = edge * number / _PARTS, edge * (number + 1) / _PARTS
+        found.append((begin, end, 0.25 / lever * (begin + end) * curvature))
+    return found
+
+
 def _waves(curvature: FloatArray, count: float) -> list[tuple[float, float, FloatArray]]:
     """Return parts of a body that lay on ridges: it is bent by the sine, the outer one first.
 
@@ -259,6 +278,7 @@ _IN_PARTS = {
     'draped': _supported,
     'weighed down': _supported,
     'propped': _propped,
+    'outweighed': _outweighed,
 }
 
 

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 _RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
 _NECK = 0.15  # Share over which a body that was drawn grows thinner.
 _HALF_NECK = 0.15  # Share from the middle of a neck to either of its ends.
-_BRIM = 0.15  # Share over which a hollow upper side comes up from a clamp.
+_BRIM = 0.15  # Share over which a hollow or a sloping upper side comes up from a clamp.
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class Shape:
         neck_at: share of the free length of that middle.
         dish: share of the height that is lacking amid the upper side, which is hollow.
         flat: share by which the section is wider at the tip, and as much thinner.
+        slope: share of the height by which the upper side is higher at the side of positive y, and
+            lower at the other.
     """
 
     family: str
@@ -55,6 +57,7 @@ class Shape:
     neck_at: float = 0.0
     dish: float = 0.0
     flat: float = 0.0
+    slope: float = 0.0
 
     @property
     def length(self) -> float:
@@ -85,6 +88,10 @@ class Shape:
             width, height = self.section
             lacking = self.dish * hollowing(share, points[..., 1] / (0.5 * width))
             points[..., 2] -= lacking * (points[..., 2] + 0.5 * height)
+        if self.slope:
+            width, height = self.section
+            higher = self.slope * sloping(share, points[..., 1] / (0.5 * width))
+            points[..., 2] += higher * (points[..., 2] + 0.5 * height)
         points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
         points[..., 2] *= (1.0 - self.taper[1] * share) * narrow
         points[..., 1] *= 1.0 + self.flat * share
@@ -112,6 +119,16 @@ def hollowing(share: FloatArray, across: FloatArray) -> FloatArray:
         across: -1 and 1 at the sides; beyond, of a crossbar, there is nothing; that shape.
     """
     return np.asarray(np.minimum(share / _BRIM, 1.0) * np.maximum(1.0 - across**2, 0.0))
+
+
+def sloping(share: FloatArray, across: FloatArray) -> FloatArray:
+    """Return how much higher a liquid stood in a mould that was not level, -1 to 1 at its sides.
+
+    Args:
+        share: of the free length, any shape.
+        across: -1 and 1 at the sides; beyond, of a crossbar, it is as there; that shape.
+    """
+    return np.asarray(np.minimum(share / _BRIM, 1.0) * np.clip(across, -1.0, 1.0))
 
 
 def bend(points: FloatArray, start: float, curvature: FloatArray) -> FloatArray:

@@ -27,18 +27,20 @@ from benchmarks.blind.flap import hinge_moment
 from benchmarks.blind.flexure import (
     angle_compliance,
     flexure_compliance,
+    gantry_compliance,
     post_compliance,
     tape_compliance,
     wrist_compliance,
 )
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
+from benchmarks.blind.hung import hung_masses
 from benchmarks.blind.jaws import bowed, pinched
 from benchmarks.blind.loads import load_in_pose, load_on_pan
 from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus, SEAM_LAYERS
-from benchmarks.blind.network import on_upper_side, reinforced
+from benchmarks.blind.network import beside_middle, on_upper_side, reinforced
 from benchmarks.blind.ooze import oozed_masses
 from benchmarks.blind.pan import settle_on_pan
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
@@ -61,6 +63,7 @@ _BY_POSE = {
     'sponge': sponge_masses,
     'oozing': oozed_masses,
     'wicking': wick_masses,
+    'hung on': hung_masses,
 }
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
@@ -77,6 +80,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     ),
     'wrist': lambda faults: wrist_compliance(faults.clamp_compliance, faults.clamp_length),
     'taped': lambda faults: tape_compliance(faults.clamp_compliance, faults.clamp_length),
+    'gantry': lambda faults: gantry_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].
@@ -104,7 +108,8 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     plain = setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio)
     heights = at_points[:, 2] / (0.5 * setup.shape.section[1])
     outward = np.abs(at_points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
-    numbers = reinforced(plain, modulus, faults, outward.max(axis=1))
+    beside = beside_middle(outward)
+    numbers = reinforced(plain, modulus, faults, outward.max(axis=1), beside)
     numbers = on_upper_side(numbers, modulus, heights, faults)
     count = len(mesh.nodes)
     masses = setup.density * quadrature.volumes

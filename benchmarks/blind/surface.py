@@ -60,6 +60,7 @@ def body_triangles(
     decay: float = 0.0,
     sun: tuple[float, float] = (0.0, 0.0),
     second: float = 0.0,
+    strokes: tuple[float, ...] = (),
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -81,6 +82,8 @@ def body_triangles(
         sun: direction, object's y and z, by whose cosine with each side its labels are less the
             tip's; (0, 0): they are not.
         second: share from which on what would be the root's is a half of the tip's; 0: nothing.
+        strokes: by which part each of some bands is the tip's, alike in length from `tip_from` on;
+            empty: all is.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -103,6 +106,8 @@ def body_triangles(
             turned = turned_share(middles, mesh.lattice) if is_wound else 0.0
             within = (places - bands[0] * turned - tip_from) % bands[0] < bands[0] * bands[1]
             sides = np.where(within, sides, ROOT)
+        if strokes:
+            sides = _between(_stroked(places, tip_from, strokes) * tip_part(sides))
         if speckle[0]:
             sides = np.where(speckled(middles, *speckle), sides, ROOT)
         if heights is not None:
@@ -137,6 +142,12 @@ def _side(along: FloatArray, tip_from: float, ramp: float, tip_until: float) -> 
     if not ramp:
         return np.where(inside > 0.0, TIP, ROOT)
     return _between(inside / ramp + 0.5)
+
+
+def _stroked(along: FloatArray, tip_from: float, strokes: tuple[float, ...]) -> FloatArray:
+    """Return how thick the paint of a brush's strokes is, which lie side by side to the tip."""
+    numbers = (along - tip_from) / (1.0 - tip_from) * len(strokes)
+    return np.asarray(np.array(strokes)[np.clip(numbers.astype(int), 0, len(strokes) - 1)])
 
 
 def _fading(along: FloatArray, decay: float) -> IntArray:

@@ -47,6 +47,8 @@ from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS, TWENTYFIRST_PA
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS, TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS, TWENTYTHIRD_PAIRS
+from benchmarks.blind.twentythird_outside import TWENTYTHIRD_OUTSIDE
 
 COUNTS = {
     'sixth': {'clean': 300, 'form': 24, 'pair': 12, 'outside': 12},
@@ -66,6 +68,7 @@ COUNTS = {
     'twentieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyfirst': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentysecond': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentythird': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -141,6 +144,13 @@ OWN = {
         TWENTYSECOND_PAIRS,
         TWENTYSECOND_OUTSIDE,
         frozenset({'load', 'sensor'}),
+        3,
+    ),
+    'twentythird': Own(
+        TWENTYTHIRD_FORMS,
+        TWENTYTHIRD_PAIRS,
+        TWENTYTHIRD_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
         3,
     ),
 }

@@ -46,6 +46,8 @@ from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS
+from benchmarks.blind.twentythird_outside import TWENTYTHIRD_OUTSIDE
 
 Depths = Callable[[Faults, int], np.ndarray]
 # What makes each form the library's again; contacts, laws and another mesh have their own tests.
@@ -127,6 +129,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/runout': {'clamp_scatter': ()},
     'gravity_tilt/rocking': {'tilt_form': 'tilt'},
     'rest_curvature/propped': {'curvature_form': 'arc'},
+    'added_mass/hung on': {'mass_form': 'hat'},
+    'stiffness_contrast/edged': {'contrast_mode': 'split'},
+    'compliant_clamp/gantry': {'clamp_form': 'turn'},
+    'gravity_tilt/deflating': {'tilt_form': 'tilt'},
+    'rest_curvature/outweighed': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -173,6 +180,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/hunting': {'camera_scatter': ()},
     'depth_affine/warped': {'depth_form': 'affine'},
     'depth_bias_by_region/luminous': {'region_shares': ()},
+    'depth_affine/restarted': {'depth_form': 'affine'},
+    'depth_bias_by_region/brushed': {'region_strokes': ()},
+    'camera_offset/slider': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -192,6 +202,7 @@ OTHERS = {
     'contact_plane/hovering',
     'contact_plane/knob',
     'contact_plane/mat',
+    'contact_plane/packing',
     'contact_plane/pan',
     'contact_plane/pipe',
     'contact_plane/roll',
@@ -205,6 +216,7 @@ OTHERS = {
     'strain_stiffening/hart_smith',
     'strain_stiffening/interlocked',
     'strain_stiffening/knitted',
+    'strain_stiffening/leads',
     'strain_stiffening/recruited',
     'strain_stiffening/threaded',
     'strain_stiffening/veronda_westmann',
@@ -226,6 +238,7 @@ CAUSES = {
     **TWENTIETH_OUTSIDE,
     **TWENTYFIRST_OUTSIDE,
     **TWENTYSECOND_OUTSIDE,
+    **TWENTYTHIRD_OUTSIDE,
 }
 
 
@@ -238,6 +251,7 @@ def test_every_form_is_checked_here() -> None:
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
+    newest = (*newest, *TWENTYTHIRD_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -257,6 +271,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTIETH_FORMS, {'strain_stiffening'}),
         (TWENTYFIRST_FORMS, {'strain_stiffening'}),
         (TWENTYSECOND_FORMS, {'camera_offset'}),
+        (TWENTYTHIRD_FORMS, {'clamp_offset'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

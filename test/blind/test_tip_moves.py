@@ -140,6 +140,16 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentythird': (
+        (
+            'added_mass/hung on',
+            'stiffness_contrast/edged',
+            'compliant_clamp/gantry',
+            'gravity_tilt/deflating',
+            'rest_curvature/outweighed',
+        ),
+        ((2.5, 6.0), (5.5, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
