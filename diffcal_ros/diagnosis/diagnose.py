@@ -145,8 +145,12 @@ def diagnose(
             jobs = settings.jobs
             with RefitPool(evaluator, nominal, report, jobs=jobs, processes=processes) as pool:
                 # A gap that does not matter has no name, and no second one.
-                is_named = judged.disagreement.verdict is Verdict.DISAGREE
-                selection = select(pool, judged.scores, with_pairs=is_named)
+                selection = select(
+                    pool,
+                    judged.scores,
+                    with_pairs=judged.disagreement.verdict is Verdict.DISAGREE,
+                    in_any_form=judged.disagreement.may_matter,
+                )
             choice = choose(selection, evaluator, nominal)
             if choice is not None:
                 choice = with_sure_part(choice, selection, nominal, witness)

@@ -56,6 +56,14 @@ class Disagreement:
         is_there = self.verdict in (Verdict.DISAGREE, Verdict.BELOW_MARGIN)
         return is_there or self.may_be_misstated
 
+    @property
+    def may_matter(self) -> bool:
+        """Tell whether the gap is larger than what does not matter, floors included.
+
+        Beside no model is what is smaller a disagreement, see `beside_a_model`.
+        """
+        return self.gap.rms > self.margin
+
 
 def measure_disagreement(
     nominal: Refit, screen: Screen, margin: float, *, is_moving: bool = False

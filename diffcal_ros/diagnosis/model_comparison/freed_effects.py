@@ -105,6 +105,39 @@ def _with_its_rival_freed(
     return list(models)
 
 
+def with_halves_freed(
+    pool: RefitPool,
+    singles: Sequence[Hypothesis],
+    pairs: Sequence[Hypothesis],
+    basis: FormBasis | None,
+) -> list[Hypothesis]:
+    """Return single effects, those of the best pair free in form where that pair leads.
+
+    Two effects of the library's form can be one of another form: a body that is softer at two
+    folds sags like one that is heavier and softer at its end. To first order its form may say
+    nothing of that.
+
+    Args:
+        pool: see `with_those_freed`.
+        singles: models with one effect each, judged, best first.
+        pairs: with two, judged.
+        basis: see `with_those_freed`.
+    """
+    found = list(singles)
+    if basis is None or not (singles and pairs):
+        return found
+    best = min(pairs, key=by_evidence)
+    if best.level <= singles[0].level:
+        return found
+    for single in best_of_each(singles):
+        is_free = any(own.posture is None for own in single.freed)
+        if single.identifiers[0] not in best.identifiers or single.is_at_bound or is_free:
+            continue
+        if _freed(single, _LEAST_SHARE):
+            found += _with_refit(pool, single, _request(single, _LEAST_SHARE), basis)[1:]
+    return sorted(found, key=by_evidence)
+
+
 def _may_come_near(rival: Hypothesis, first: Hypothesis) -> bool:
     """Tell whether a model free in form may explain about as much as the best one.
 

@@ -10,6 +10,7 @@ from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.freed_effects import (
+    with_halves_freed,
     with_less_freedom,
     with_those_freed,
 )
@@ -160,13 +161,17 @@ class Selection:
         return max(variants, key=lambda h: h.amplitude_count, default=leader)
 
 
-def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selection:
+def select(
+    pool: RefitPool, scores: Screen, *, with_pairs: bool = True, in_any_form: bool = True
+) -> Selection:
     """Refit candidates, and pairs where no single one is enough.
 
     Args:
         pool: who refit, and what the nominal model is.
         scores: of all candidates.
         with_pairs: whether two effects may be named; else only which one comes nearest is asked.
+        in_any_form: whether effects are fitted in forms that the library does not have, too; else
+            only which one comes nearest in the library's.
     """
     basis = nominal_basis(pool)
     judge = judge_by(basis)
@@ -175,6 +180,8 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = refitted_singles(pool, with_tangents(scores), judge)
     singles, basis = judged_singles(pool, singles, basis)
+    if not in_any_form:
+        return compared(pool, singles, [], basis)
     judge = judge_by(basis)
     singles = with_those_freed(pool, singles, basis)
     others = [] if judge is None else others_in_any_form(pool, scores, singles, judge)
@@ -190,6 +197,7 @@ def select(pool: RefitPool, scores: Screen, *, with_pairs: bool = True) -> Selec
         pairs = with_less_freedom(pool, judged(pairs, basis, is_brief=True), basis)
         pairs = with_those_freed(pool, pairs, basis, singles)
         singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
+        singles = with_halves_freed(pool, singles, pairs, basis)
     return compared(pool, singles, pairs, basis)
 
 
@@ -231,17 +239,23 @@ def compared(
 
 
 def _believable_first(pairs: Sequence[Hypothesis], scale: float) -> list[Hypothesis]:
-    """Return pairs, the best one that is like itself in all poses first, where others are as good.
+    """Return pairs, the best one that may be believed first, where others are as good.
+
+    That is like itself in all poses, and not free in form and in each pose, which may be anything.
 
     Args:
         pairs: best first.
         scale: of the noise.
     """
-    if not pairs or not pairs[0].is_unlike_itself:
+    if not pairs or _is_believable(pairs[0]):
         return list(pairs)
     least = pairs[0].level - AS_WELL * scale
-    first = next((p for p in pairs if not p.is_unlike_itself and p.level > least), pairs[0])
+    first = next((p for p in pairs if _is_believable(p) and p.level > least), pairs[0])
     return [first, *(pair for pair in pairs if pair is not first)]
+
+
+def _is_believable(pair: Hypothesis) -> bool:
+    return not (pair.is_unlike_itself or pair.is_free_in_everything)
 
 
 def _is_poor(pool: RefitPool, hypothesis: Hypothesis, basis: FormBasis | None) -> bool:

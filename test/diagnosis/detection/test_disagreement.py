@@ -61,6 +61,14 @@ def test_a_gap_that_a_model_closes_below_the_floors_may_matter(left, verdict):
     assert told.excess == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(('off', 'may_matter'), [(0.00056, True), (0.00049, False)])
+def test_what_is_smaller_than_the_margin_matters_beside_no_model(off, may_matter):
+    found, told = judged(off, 0.0)
+    assert found.verdict is Verdict.BELOW_MARGIN
+    assert found.may_matter == may_matter
+    assert (told.verdict is Verdict.DISAGREE) == may_matter
+
+
 @pytest.mark.parametrize('verdict', [Verdict.AGREE, Verdict.CANNOT_TELL, Verdict.DISAGREE])
 def test_what_is_no_gap_without_a_model_is_none_beside_one(verdict):
     found, told = judged(0.00056, 0.0001, verdict)

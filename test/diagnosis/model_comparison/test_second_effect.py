@@ -255,6 +255,18 @@ def test_of_pairs_as_good_the_one_that_is_like_itself_comes_first(screened, pair
     assert _believable_first([], 1.0) == []
 
 
+def test_of_pairs_as_good_one_that_is_not_free_in_everything_comes_first(
+    screened, pair, monkeypatch
+):
+    best = _judged(pair, -80.0, pair.fit.chi_square)
+    bent = _found(screened, 'clamp_offset', 'depth_affine')
+    other = _judged(bent, -83.0, bent.fit.chi_square)
+    assert _believable_first([best, other], 1.0)[0] is best
+    is_free = property(lambda model: model.identifiers == best.identifiers)
+    monkeypatch.setattr(Hypothesis, 'is_free_in_everything', is_free)
+    assert _believable_first([best, other], 1.0)[0] is other
+
+
 def test_a_pair_that_is_unlike_itself_is_no_rival_of_one_that_is_not(screened, tilted, pair):
     noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
     far = _found(screened, 'clamp_offset', 'rest_curvature')
