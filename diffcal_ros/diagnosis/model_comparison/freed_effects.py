@@ -40,6 +40,8 @@ _LEAST_SHARE = 0.09
 # By so much of what it owes to forms a model may be better once they are fitted: mostly by 0.1 to
 # 0.3, and by 1.6 where the first step was far off.
 _LED_ON = 0.4
+# Rivals that are freed, one after the other overtaking the best.
+_OVERTAKEN = 2
 # Models that are fitted so at most, with one effect and with two, and evaluations of each.
 _MOST_SINGLES, _MOST_PAIRS, _MOST_EVALUATIONS = 2, 1, 6
 
@@ -84,13 +86,24 @@ def _with_its_rival_freed(
     To first order it may owe next to nothing to forms, and be far better in one: where a body is
     eight times stiffer at one end than at the other nothing is linear. So it is free where the
     best one is, and where a form that is fitted may bring it near: a body that was propped up is
-    bent along its inner half, and a clamp that is turned comes near in the library's form.
+    bent along its inner half, and a clamp that is turned comes near in the library's form. What it
+    overtakes so is free as well.
 
     Args:
         pool: see `with_those_freed`.
         models: judged, best first.
         basis: see `with_those_freed`.
     """
+    for _ in range(_OVERTAKEN):
+        before, models = models, _with_a_rival_freed(pool, models, basis)
+        if models[0] is before[0]:
+            break
+    return list(models)
+
+
+def _with_a_rival_freed(
+    pool: RefitPool, models: Sequence[Hypothesis], basis: FormBasis
+) -> list[Hypothesis]:
     first, *others = models
     for place, rival in enumerate(others):
         if rival.is_at_bound or rival.identifiers == first.identifiers:

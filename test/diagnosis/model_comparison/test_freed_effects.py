@@ -189,6 +189,20 @@ class _Refits:
         return [replace(models[0], fit=replace(models[0].fit, chi_square=chi_square))]
 
 
+class _RefitsOf:
+    """Refits of several models by the effect of each, that are likelier by a given amount."""
+
+    def __init__(self, known: dict[str, tuple[Hypothesis, float]]) -> None:
+        self._known, self.asked = known, list[str]()
+
+    def refit_all(self, requests):
+        (request,) = requests
+        name = request.added[0].identifier
+        self.asked.append(name)
+        model, gain = self._known[name]
+        return [_likelier(_with_parts(model, request.freed), gain)]
+
+
 def _likelier(model, gain):
     judged = model.judged
     judged = replace(
@@ -306,12 +320,30 @@ def test_a_rival_is_free_where_a_form_that_is_fitted_may_bring_it_near(
     rival = _likelier(bend, first.level - scale * behind - bend.level)
     more = rival.judged.freedom + left * scale
     rival = replace(rival, judged=replace(rival.judged, chi_square=more))
-    refits = _Refits((scale * 60.0,))
-    refits.model = rival
+    refits = _RefitsOf({'rest_curvature': (rival, 60.0 * scale), 'camera_offset': (first, -1.0)})
     found = freed_effects._with_its_rival_freed(refits, [first, rival], basis)
-    assert refits.asked == ([len(EFFECTS['rest_curvature'].forms)] if is_asked else [])
+    # What is overtaken is free as well.
+    assert refits.asked == (['rest_curvature', 'camera_offset'] if is_asked else [])
     best = ('rest_curvature',) if is_asked else ('camera_offset',)
     assert found[0].identifiers == best
+
+
+@pytest.mark.parametrize(('gain', 'is_first'), [(30.0, True), (5.0, False)])
+def test_what_is_overtaken_by_a_free_form_may_be_the_best_in_its_own(
+    screened, basis, monkeypatch, gain, is_first
+):
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    first = _judged(screened, basis, 'camera_offset', 0.05, 0.03)
+    scale = max(1.0, first.chi_square_per_patch)
+    bend = _judged(screened, basis, 'rest_curvature', 0.02, 0.03)
+    rival = _likelier(bend, first.level - scale * 20.0 - bend.level)
+    refits = _RefitsOf(
+        {'rest_curvature': (rival, 30.0 * scale), 'camera_offset': (first, gain * scale)}
+    )
+    found = freed_effects._with_its_rival_freed(refits, [first, rival], basis)
+    assert refits.asked == ['rest_curvature', 'camera_offset']
+    assert (found[0].identifiers == ('camera_offset',)) == is_first
+    assert all(model.freed for model in found)
 
 
 def _with_a_lens(screened, basis) -> Hypothesis:
