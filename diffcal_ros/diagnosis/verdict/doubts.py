@@ -109,7 +109,7 @@ def _of_freedom(
         return reason
     differs = _differs_by_pose(hypothesis)
     if differs is not None:
-        return f'with a {differs}'
+        return f'with {differs}'
     fraction = _off_in_form(hypothesis) if reason is None else 0.0
     if _is_another_by_pose(hypothesis, fraction):
         return 'in a form that is another one in each pose'
@@ -230,7 +230,8 @@ def _is_another_by_pose(hypothesis: Hypothesis, fraction: float) -> bool:
 def _differs_by_pose(hypothesis: Hypothesis) -> str | None:
     """Say what was fitted as another one in each pose, and cannot be so by as much."""
     for added in hypothesis.added:
-        words = f'{added.identifier} that is another one in each pose'
+        article = 'an' if added.identifier[0] in 'aeiou' else 'a'
+        words = f'{article} {added.identifier} that is another one in each pose'
         if has_nothing_in_common(hypothesis, added):
             return f'{words}, and may be none in all'
         spread = spread_of_amount(hypothesis, added)

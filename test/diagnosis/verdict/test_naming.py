@@ -263,7 +263,11 @@ def test_a_clamp_that_gives_way_in_each_pose_by_itself_and_in_none_of_all_has_no
     monkeypatch.setattr(doubts, 'has_doubtful_effect', lambda *_: False)
     monkeypatch.setattr(doubts, 'spread_of_amount', lambda *_: 0.8)
     (doubt,) = doubts_about(clamp, nominal)
-    assert 'another one in each pose by 80%: no name for it' in doubt
+    assert 'with a compliant_clamp that is another one in each pose by 80%: no name' in doubt
     monkeypatch.setattr(doubts, 'has_nothing_in_common', lambda *_: True)
     (doubt,) = doubts_about(clamp, nominal)
     assert 'another one in each pose, and may be none in all: no name for it' in doubt
+    mass = replace(clamp, added=(replace(clamp.added[0], identifier='added_mass'),))
+    assert doubts._differs_by_pose(mass) == (
+        'an added_mass that is another one in each pose, and may be none in all'
+    )
