@@ -7,7 +7,6 @@ turns with the material. So an old factorisation serves with forces turned back,
 where it was made, and their answer turned forth.
 """
 
-from diffcal_ros.fem.elements.turned_factor import TurnedFactor
 from diffcal_ros.fem.linear_solvers import (
     make_solver,
     NotPositiveDefiniteError,
@@ -16,6 +15,7 @@ from diffcal_ros.fem.linear_solvers import (
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionError
+from diffcal_ros.fem.motion.node_rotations import NodeRotations
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,7 +51,10 @@ class StepSystem:
         self._deriving: SparseSolver | None = None
         self._step: float | None = None
         self._rate = 0.0
-        self._turned = TurnedFactor(dynamics.body.elastic, self._free)
+        self._rotations = NodeRotations(dynamics.body.elastic)
+        self._factored_at = np.zeros((0, 3))
+        self._begun: FloatArray | None = None
+        self._turns: FloatArray | None = None
         self._rounds: list[int] = []
 
     def forget(self) -> None:
@@ -90,12 +93,20 @@ class StepSystem:
         values = self._dynamics.system_values(positions, rule.inertia, rule.rate)
         solver.factor(values)
         self._solver, self._rate = solver, rule.rate
-        self._turned.begin(positions)
+        self._factored_at, self._begun, self._turns = positions.copy(), None, None
         self._rounds = []
 
     def turn(self, positions: FloatArray) -> None:
-        """Turn the factorisation with the material to positions [m], shape (N, 3)."""
-        self._turned.turn_to(positions)
+        """Turn the factorisation with the material to positions [m], shape (N, 3).
+
+        The stiffness of a law that takes a turn for a strain does not turn.
+        """
+        if not self._dynamics.body.elastic.law.TAKES_TURNING_STEPS:
+            return
+        if self._begun is None:
+            self._begun = self._rotations.at(self._factored_at)[self._free]
+        now = self._rotations.at(positions)[self._free]
+        self._turns = now @ self._begun.transpose(0, 2, 1)
 
     def note(self, rounds: int) -> None:
         """Take notice of how many rounds a step took with the factorisation."""
@@ -112,7 +123,11 @@ class StepSystem:
 
     def apply(self, forces: FloatArray) -> FloatArray:
         """Solve with the factorisation as it is for forces (3 M,) on free nodes; shape (M, 3)."""
-        return self._turned.apply(self._solver.solve, forces).reshape(-1, 3)
+        if self._turns is None:
+            return self._solver.solve(forces).reshape(-1, 3)
+        back = np.einsum('nji,nj->ni', self._turns, forces.reshape(-1, 3))
+        solved = self._solver.solve(back.ravel()).reshape(-1, 3)
+        return np.einsum('nij,nj->ni', self._turns, solved)
 
     def solve(
         self, state: StepState, right_sides: FloatArray, *, is_transposed: bool

@@ -9,7 +9,6 @@ from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.fem.activity import during
 from diffcal_ros.fem.elements.elastic_body import ElasticBody
 from diffcal_ros.fem.elements.sparse_pattern import make_pattern
-from diffcal_ros.fem.elements.turned_factor import TurnedFactor
 from diffcal_ros.fem.linear_solvers import make_solver, NotPositiveDefiniteError
 from diffcal_ros.fem.linear_solvers.conjugate_gradient import conjugate_gradient
 from diffcal_ros.fem.terms.potential_terms import PotentialTerm
@@ -74,7 +73,6 @@ class TangentStiffness:
             self._free = self.pattern.free_nodes
             self._stiffness = body.make_stiffness(self.pattern)
             self._solver = make_solver(self.pattern, solver, device=body.device)
-        self._turned = TurnedFactor(body, self._free)
         self._factor_positions: FloatArray | None = None
         self._factor_material = -1
         self._iterations = 0  # Since the last factorisation, or since a solution was begun.
@@ -202,7 +200,6 @@ class TangentStiffness:
                     values[diagonal] += shift
                 continue
             self.has_factor = True
-            self._turned.begin(positions)
             if attempt == 0 and not is_foreseen:
                 self._factor_positions = positions.copy()
                 self._factor_material = self.body.material_count
@@ -268,18 +265,15 @@ class TangentStiffness:
     ) -> FloatArray | None:
         """Solve stiffness times x = b at `positions` with the last factorisation, (3 M,).
 
-        That is turned along with the material. See `conjugate_gradient`: None where it does not
-        come to the tolerance in so many steps.
+        See `conjugate_gradient`: None where it does not come to the tolerance in so many steps.
         """
         direction = np.zeros_like(positions)
-        self._turned.turn_to(positions)
 
         def product(vector: FloatArray) -> FloatArray:
             self._iterations += 1
             direction[self._free] = vector.reshape(-1, 3)
             return self.force_tangent(positions, direction)[self._free].ravel()
 
-        solve = partial(self._turned.apply, self._solver.solve)
         return conjugate_gradient(
-            product, solve, right_side, tolerance, max_steps, enough, patience
+            product, self._solver.solve, right_side, tolerance, max_steps, enough, patience
         )

@@ -10,11 +10,13 @@ from diffcal_ros.fem.laws import linear_elastic, stable_neo_hookean
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionInputs
+from diffcal_ros.fem.motion.node_rotations import NodeRotations
 from diffcal_ros.fem.motion.step_system import StepSystem
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
+import pytest
 from support.beams import beam_mesh, held_end
 from support.bodies import GRAVITY, uniform_material
 
@@ -58,6 +60,24 @@ def test_a_law_that_feels_turns_keeps_its_factorisation(random) -> None:
     np.testing.assert_array_equal(system.apply(forces), before)
     system.factor(RULE, positions @ TURN.T)
     np.testing.assert_allclose(system.apply(forces), before, rtol=1e-6)
+
+
+@pytest.mark.parametrize('element', list(Element))
+def test_rotations_of_nodes(element) -> None:
+    mesh = beam_mesh((3, 1, 2))
+    body = StaticBody(mesh, element, held_end(mesh))
+    # Stretched along askew axes first, then turned: the polar decomposition by its definition.
+    axes = rotation_matrix(np.array([0.3, 0.5, -0.2]))
+    stretch = axes @ np.diag([1.9, 0.6, 1.2]) @ axes.T
+    found = NodeRotations(body.elastic).at(body.own_discretisation.rest_nodes @ stretch @ TURN.T)
+    np.testing.assert_allclose(found, np.broadcast_to(TURN, found.shape), atol=1e-12)
+
+
+def test_a_body_inside_out_is_not_turned() -> None:
+    mesh = beam_mesh((2, 1, 1))
+    body = StaticBody(mesh, Element.LINEAR, held_end(mesh))
+    found = NodeRotations(body.elastic).at(-body.own_discretisation.rest_nodes)
+    np.testing.assert_array_equal(found, np.broadcast_to(np.eye(3), found.shape))
 
 
 def test_a_factorisation_wears_out_when_rounds_cost_more_than_a_new_one(random) -> None:

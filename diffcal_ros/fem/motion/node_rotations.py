@@ -3,7 +3,7 @@
 """How far a body's material has turned around each node."""
 
 from diffcal_ros.fem.elements.elastic_body import ElasticBody
-from diffcal_ros.fem.elements.rotation_kernels import find_rotations, sum_gradients
+from diffcal_ros.fem.motion.rotation_kernels import find_rotations, sum_gradients
 from diffcal_ros.warp_runtime.device_array import HostMirror, zero_floats, zero_points
 from diffcal_ros.warp_runtime.launcher import Launcher
 import numpy as np
