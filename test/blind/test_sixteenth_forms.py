@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.blind_contact import check_pushes
-from support.blind_rests import clamp_motion_and_load, COARSE, lying, rest_of, tip_rises, turn_of
+from support.blind_contact import check_pushes, moves_and_dents
+from support.blind_rests import clamp_motion_and_load, COARSE, rest_of, tip_rises, turn_of
 from support.blind_views import with_and_without
 
 from benchmarks.blind.contact import contact_laws
@@ -146,14 +146,8 @@ def test_a_brush_bears_a_body_and_lets_its_tip_sink_in(
     on_a_brush: tuple[Setup, Faults], plain: Specimen
 ) -> None:
     laid, faults = on_a_brush
-    assert faults.contact_height is not None
-    moves = []
-    for pose in range(4):
-        found, move = lying(laid, plain, faults, pose)
-        moves.append(move)
-        world = laid.observations[pose].world_from_object
-        lowest = float((found @ world[1, :3] + world[1, 3]).min())
-        assert (faults.contact_height - lowest > 0.3 * faults.contact_bend) == (pose in (0, 2))
+    moves, dents = moves_and_dents(laid, plain, faults)
+    assert [dent > 0.3 * faults.contact_bend for dent in dents] == [True, False, True, False]
     assert 0.007 < moves[0] < 0.013
     assert moves[0] > moves[2] > 0.001
     assert moves[1] == moves[3] == 0.0

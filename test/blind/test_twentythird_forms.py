@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.blind_contact import check_pushes
+from support.blind_contact import check_pushes, moves_and_dents
 from support.blind_derivatives import check_body_stiffness, check_derivatives, check_loose_fibres
-from support.blind_rests import clamp_motion_and_load, COARSE, lying, rest_of
+from support.blind_rests import clamp_motion_and_load, COARSE, rest_of
 from support.blind_views import with_and_without
 
 from benchmarks.blind.contact import contact_laws
@@ -199,13 +199,7 @@ def test_packing_bears_a_body_and_lets_its_tip_sink_in(
     on_packing: tuple[Setup, Faults], plain: Specimen
 ) -> None:
     laid, faults = on_packing
-    assert faults.contact_height is not None
-    moves, dents = [], []
-    for pose in range(4):
-        found, move = lying(laid, plain, faults, pose)
-        world = laid.observations[pose].world_from_object
-        moves.append(move)
-        dents.append(faults.contact_height - float((found @ world[1, :3] + world[1, 3]).min()))
+    moves, dents = moves_and_dents(laid, plain, faults)
     assert 0.007 < moves[0] < 0.013
     assert moves[0] > moves[2] > 0.001
     assert moves[1] == moves[3] == 0.0

@@ -9,7 +9,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.simulation import Specimen
 from support.blind_derivatives import check_derivatives
-from support.blind_rests import rest_of
+from support.blind_rests import lying, rest_of
 
 
 def dents_of(laid: Setup, faults: Faults, positions: np.ndarray, pose: int = 0) -> np.ndarray:
@@ -25,6 +25,29 @@ def dents_of(laid: Setup, faults: Faults, positions: np.ndarray, pose: int = 0) 
     world = laid.observations[pose].world_from_object
     tops = highest_tops(positions @ world[:3, :3].T + world[:3, 3], faults)
     return np.asarray(faults.contact_height - tops)
+
+
+def moves_and_dents(
+    laid: Setup, plain: Specimen, faults: Faults
+) -> tuple[list[float], list[float]]:
+    """Return how far what is level below a body lifts it, and how deep its lowest node dents that.
+
+    Args:
+        laid: whose body lies on it in the first pose.
+        plain: the body.
+        faults: say what it is and how high.
+
+    Returns:
+        Moves and dents in four poses, dents negative above it [m].
+    """
+    assert faults.contact_height is not None
+    moves, dents = [], []
+    for pose in range(4):
+        found, move = lying(laid, plain, faults, pose)
+        world = laid.observations[pose].world_from_object
+        moves.append(move)
+        dents.append(faults.contact_height - float((found @ world[1, :3] + world[1, 3]).min()))
+    return moves, dents
 
 
 def check_pushes(laid: Setup, plain: Specimen, faults: Faults, step: float) -> None:

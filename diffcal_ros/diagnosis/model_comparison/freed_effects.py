@@ -104,6 +104,7 @@ def _with_its_rival_freed(
 def _with_a_rival_freed(
     pool: RefitPool, models: Sequence[Hypothesis], basis: FormBasis
 ) -> list[Hypothesis]:
+    """Return models, the nearest rival of the best one free in form, best first."""
     first, *others = models
     for place, rival in enumerate(others):
         if rival.is_at_bound or rival.identifiers == first.identifiers:
@@ -136,19 +137,22 @@ def with_halves_freed(
         pairs: with two, judged.
         basis: see `with_those_freed`.
     """
-    found = list(singles)
     if basis is None or not (singles and pairs):
-        return found
+        return list(singles)
     best = min(pairs, key=by_evidence)
     if best.level <= singles[0].level:
-        return found
-    for single in best_of_each(singles):
-        is_free = any(own.posture is None for own in single.freed)
-        if single.identifiers[0] not in best.identifiers or single.is_at_bound or is_free:
-            continue
-        if _freed(single, _LEAST_SHARE):
-            found += _with_refit(pool, single, _request(single, _LEAST_SHARE), basis)[1:]
-    return sorted(found, key=by_evidence)
+        return list(singles)
+    requests = [
+        _request(single, _LEAST_SHARE)
+        for single in best_of_each(singles)
+        if single.identifiers[0] in best.identifiers
+        and not (single.is_at_bound or single.is_free_in_form)
+        and _freed(single, _LEAST_SHARE)
+    ]
+    if not requests:
+        return list(singles)
+    found = [with_favoured_sizes(pool, own) for own in pool.refit_all(requests)]
+    return sorted([*singles, *judged(found, basis, is_brief=True)], key=by_evidence)
 
 
 def _may_come_near(rival: Hypothesis, first: Hypothesis) -> bool:

@@ -137,6 +137,11 @@ class Hypothesis:
         return tuple(own for own in self.fit.parameters if own.is_freed)
 
     @property
+    def is_free_in_form(self) -> bool:
+        """Tell whether an effect is in a form of its own."""
+        return any(own.posture is None for own in self.freed)
+
+    @property
     def is_free_in_everything(self) -> bool:
         """Tell whether an effect is in a form of its own, and another one in each pose."""
         for added in self.added:

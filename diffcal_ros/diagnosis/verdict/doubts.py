@@ -207,8 +207,7 @@ def _farthest_form(hypothesis: Hypothesis) -> float:
     """
     if hypothesis.fit.chance_of_noise >= ALPHA:
         return FARTHEST_FORM
-    is_free = any(part.posture is None for part in hypothesis.freed)
-    return FARTHEST_FORM / (len(hypothesis.added) * (2 if is_free else 1))
+    return FARTHEST_FORM / (len(hypothesis.added) * (2 if hypothesis.is_free_in_form else 1))
 
 
 def _is_another_by_pose(hypothesis: Hypothesis, fraction: float) -> bool:
