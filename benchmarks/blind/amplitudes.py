@@ -285,6 +285,8 @@ OUTSIDE_CLASS = {
     'droplet': 'sensor',
     'unlevel': 'shape',
     'flicker': 'sensor',
+    'drafted': 'shape',
+    'blocky': 'sensor',
 }
 
 

@@ -8,6 +8,7 @@ from benchmarks.blind.bounce import bounced_share
 from benchmarks.blind.exposure import exposure, returned_light
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flare import flared_share
+from benchmarks.blind.peeling import film_share
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
@@ -27,6 +28,8 @@ def bias_share(
         return _share_around(rendering, setup, faults)
     if faults.depth_form == 'sunbeam':
         return sunbeam_share(rendering, setup, observation, faults)
+    if faults.depth_form == 'peeling':
+        return film_share(rendering, setup, observation, faults)
     if faults.depth_form == 'flared':
         return flared_share(rendering, faults.depth_width)
     if faults.depth_form == 'disparity':

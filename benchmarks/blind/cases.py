@@ -45,6 +45,8 @@ from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
+from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_PAIRS
+from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_PAIRS
@@ -142,6 +144,7 @@ LAWS_SETS = {
     'twentyfirst': Contents(TWENTYFIRST_PAIRS, tuple(TWENTYFIRST_OUTSIDE), 40),
     'twentysecond': Contents(TWENTYSECOND_PAIRS, tuple(TWENTYSECOND_OUTSIDE), 40),
     'twentythird': Contents(TWENTYTHIRD_PAIRS, tuple(TWENTYTHIRD_OUTSIDE), 40),
+    'twentyfourth': Contents(TWENTYFOURTH_PAIRS, tuple(TWENTYFOURTH_OUTSIDE), 40),
 }
 
 

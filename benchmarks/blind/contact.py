@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a body may lie on, as penalties of its nodes in the object frame."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.blind.air_table import air_table
@@ -29,12 +31,16 @@ _ROLL_STIFFNESS = 3.0e8  # Of a roll of foam [Pa/m^2]: by some millimetres.
 BAR = 0.010  # Radius of a bar [m].
 _ROLL = 0.018  # Of a roll of foam [m].
 _ROPE = 0.006  # Of a rubber rope [m].
+_RACK = 0.008  # Of the bars of a drying rack [m].
+_BARS = 6  # Of a rack to either side of the one below a body's outer part.
 # Share of the free length at which what lies below the outer part alone begins.
 OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4, 'pipe': 0.4}
 # Half-spaces that push by a force which is told, and by a length.
 _PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table, 'packing': packing}
 # Radius of what is round, along the world's z [m].
-ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE}
+ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE, 'rack': _RACK}
+# What reaches below a body's root as well, which is to stay above it.
+LONG = ('pipe', 'rack')
 
 
 def contact_laws(
@@ -53,6 +59,10 @@ def contact_laws(
     stiffness = (faults.contact_stiffness or _CONTACT_STIFFNESS) * areas
     if faults.contact_form in ('edge', 'rope'):
         return (_bar(observation, faults, stiffness, 1),)
+    if faults.contact_form == 'rack':
+        places = faults.contact_at + faults.contact_wave * np.arange(-_BARS, _BARS + 1)
+        bars = [replace(faults, contact_at=float(place)) for place in places]
+        return tuple(_bar(observation, bar, stiffness, 1) for bar in bars)
     if faults.contact_form == 'roll':
         return (_bar(observation, faults, _ROLL_STIFFNESS * areas, 2),)
     if faults.contact_form == 'vee':
@@ -143,7 +153,11 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
     if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))
     radius = ROUND[faults.contact_form]
-    squares = radius**2 - (points[:, 0] - faults.contact_at) ** 2
+    away = points[:, 0] - faults.contact_at
+    if faults.contact_form == 'rack':
+        # From the nearest bar.
+        away = away - faults.contact_wave * np.round(away / faults.contact_wave)
+    squares = radius**2 - away**2
     beside = np.sqrt(np.maximum(squares, 0.0)) - radius
     return np.where(squares > 0.0, points[:, 1] - beside, np.inf)
 

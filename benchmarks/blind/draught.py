@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Air across a bench.
 
-A round stream, as of a ventilator, a layer that the bench slows down, or air that a mouth draws.
+A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, or
+two fans that blow against each other.
 """
 
 import numpy as np
@@ -41,6 +42,17 @@ def layer_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArr
     """
     heights = np.maximum(places[:, 1] + faults.tilt_above, 0.0)
     return np.asarray((heights / faults.tilt_above) ** 2)
+
+
+def opposed_share(shares: FloatArray, border: float, back: float) -> FloatArray:
+    """Return how much of the outer fan's push is felt where an inner one blows back, shape (N,).
+
+    Args:
+        shares: of the free length, shape (N,).
+        border: share from which on the outer one is felt, and up to which the inner one.
+        back: by which share of the outer one's push the inner one blows the other way.
+    """
+    return np.asarray(np.where(shares > border, 1.0, -back * (shares > 0.0)))
 
 
 def drawn_in(places: FloatArray, side: FloatArray, faults: Faults) -> FloatArray:

@@ -53,7 +53,9 @@ class Faults(LaterFaults):
             none at the clamp and at the tip, and to none amid the height, of what was
             `soaked` from `contrast_at` on: by the exponential of the depth below its surface,
             of what was `creased` at `contrast_creases`: by the exponential of the square of the
-            way along it, or of an `edged` body's four long edges: by the places along both sides.
+            way along it, of an `edged` body's four long edges: by the places along both sides,
+            or of two pours that are `wedged`: their border goes from `contrast_at` on the side
+            of `contrast_side` to `contrast_until` on the other one.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -85,8 +87,9 @@ class Faults(LaterFaults):
             place, which draws it down and towards the rig; a wet `sponge` around all between
             `mass_stops`, whose water sinks to where that is lowest; a lump of grease that is
             `oozing` along the body: in each pose at one of `mass_places`; a cord that is
-            `wicking` a liquid from the clamp on: in each pose as far as one of these; or a clip
-            that is `hung on` there before the pose `mass_from`.
+            `wicking` a liquid from the clamp on: in each pose as far as one of these; a clip
+            that is `hung on` there before the pose `mass_from`; or `mass_drips` of glue with
+            which a body was `spattered`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -106,7 +109,8 @@ class Faults(LaterFaults):
             lies below it by a square of foam tape, which it shifts and turns on; in `hot
             glue`, which grows softer: in each pose by `clamp_shares` of what is given;
             `waxed` in: in each pose it flows on as is given, from where the one before left it;
-            or amid the crossbar of a `gantry` along the object's y, which twists as is given.
+            amid the crossbar of a `gantry` along the object's y, which twists as is given; or on
+            the arm of a `stand`, which bends with the rod that bears it.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -125,8 +129,10 @@ class Faults(LaterFaults):
             that swings, whose push is steady in a pose and another in each; a table that is
             `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose; an arm
             that is `braking`: gravity is not turned, and `tilt_pushes` come to it; a table
-            that is `rocking` on a short leg: in each pose a tilt one way or back; or a trolley
-            with a tyre that is `deflating`: in each pose by `tilt_shares` of a tilt.
+            that is `rocking` on a short leg: in each pose a tilt one way or back; a trolley
+            with a tyre that is `deflating`: in each pose by `tilt_shares` of a tilt; or two fans
+            that are `opposed`: one pushes what is beyond `tilt_at` as is given, the other what is
+            before that by `tilt_back` of it the other way.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -146,8 +152,9 @@ class Faults(LaterFaults):
             into a box: a bend around `curvature_at`, and one at right angles to that around
             `curvature_again`, `jumbled`: by `curvature_parts`, each bent its own way (the tip
             moves as far as an arc's), `propped` at its tip: by the moment of its weight less
-            that of a block (the tip moves as far as an arc's), or `outweighed` by its holder over
-            a shelf's edge at `curvature_at` (the tip moves as far as an arc's).
+            that of a block (the tip moves as far as an arc's), `outweighed` by its holder over
+            a shelf's edge at `curvature_at` (the tip moves as far as an arc's), or `held by its
+            tip`: by the moment of its weight and its holder's (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -164,8 +171,9 @@ class Faults(LaterFaults):
             below the outer part, which turns about a hinge along the world's z, `felt`, whose
             pressure grows by the exponential of the dent, a table for `hovering`, which blows:
             its pressure falls by the exponential of the height over it, a piece of `pipe`
-            along the world's x below the outer part, or the foam of `packing`, whose cells buckle:
-            its pressure comes up to a most by the exponential of the dent.
+            along the world's x below the outer part, the foam of `packing`, whose cells buckle:
+            its pressure comes up to a most by the exponential of the dent, or the round bars of a
+            drying `rack` along the world's z.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -186,8 +194,9 @@ class Faults(LaterFaults):
             `sunbeam` through `depth_spot`, which wanders from pose to pose: by the exponential
             of the square of the way from its middle; of a fixture that has `flared`: by the
             exponential of the way from that in the image; of a sensor that is `warped` to a
-            saddle: by the square of the way along `depth_slant` less that across; or of one that
-            is `restarted` before each pose: by `depth_shares`.
+            saddle: by the square of the way along `depth_slant` less that across; of one that
+            is `restarted` before each pose: by `depth_shares`; or of a film that is `peeling` off
+            its window: of what is seen through it, beyond one of `depth_places` in each pose.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -207,10 +216,10 @@ class Faults(LaterFaults):
         creep_share: g of a Prony pair: all stresses relax to 1 - g of what they were [-].
         creep_time: tau of that pair [s].
         creep_form: `one` pair, or `two` with half the share each, the other five times as slow.
-        contact_share: share of the free length that lies over a bar, a rope, a knob or the edge of
-            a step.
-        contact_at: where the bar's axis is along the world's x, the groove's bottom or a pipe's
-            axis along z, or a knob's top along the object's y [m].
+        contact_share: share of the free length that lies over a bar, also one of a rack's, a rope,
+            a knob or the edge of a step.
+        contact_at: where the axis of the bar, or of one of a rack's, is along the world's x, the
+            groove's bottom or a pipe's axis along z, or a knob's top along the object's y [m].
         camera_drifts: whether the camera's error grows from pose to pose.
         clamp_scatter: further shift [mm] and turn [deg] of the clamp in each pose.
         region_ramp: share of the free length over which `region_bias` comes up.
@@ -265,12 +274,13 @@ class Faults(LaterFaults):
         tangential: two coefficients of tangential distortion, of x y and y^2 in the columns and
             rows, and of x^2 and x y.
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
-        clamp_length: of a flexure, a post, an angle iron or half of a crossbar, from a wrist's
-            joint about y, or of the edges of a square of foam tape, half as far below the middle
-            of what is held [m].
+        clamp_length: of a flexure, a post, an angle iron, half of a crossbar or a stand's arm,
+            from a wrist's joint about y, or of the edges of a square of foam tape, half as far
+            below the middle of what is held [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
-        tilt_at: share of the free length of the place that a thread draws.
+        tilt_at: share of the free length of the place that a thread draws, or from which on the
+            outer one of two fans is felt.
         curvature_at: share of the free length of the middle of a kink, a rail, a weight or an
             inner fold or bend, or of a table's or a shelf's edge.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].

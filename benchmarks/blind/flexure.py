@@ -3,7 +3,7 @@
 """How what a clamp stands on shifts and turns by force and moment.
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
-tape, or the middle of a gantry's crossbar.
+tape, the middle of a gantry's crossbar, or the arm of a stand.
 """
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks.blind.shapes import FloatArray
 
 _STEEL = 0.3  # Poisson's ratio of a post.
+_RISES = 1.5  # Height of a stand's boss over its foot, over its arm's length.
 _STRONG = 0.25  # Bending of a thin angle iron about its strong axis over that about its weak one.
 _SHEARED = 3.0  # How much more foam tape gives way along its plane than across.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -93,10 +94,7 @@ def tape_compliance(by_turn: float, edge: float) -> FloatArray:
     by_force = by_turn * edge**2 / 12.0
     shifts = by_force * np.array([_SHEARED, _SHEARED, 1.0])
     turns = by_turn * np.array([1.0, 1.0, 0.5 * _SHEARED])
-    # Of force and moment on the clamp, what the tape's middle bears.
-    borne = np.eye(6)
-    borne[3:, :3] = np.cross(0.5 * edge * _UPRIGHT, np.eye(3)).T
-    return np.asarray(borne.T @ np.diag([*shifts, *turns]) @ borne)
+    return _carried(np.diag([*shifts, *turns]), 0.5 * edge * _UPRIGHT)
 
 
 def gantry_compliance(by_turn: float, length: float) -> FloatArray:
@@ -115,6 +113,36 @@ def gantry_compliance(by_turn: float, length: float) -> FloatArray:
     shift = bent * length**2 / 12.0
     turn = 0.25 * bent
     return np.diag([shift, 0.0, shift, turn, by_turn, turn])
+
+
+def stand_compliance(by_turn: float, length: float) -> FloatArray:
+    """Return the same of a clamp on the arm of a stand, as chemists have.
+
+    The arm goes from the clamp back along the object's x to a boss on a rod, whose foot is below
+    the boss along the object's z, `_RISES` times as far. Both are of the same round steel: they
+    bend alike, and twist by 1 + nu as much.
+
+    Args:
+        by_turn: turn about y by a moment about that, of arm and rod [rad/(N m)].
+        length: of the arm [m].
+    """
+    arm = by_turn / (1.0 + _RISES)
+    rod = post_compliance(_RISES * arm, _RISES * length)
+    bends = _end_compliance(arm, length, _ALONG, _round(_ALONG), (1.0 + _STEEL) * arm)
+    return bends + _carried(rod, length * _ALONG)
+
+
+def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:
+    """Return the compliance of a place that is rigidly carried by another one, shape (6, 6).
+
+    Args:
+        compliance: of that, shape (6, 6).
+        way: from there to the place [m], shape (3,).
+    """
+    # Of force and moment on the one, what the other bears.
+    borne = np.eye(6)
+    borne[3:, :3] = np.cross(way, np.eye(3)).T
+    return np.asarray(borne.T @ compliance @ borne)
 
 
 def _round(ahead: FloatArray) -> FloatArray:

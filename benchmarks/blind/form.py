@@ -10,6 +10,7 @@ import numpy as np
 
 from benchmarks.blind.amplitudes import direction, Effect, number, signed, weight_moment
 from benchmarks.blind.setups import Setup
+from benchmarks.blind.shapes import FloatArray
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,21 @@ def contact_form(form: str) -> Form:
         'contact_height',
         lambda size, random: number((2.0, 5.0, 11.0)[size], random),
     )
+
+
+def apart(count: int, draw: Callable[[int], FloatArray]) -> FloatArray:
+    """Draw a place for each pose, the farthest of which is 1 or -1, until they lie well apart.
+
+    Args:
+        count: number of poses.
+        draw: as many numbers.
+    """
+    places, is_apart = np.ones(1), count < 2
+    while not is_apart:
+        places = draw(count)
+        places /= np.abs(places).max()
+        is_apart = bool(np.ptp(places) > 1.0)
+    return places
 
 
 def camera_form(name: str, key: str, amounts: tuple[float, float, float]) -> Form:

@@ -45,6 +45,7 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
+from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS
 
@@ -207,6 +208,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'twentyfirst': TWENTYFIRST_FORMS,
     'twentysecond': TWENTYSECOND_FORMS,
     'twentythird': TWENTYTHIRD_FORMS,
+    'twentyfourth': TWENTYFOURTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -9,13 +9,13 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the twenty-third set.
+    """Amplitudes that came with the twelfth to the twenty-fourth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
         stiffening_steep: factor of that square [-].
-        contrast_until: share of the free length where a patch or a foil ends.
-        contrast_side: sign of the object's y on whose side it is.
+        contrast_until: share of the free length where a patch or a foil ends, or a wedge.
+        contrast_side: sign of the object's y on whose side it is, or where a wedge is thickest.
         mass_shares: how much of `added_mass` a cloth still has in each pose.
         clamp_preload: moment up to which a preloaded clamp does not give way [N m].
         contact_give: by how much a pan sinks by the force on it [m/N], or a flap turns by the
@@ -80,7 +80,7 @@ class LaterFaults:
             first pose, from its principal point [px].
         depth_width: way from there, or across the beam, or from a fixture that flares, at
             which its error has fallen to a third, or along a saddle's slant from the principal
-            point, at which there is all of it [px].
+            point, at which there is all of it, or over which a film's edge is blurred [px].
         region_wound: whether bands of tape are the turns of one that is wound around the body.
         ghost: share of the pose before in what a sensor tells where it saw something then.
         whirl: push of air that turns about an upright axis, where that is strongest [m/s^2].
@@ -100,7 +100,8 @@ class LaterFaults:
         fattened: by how much a body's outline is seen too far out [px].
         mass_ahead: from the middle of its foot on a body to a tool's mass, along the body [mm].
         clamp_gape: by how much less than stated a body is held by jaws that gape, or by glue [mm].
-        contact_wave: way from crest to crest of a crate's foam, along the world's x and z [m].
+        contact_wave: way from crest to crest of a crate's foam, along the world's x and z, or from
+            bar to bar of a rack, along x [m].
         contact_trough: by how much its troughs are lower than its crests [m].
         depth_point: of the world, from which light bounces to a body [m].
         region_strip: share of each side that a strip along its middle covers; 0: all of it.
@@ -124,7 +125,7 @@ class LaterFaults:
         mass_suction: height over which the water of a sponge falls to a third [m].
         tilt_scatter: further tilt about the world's x and z in each pose [deg].
         depth_slant: angle of the way in which a sunbeam wanders, or in which a saddle errs by all
-            of it, from the image's right towards down [deg].
+            of it, or in which a film peels off, from the image's right towards down [deg].
         depth_wander: by how much it wanders that way from pose to pose [px].
         region_sun: direction, object's y and z, from which sun bleached a body: `region_bias`
             goes with the cosine of the angle between that and a side; (0, 0): it is on all.
@@ -163,6 +164,18 @@ class LaterFaults:
         flicker: amplitude of an error that swings over the image's rows [mm].
         flicker_period: [px].
         flicker_phases: at row 0 in each pose [rad].
+        mass_drips: of some drips of glue: the share of the free length, the way across the body,
+            from the object's y towards z [deg], and the share of `added_mass`.
+        tilt_back: by which share of the outer fan's push the inner one blows the other way.
+        curvature_heavy: share of the moment at a body's tip, by which it was held, that was its
+            holder's.
+        depth_places: how far from the image's principal point the edge of a film lies along
+            `depth_slant` in each pose [px].
+        region_dips: shares of the free length from which on each of some coats is on a body, all
+            of which err alike; empty: it was not dipped.
+        drafted: share by which the true section is wider at its upper side, and narrower at its
+            lower one.
+        blocky: edge of the squares of an image that all have the mean of their depths [px].
     """
 
     stiffening_slant: float = 0.0
@@ -285,3 +298,10 @@ class LaterFaults:
     flicker: float = 0.0
     flicker_period: float = 1.0
     flicker_phases: tuple[float, ...] = ()
+    mass_drips: tuple[Vector, ...] = ()
+    tilt_back: float = 0.0
+    curvature_heavy: float = 0.0
+    depth_places: tuple[float, ...] = ()
+    region_dips: tuple[float, ...] = ()
+    drafted: float = 0.0
+    blocky: int = 0

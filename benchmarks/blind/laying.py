@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.blind.contact import highest_tops, lowered, OUTER, ROUND
+from benchmarks.blind.contact import highest_tops, LONG, lowered, OUTER, ROUND
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.knob import knob_tops
 from benchmarks.blind.rotations import applied
@@ -115,9 +115,9 @@ def _lowest_points(setup: Setup, faults: Faults, normal: FloatArray) -> tuple[li
     root = highest_tops(placed, faults)
     lift = 1e-3 * (faults.contact_height or 0.0)
     is_clear = float(root[specimen.shares < 0.1].min()) > lows[0] + lift + 0.001
-    # A bar, or a block, lies under a part of the body that is not at the root; a pipe is long.
-    is_pipe = faults.contact_form == 'pipe'
-    clear = is_clear or (faults.contact_form in (*ROUND, *OUTER) and not is_pipe)
+    # A bar, or a block, lies under a part of the body that is not at the root; others are long.
+    is_long = faults.contact_form in LONG
+    clear = is_clear or (faults.contact_form in (*ROUND, *OUTER) and not is_long)
     return lows, bool(shares[0] > 0.5) and clear
 
 

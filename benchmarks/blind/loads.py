@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.blind.blower import blown
 from benchmarks.blind.catenary import slung
 from benchmarks.blind.contact import contact_laws
-from benchmarks.blind.draught import drawn_in, layer_share, stream_share
+from benchmarks.blind.draught import drawn_in, layer_share, opposed_share, stream_share
 from benchmarks.blind.equilibrium import Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flap import free_side, turned_flap
@@ -30,6 +30,7 @@ _PUSHES = (
     'growing',
     'outer_push',
     'middle_push',
+    'opposed',
     'thread',
     'turntable',
     'blower',
@@ -94,11 +95,12 @@ def _forces(
     wind = object_from_world @ np.array([0.0, 0.0, faults.wind * GRAVITY])
     masses, shares = specimen.body.masses + specimen.added, specimen.shares
     forces = masses[:, None] * gravity + specimen.tip_masses[:, None] * wind
-    if faults.tilt_form in ('growing', 'outer_push', 'middle_push'):
+    if faults.tilt_form in ('growing', 'outer_push', 'middle_push', 'opposed'):
         where = {
             'growing': np.maximum(shares, 0.0),
             'outer_push': 2.0 * (shares > 0.6),
             'middle_push': 6.0 * (np.abs(shares - 0.5) < 1.0 / 6.0),
+            'opposed': opposed_share(shares, faults.tilt_at, faults.tilt_back),
         }[faults.tilt_form]
         forces = forces + (masses * where)[:, None] * (object_from_world @ _side(faults))
     if faults.tilt_form == 'thread':

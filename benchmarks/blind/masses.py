@@ -13,6 +13,7 @@ from benchmarks.blind.shapes import FloatArray
 _MASS_REACH = 0.06  # Half the share of the free length over which an added mass is spread.
 _POINT_REACH = 0.025  # The same of a mass on one side, and of one around the surface.
 _SMEAR_REACH = 0.5
+_DRIPPED_FROM = 0.4  # Of the way from the section's middle to its surface, for drips.
 
 
 def added_mass(
@@ -57,6 +58,8 @@ def added_mass(
         masses = masses * _carried(masses, arm, quadrature, mesh)
     if faults.mass_form == 'markers':
         masses = _markers(faults, share, quadrature, mesh)
+    if faults.mass_form == 'spattered':
+        masses = _drips(faults, share, across, (share > 0.0) * quadrature.volumes)
     return spread(masses, quadrature, mesh.cells, len(mesh.nodes))
 
 
@@ -99,6 +102,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'wicking': (_MASS_REACH, 0.0),
         # And whether a clip hangs there yet.
         'hung on': (_MASS_REACH, 0.0),
+        # Each of some drips has a place of its own, too.
+        'spattered': (_POINT_REACH, 0.0),
     }
     return forms[faults.mass_form]
 
@@ -116,12 +121,42 @@ def _markers(
     """
     stalk, found = np.array([0.0, *faults.mass_arm]), np.zeros(share.shape)
     for at in np.linspace(*faults.mass_stops, faults.mass_count):
-        away = np.abs(share - at)
-        near = np.maximum(1.0 - away / max(_MASS_REACH, 1.01 * float(away.min())), 0.0)
-        weights = near * (share > 0.0) * quadrature.volumes
+        weights = _nearness(share, at, _MASS_REACH) * (share > 0.0) * quadrature.volumes
         foot = _shared(faults.added_mass / faults.mass_count, weights)
         found += foot * _carried(foot, stalk, quadrature, mesh)
     return found
+
+
+def _drips(
+    faults: Faults, share: FloatArray, across: FloatArray, volumes: FloatArray
+) -> FloatArray:
+    """Return the masses of Gauss points on which glue dripped [kg], shape (C, 8).
+
+    Args:
+        faults: say how heavy all drips are, and of each where it is and its share of that.
+        share: of the free length at which the points lie, shape (C, 8).
+        across: of these, over half the width and the height, shape (C, 2, 8).
+        volumes: of the free body at each [m^3], shape (C, 8).
+    """
+    found = np.zeros(share.shape)
+    for at, degrees, part in faults.mass_drips:
+        way = np.array([np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))])
+        is_beside = np.einsum('i,cig->cg', way, across) > _DRIPPED_FROM
+        weights = _nearness(share, at, _POINT_REACH) * is_beside * volumes
+        found += _shared(part * faults.added_mass, weights)
+    return found
+
+
+def _nearness(share: FloatArray, at: float, reach: float) -> FloatArray:
+    """Return how near places are to one, 1 there; at least the nearest are within reach.
+
+    Args:
+        share: of the free length, any shape.
+        at: that of the place.
+        reach: over which it falls to none, as a share of the free length.
+    """
+    away = np.abs(share - at)
+    return np.asarray(np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0))
 
 
 def tip_direction(setup: Setup) -> FloatArray:

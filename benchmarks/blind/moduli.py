@@ -15,6 +15,7 @@ _TORN = 0.05  # Half the share of the free length of a torn piece.
 DECAY = 0.2  # Share of the free length over which what comes from the clamp falls to a third.
 _CORE = 0.5  # Share of width and height of a tube that is cast in.
 _LAMP = 0.15  # Share of the free length over which a lamp's light falls to a half.
+_MIXED = 0.3  # Of half the width, over which two pours mix where their border lies aslant.
 _PLUG_SKIN = 0.2  # Share of the half section over which a plug's rubber goes over to a body's.
 _CAVITY = 5.0  # By which log E falls where there is no matter.
 PARTED = 5.5  # The same where two halves hardly hold together.
@@ -49,6 +50,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         ),
         'soaked': _soaked(setup, faults, share, points),
         'edged': edge_share(*(2.0 * points[:, 1:].swapaxes(0, 1) / section)),
+        'wedged': _wedged(setup, faults, share, points),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),
@@ -156,6 +158,30 @@ def edge_share(across: FloatArray, height: FloatArray) -> FloatArray:
         height: -1 at the lower face and 1 at the upper one, that shape.
     """
     return np.asarray(np.minimum(np.abs(across), 1.0) * np.minimum(np.abs(height), 1.0))
+
+
+def wedge_value(share: FloatArray, across: FloatArray, begin: float, until: float) -> FloatArray:
+    """Return in which of two pours places lie, -1/2 in the one at the clamp, 1/2 in the other.
+
+    Their border goes from the side where `across` is 1 to the other one, as the mould stood aslant
+    on its side when the first was poured; beside it they mixed.
+
+    Args:
+        share: of the free length, any shape.
+        across: -1 and 1 at the sides, that shape.
+        begin: share at which the border begins, on the one side.
+        until: share at which it comes to the other one.
+    """
+    border = 1.0 - 2.0 * (share - begin) / (until - begin)
+    return np.asarray(np.clip((across - border) / _MIXED, -0.5, 0.5))
+
+
+def _wedged(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:
+    """Return in which of two pours Gauss points lie, shape (C, 8)."""
+    if faults.contrast_until <= faults.contrast_at:
+        return np.zeros(share.shape)
+    across = faults.contrast_side * points[:, 1] / (0.5 * setup.shape.section[0])
+    return wedge_value(share, across, faults.contrast_at, faults.contrast_until)
 
 
 def _soaked(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

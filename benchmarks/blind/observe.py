@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.blind.biases import bias_share
 from benchmarks.blind.bleeding import bleeding_share
+from benchmarks.blind.blocks import in_blocks
 from benchmarks.blind.combing import combed
 from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
@@ -80,6 +81,7 @@ def _seen(
             sun=faults.region_sun,
             second=faults.region_second,
             strokes=faults.region_strokes,
+            dips=faults.region_dips,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -104,7 +106,8 @@ def _seen(
     glows = _glowing(setup, observation, faults)
     depth = depth + 1e-3 * faults.region_bias * glows * tip
     depth = np.maximum(depth, _least_depth(faults))
-    return replace(rendering, depth=_miscounted(_in_steps(depth, faults), faults))
+    seen = replace(rendering, depth=_miscounted(_in_steps(depth, faults), faults))
+    return in_blocks(seen, faults.blocky)
 
 
 def _wiggle(rendering: Rendering, faults: Faults) -> FloatArray | float:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The true shape of a body without stress, object frame."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -42,6 +43,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         dish=faults.dished,
         flat=faults.flattened,
         slope=faults.unlevel,
+        draft=faults.drafted,
     )
 
 
@@ -161,13 +163,9 @@ def _supported(curvature: FloatArray, faults: Faults) -> list[tuple[float, float
         power, lever = 2, at * (1.0 / 3.0 - 0.25 * at) + 0.25 * (1.0 - at) ** 2
     else:
         power, lever = 1, at * (0.5 - at / 3.0) + (1.0 - at) ** 2 / 3.0
-    found = []
-    for number in reversed(range(_PARTS)):
-        begin, end = number / _PARTS, (number + 1) / _PARTS
-        middle = 0.5 * (begin + end)
-        moment = min(middle / at, (1.0 - middle) / (1.0 - at)) ** power
-        found.append((begin, end, 0.5 / lever * moment * curvature))
-    return found
+    return _by_moments(
+        curvature, lever, lambda middle: min(middle / at, (1.0 - middle) / (1.0 - at)) ** power
+    )
 
 
 def _propped(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
@@ -180,12 +178,47 @@ def _propped(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, 
         curvature: of that arc [1/m], shape (3,).
         faults: say how much of the clamp's moment the block takes away.
     """
-    prop, found = faults.curvature_prop, []
-    lever = 0.25 - prop / 3.0
+    prop = faults.curvature_prop
+    return _by_moments(
+        curvature,
+        0.25 - prop / 3.0,
+        lambda middle: (1.0 - middle) ** 2 - prop * (1.0 - middle),
+    )
+
+
+def _held_by_tip(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that was held by its tip, with its holder at the free end.
+
+    By the moments of its even load and of the holder's weight, which both grow from the clamp on.
+    The tip is as far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        faults: say which share of the moment at the tip was the holder's.
+    """
+    heavy = faults.curvature_heavy
+    return _by_moments(
+        curvature,
+        heavy / 6.0 + (1.0 - heavy) / 12.0,
+        lambda middle: heavy * middle + (1.0 - heavy) * middle**2,
+    )
+
+
+def _by_moments(
+    curvature: FloatArray, lever: float, moment: Callable[[float], float]
+) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that moments bent whose tip is as far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        lever: mean over the free length of moments times what is left to the tip.
+        moment: by the share of the free length.
+    """
+    found = []
     for number in reversed(range(_PARTS)):
         begin, end = number / _PARTS, (number + 1) / _PARTS
-        left = 1.0 - 0.5 * (begin + end)
-        found.append((begin, end, 0.5 / lever * (left**2 - prop * left) * curvature))
+        middle = 0.5 * (begin + end)
+        found.append((begin, end, 0.5 / lever * moment(middle) * curvature))
     return found
 
 
@@ -279,6 +312,7 @@ _IN_PARTS = {
     'weighed down': _supported,
     'propped': _propped,
     'outweighed': _outweighed,
+    'held by its tip': _held_by_tip,
 }
 
 

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 _RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
 _NECK = 0.15  # Share over which a body that was drawn grows thinner.
 _HALF_NECK = 0.15  # Share from the middle of a neck to either of its ends.
-_BRIM = 0.15  # Share over which a hollow or a sloping upper side comes up from a clamp.
+_BRIM = 0.15  # Share over which an upper side that is not the stated one comes up from a clamp.
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,7 @@ class Shape:
         flat: share by which the section is wider at the tip, and as much thinner.
         slope: share of the height by which the upper side is higher at the side of positive y, and
             lower at the other.
+        draft: share by which the section is wider at the upper side, and narrower at the lower.
     """
 
     family: str
@@ -58,6 +59,7 @@ class Shape:
     dish: float = 0.0
     flat: float = 0.0
     slope: float = 0.0
+    draft: float = 0.0
 
     @property
     def length(self) -> float:
@@ -92,6 +94,11 @@ class Shape:
             width, height = self.section
             higher = self.slope * sloping(share, points[..., 1] / (0.5 * width))
             points[..., 2] += higher * (points[..., 2] + 0.5 * height)
+        if self.draft:
+            half_width, half_height = (0.5 * side for side in self.section)
+            high = points[..., 2] / half_height
+            wider = self.draft * drafting(share, points[..., 1] / half_width, high)
+            points[..., 1] += half_width * wider
         points[..., 1] *= (1.0 - self.taper[0] * share) * narrow
         points[..., 2] *= (1.0 - self.taper[1] * share) * narrow
         points[..., 1] *= 1.0 + self.flat * share
@@ -129,6 +136,17 @@ def sloping(share: FloatArray, across: FloatArray) -> FloatArray:
         across: -1 and 1 at the sides; beyond, of a crossbar, it is as there; that shape.
     """
     return np.asarray(np.minimum(share / _BRIM, 1.0) * np.clip(across, -1.0, 1.0))
+
+
+def drafting(share: FloatArray, across: FloatArray, high: FloatArray) -> FloatArray:
+    """Return how far out a place lies in a mould with flaring walls, over half the width.
+
+    Args:
+        share: of the free length, any shape.
+        across: -1 and 1 at the sides; beyond, of a crossbar, it is as there; that shape.
+        high: -1 at the lower side and 1 at the upper one, that shape.
+    """
+    return np.asarray(np.minimum(share / _BRIM, 1.0) * np.clip(across, -1.0, 1.0) * high)
 
 
 def bend(points: FloatArray, start: float, curvature: FloatArray) -> FloatArray:

@@ -29,6 +29,7 @@ from benchmarks.blind.flexure import (
     flexure_compliance,
     gantry_compliance,
     post_compliance,
+    stand_compliance,
     tape_compliance,
     wrist_compliance,
 )
@@ -81,6 +82,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'wrist': lambda faults: wrist_compliance(faults.clamp_compliance, faults.clamp_length),
     'taped': lambda faults: tape_compliance(faults.clamp_compliance, faults.clamp_length),
     'gantry': lambda faults: gantry_compliance(faults.clamp_compliance, faults.clamp_length),
+    'stand': lambda faults: stand_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].

@@ -36,6 +36,17 @@ def even_sag(setup: Setup) -> float:
     return tip_sag(setup) * held_moment(setup) / bar
 
 
+def towards(degrees: float, way: FloatArray) -> tuple[float, float]:
+    """Return the tilt about the world's x and z that draws a way [deg].
+
+    Args:
+        degrees: how far it tilts.
+        way: level, world, shape (3,).
+    """
+    # About the world's x gravity turns towards -z, about z towards x.
+    return round(float(-degrees * way[2]), 4), round(float(degrees * way[0]), 4)
+
+
 def levers(setup: Setup) -> FloatArray:
     """Return the tip's way by a load at `SHARES`, over that by as much, alike along it, (200,).
 

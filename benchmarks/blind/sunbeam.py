@@ -5,6 +5,7 @@
 import numpy as np
 
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.peeling import ways_aslant
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
@@ -23,11 +24,6 @@ def sunbeam_share(
         observation: the pose.
         faults: say where the beam is at first, which way it wanders and how far, and its width.
     """
-    height, width = rendering.depth.shape[:2]
-    across, down = faults.depth_spot
-    angle = np.deg2rad(faults.depth_slant)
-    rows = rendering.row + np.arange(height)[:, None] - (setup.camera.cy + down)
-    columns = rendering.column + np.arange(width)[None] - (setup.camera.cx + across)
     wandered = faults.depth_wander * setup.pose_number(observation)
-    away = np.cos(angle) * columns + np.sin(angle) * rows - wandered
+    away = ways_aslant(rendering, setup, faults) - wandered
     return np.asarray(np.exp(-((away / faults.depth_width) ** 2)))[..., None]

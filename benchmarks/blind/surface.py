@@ -61,6 +61,7 @@ def body_triangles(
     sun: tuple[float, float] = (0.0, 0.0),
     second: float = 0.0,
     strokes: tuple[float, ...] = (),
+    dips: tuple[float, ...] = (),
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -84,6 +85,8 @@ def body_triangles(
         second: share from which on what would be the root's is a half of the tip's; 0: nothing.
         strokes: by which part each of some bands is the tip's, alike in length from `tip_from` on;
             empty: all is.
+        dips: shares from which on each of some coats is on it, all of which are the tip's, in
+            place of a border; empty: there are none.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -108,6 +111,8 @@ def body_triangles(
             sides = np.where(within, sides, ROOT)
         if strokes:
             sides = _between(_stroked(places, tip_from, strokes) * tip_part(sides))
+        if dips:
+            sides = _between(_coats(places, dips))
         if speckle[0]:
             sides = np.where(speckled(middles, *speckle), sides, ROOT)
         if heights is not None:
@@ -148,6 +153,11 @@ def _stroked(along: FloatArray, tip_from: float, strokes: tuple[float, ...]) -> 
     """Return how thick the paint of a brush's strokes is, which lie side by side to the tip."""
     numbers = (along - tip_from) / (1.0 - tip_from) * len(strokes)
     return np.asarray(np.array(strokes)[np.clip(numbers.astype(int), 0, len(strokes) - 1)])
+
+
+def _coats(along: FloatArray, dips: tuple[float, ...]) -> FloatArray:
+    """Return which part of all coats is on a place that was dipped each time to another share."""
+    return np.asarray((along[..., None] > np.array(dips)).mean(axis=-1))
 
 
 def _fading(along: FloatArray, decay: float) -> IntArray:

@@ -16,7 +16,7 @@ from benchmarks.blind.moduli import crease_share
 from benchmarks.blind.outside_forms import tip_stiffness
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.setups import GRAVITY, Setup
-from benchmarks.blind.slender import even_sag, levers, SHARES, softness
+from benchmarks.blind.slender import even_sag, levers, SHARES, softness, towards
 from benchmarks.blind.twelfth_forms import held_moment
 
 _MOVES = (0.002, 0.004, 0.010)  # Of the tip [m], by the formulas of a slender beam.
@@ -150,13 +150,9 @@ def _rocking(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
     most = max(float(np.linalg.norm(gives * (turn[:, 1:].T @ way))) for turn in turns)
     share = _MOVES[size] * min(1.0 / (even_sag(setup) * most), _MOST_TILTED / _MOVES[2])
     degrees = number(float(np.rad2deg(share)), random)
-    # About the world's x gravity turns towards -z, about z towards x.
     return {
         'tilt_form': 'rocking',
-        'gravity_tilt': (
-            round(float(-degrees * way[2]), 4),
-            round(float(degrees * way[0]), 4),
-        ),
+        'gravity_tilt': towards(degrees, way),
         'tilt_shares': tuple(sides),
     }
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from benchmarks.blind.amplitudes import direction, number, signed
 from benchmarks.blind.flexure import gantry_compliance
-from benchmarks.blind.form import Form
+from benchmarks.blind.form import apart, Form
 from benchmarks.blind.moduli import edge_share
 from benchmarks.blind.outside_forms import tip_stiffness
 from benchmarks.blind.setups import GRAVITY, Setup
-from benchmarks.blind.slender import even_sag, levers, SHARES, softness
+from benchmarks.blind.slender import even_sag, levers, SHARES, softness, towards
 from benchmarks.blind.twelfth_forms import held_moment
 
 _MOVES = (0.002, 0.004, 0.010)  # Of the tip [m], by the formulas of a slender beam.
@@ -109,11 +109,7 @@ def _packing(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
 
 def _restarted(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Switch a sensor off and on before each pose, whose zero is another each time."""
-    shares, is_apart = np.ones(1), len(setup.observations) < 2
-    while not is_apart:
-        shares = random.standard_normal(len(setup.observations))
-        shares /= np.abs(shares).max()
-        is_apart = bool(np.ptp(shares) > 1.0)
+    shares = apart(len(setup.observations), random.standard_normal)
     return {
         'depth_form': 'restarted',
         'depth_bias': signed((2.0, 4.0, 10.0)[size], random),
@@ -137,11 +133,7 @@ def _slider(size: int, setup: Setup, random: np.random.Generator) -> dict[str, A
     # Mostly to the camera's right.
     axis = np.array([1.0, 0.0, 0.0]) + random.uniform(-0.35, 0.35, 3) * np.array([0.0, 1.0, 1.0])
     axis /= np.linalg.norm(axis)
-    places, is_apart = np.ones(1), len(setup.observations) < 2
-    while not is_apart:
-        places = random.uniform(-1.0, 1.0, len(setup.observations))
-        places /= np.abs(places).max()
-        is_apart = bool(np.ptp(places) > 1.0)
+    places = apart(len(setup.observations), lambda count: random.uniform(-1.0, 1.0, count))
     shifts = number((2.0, 4.0, 10.0)[size], random) * places[:, None] * axis
     return {
         'camera_scatter': tuple(
@@ -170,13 +162,9 @@ def _deflating(size: int, setup: Setup, random: np.random.Generator) -> dict[str
     )
     tilt = min(_MOVES[size] / (even_sag(setup) * most), _MOST_TILTED[size])
     degrees = number(float(np.rad2deg(tilt)), random)
-    # About the world's x gravity turns towards -z, about z towards x.
     return {
         'tilt_form': 'deflating',
-        'gravity_tilt': (
-            round(float(-degrees * way[2]), 4),
-            round(float(degrees * way[0]), 4),
-        ),
+        'gravity_tilt': towards(degrees, way),
         'tilt_shares': tuple(round(float(share), 4) for share in shares),
     }
 

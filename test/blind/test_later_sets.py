@@ -45,6 +45,8 @@ from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS, TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
+from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS, TWENTYFOURTH_PAIRS
+from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS, TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS, TWENTYTHIRD_PAIRS
@@ -69,6 +71,7 @@ COUNTS = {
     'twentyfirst': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentysecond': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentythird': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentyfourth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -150,6 +153,13 @@ OWN = {
         TWENTYTHIRD_FORMS,
         TWENTYTHIRD_PAIRS,
         TWENTYTHIRD_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'twentyfourth': Own(
+        TWENTYFOURTH_FORMS,
+        TWENTYFOURTH_PAIRS,
+        TWENTYFOURTH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
     ),

@@ -44,6 +44,8 @@ from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
+from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
+from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS
@@ -134,6 +136,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'compliant_clamp/gantry': {'clamp_form': 'turn'},
     'gravity_tilt/deflating': {'tilt_form': 'tilt'},
     'rest_curvature/outweighed': {'curvature_form': 'arc'},
+    'added_mass/spattered': {'mass_form': 'hat'},
+    'stiffness_contrast/wedged': {'contrast_mode': 'split'},
+    'compliant_clamp/stand': {'clamp_form': 'turn'},
+    'clamp_offset/clicking': {'clamp_scatter': ()},
+    'gravity_tilt/opposed': {'tilt_form': 'tilt'},
+    'rest_curvature/held by its tip': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -183,6 +191,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/restarted': {'depth_form': 'affine'},
     'depth_bias_by_region/brushed': {'region_strokes': ()},
     'camera_offset/slider': {'camera_scatter': ()},
+    'depth_affine/peeling': {'depth_form': 'affine'},
+    'depth_bias_by_region/dipped': {'region_dips': ()},
+    'camera_offset/orbiting': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -205,6 +216,7 @@ OTHERS = {
     'contact_plane/packing',
     'contact_plane/pan',
     'contact_plane/pipe',
+    'contact_plane/rack',
     'contact_plane/roll',
     'contact_plane/rope',
     'contact_plane/step',
@@ -239,6 +251,7 @@ CAUSES = {
     **TWENTYFIRST_OUTSIDE,
     **TWENTYSECOND_OUTSIDE,
     **TWENTYTHIRD_OUTSIDE,
+    **TWENTYFOURTH_OUTSIDE,
 }
 
 
@@ -251,7 +264,7 @@ def test_every_form_is_checked_here() -> None:
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
-    newest = (*newest, *TWENTYTHIRD_FORMS)
+    newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -272,6 +285,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYFIRST_FORMS, {'strain_stiffening'}),
         (TWENTYSECOND_FORMS, {'camera_offset'}),
         (TWENTYTHIRD_FORMS, {'clamp_offset'}),
+        (TWENTYFOURTH_FORMS, {'strain_stiffening'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -150,6 +150,17 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (5.5, 16.0)),
     ),
+    'twentyfourth': (
+        (
+            'added_mass/spattered',
+            'stiffness_contrast/wedged',
+            'compliant_clamp/stand',
+            'clamp_offset/clicking',
+            'gravity_tilt/opposed',
+            'rest_curvature/held by its tip',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys

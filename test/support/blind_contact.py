@@ -5,6 +5,7 @@
 import numpy as np
 
 from benchmarks.blind.contact import contact_laws, highest_tops
+from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.simulation import Specimen
@@ -50,6 +51,20 @@ def moves_and_dents(
     return moves, dents
 
 
+def _together(laws: tuple[PotentialLaw, ...]) -> PotentialLaw:
+    """Return the law of all that a body lies on."""
+
+    def whole(positions: np.ndarray) -> Potential:
+        found = [law(positions) for law in laws]
+        return Potential(
+            energy=sum(each.energy for each in found),
+            gradient=np.sum([each.gradient for each in found], axis=0),
+            diagonal=np.sum([each.diagonal for each in found], axis=0),
+        )
+
+    return whole
+
+
 def check_pushes(laid: Setup, plain: Specimen, faults: Faults, step: float) -> None:
     """Fail where what a body lies on does not push by its energy, some 2 mm below its rest.
 
@@ -59,7 +74,7 @@ def check_pushes(laid: Setup, plain: Specimen, faults: Faults, step: float) -> N
         faults: say what it is.
         step: by which nodes are moved to either side, by standard normal draws [m].
     """
-    (law,) = contact_laws(plain.areas, plain.shares, laid.observations[0], faults)
+    law = _together(contact_laws(plain.areas, plain.shares, laid.observations[0], faults))
     up = laid.observations[0].world_from_object[1, :3]
     dented = rest_of(laid, faults) - 0.002 * up
     # But for nodes that just come to it: there a push begins.

@@ -9,6 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.hexahedra import integrate, mesh_hexahedra
+from benchmarks.blind.rest_shape import true_shape
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 
@@ -49,6 +51,24 @@ def lying(setup: Setup, plain: Specimen, faults: Faults, pose: int) -> tuple[np.
     found = rest_of(setup, faults, pose)
     hanging = rest_of(setup, replace(faults, contact_height=None), pose)
     return found, float(np.linalg.norm((found - hanging)[plain.shares > 0.99].mean(axis=0)))
+
+
+def rubber_volumes(setup: Setup, faults: Faults) -> tuple[float, float]:
+    """Return how much rubber is in a true body and in the stated one [m^3].
+
+    Fails where a part of either is turned inside out.
+
+    Args:
+        setup: with the stated one.
+        faults: of the true one.
+    """
+    volumes = []
+    for each in (faults, Faults()):
+        mesh = mesh_hexahedra(true_shape(setup.shape, each))
+        parts = integrate(mesh.nodes, mesh.cells).volumes
+        assert parts.min() > 0.0
+        volumes.append(float(parts.sum()))
+    return volumes[0], volumes[1]
 
 
 def tip_rises(setup: Setup, listed: Iterable[Faults]) -> list[float]:

@@ -4,12 +4,14 @@
 
 import numpy as np
 from numpy.typing import NDArray
+import pytest
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.observe import true_rendering
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.specimen import Specimen
+from benchmarks.blind.surface import FIXTURE
 
 
 def with_and_without(
@@ -33,3 +35,17 @@ def with_and_without(
     there = np.isfinite(right.depth)
     assert np.array_equal(there, np.isfinite(view.depth))
     return view, right, there
+
+
+def region_errors(
+    plain: Specimen, setup: Setup, faults: Faults, pose: int, rest: np.ndarray
+) -> np.ndarray:
+    """Return which part of a region's error each sample of a body has, shape (S,).
+
+    Fails where the fixture's depths err. The arguments are those of `with_and_without`.
+    """
+    view, right, there = with_and_without(plain, setup, faults, pose, rest)
+    error = (view.depth[there] - right.depth[there]) / (1e-3 * faults.region_bias)
+    is_body = right.labels[there] != FIXTURE
+    assert np.abs(error[~is_body]).max() == pytest.approx(0.0, abs=1e-9)
+    return np.asarray(error[is_body])
