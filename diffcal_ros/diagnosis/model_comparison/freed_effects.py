@@ -74,7 +74,7 @@ def with_those_freed(
     first, *others = sorted((better.get(id(m), m) for m in models), key=by_evidence)
     first = _to_the_end(pool, first, basis)
     if first.is_free_in_everything:
-        first = _as_one_in_all(pool, first, basis)
+        first = _free_in_one_way(pool, first, basis)
     return _with_its_rival_freed(pool, sorted([first, *others], key=by_evidence), basis)
 
 
@@ -215,16 +215,30 @@ def _to_the_end(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothe
     return ended if ended.fit.chi_square < model.fit.chi_square else model
 
 
-def _as_one_in_all(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothesis:
-    """Return what is free in form and in each pose as the same in all, if that does as well.
+def _free_in_one_way(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hypothesis:
+    """Return what is free in form and in each pose as free in one of these, if that does as well.
 
     What wanted to be another one in each pose as long as its form was the library's may not in its
-    own: a reading that is off to one side is another bias wherever a body lies in the picture.
+    own: a reading that is off to one side is another bias wherever a body lies in the picture. And
+    what wanted another form may not once it is another one in each pose: a sensor that starts anew
+    has another zero each time.
     """
-    kept = tuple(part for part in model.freed if part.posture is None)
-    request = RefitRequest(model.added, model.fit.values_by_name(), _MOST_EVALUATIONS, freed=kept)
-    both = _with_refit(pool, model, request, basis)
-    return both[-1] if _may_do_as_well(both[-1], both[0]) else model
+    named = {name for added in model.added for name in added.names}
+    in_form = tuple(own for own in model.freed if own.posture is None)
+    in_poses = tuple(
+        own
+        for own in model.freed
+        if own.posture is not None and own.name.partition('@')[0] in named
+    )
+    starts = model.fit.values_by_name()
+    requests = [
+        RefitRequest(model.added, starts, _MOST_EVALUATIONS, freed=kept)
+        for kept in (in_form, in_poses)
+    ]
+    found = [with_favoured_sizes(pool, own) for own in pool.refit_all(requests)]
+    whole, *rest = judged([model, *found], basis, is_brief=True)
+    as_well = [own for own in rest if _may_do_as_well(own, whole)]
+    return min(as_well, key=by_evidence, default=model)
 
 
 def _freed_as_it_wants(

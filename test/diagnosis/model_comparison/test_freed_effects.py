@@ -356,9 +356,17 @@ def _with_a_lens(screened, basis) -> Hypothesis:
 
 @pytest.mark.parametrize(
     ('behind', 'leaning', 'is_one'),
-    [(-20.0, 0.0, True), (4.0, 0.0, True), (6.0, 0.0, False), (6.0, 40.0, True)],
+    [
+        ((-20.0, 90.0), 0.0, 'in form'),
+        ((4.0, 90.0), 0.0, 'in form'),
+        ((6.0, 90.0), 40.0, 'in form'),
+        ((6.0, 6.0), 0.0, ''),
+        ((90.0, 4.0), 0.0, 'in poses'),
+        ((3.0, 1.0), 0.0, 'in poses'),
+        ((1.0, 3.0), 0.0, 'in form'),
+    ],
 )
-def test_what_does_as_well_as_the_same_in_all_poses_is_the_same(
+def test_what_does_as_well_with_one_freedom_has_one(
     screened, basis, monkeypatch, behind, leaning, is_one
 ):
     monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
@@ -369,15 +377,37 @@ def test_what_does_as_well_as_the_same_in_all_poses_is_the_same(
     def refit_all(requests):
         asked.extend(requests)
         plain = _judged(screened, basis, 'camera_offset', 0.0, leaning=leaning * scale)
-        one = _with_parts(plain, requests[0].freed)
+        models = [_with_parts(plain, request.freed) for request in requests]
         # What is in doubt of what it owes to forms is for it.
-        gain = free.level - scale * behind - one.log_evidence
-        return [_likelier(one, gain)]
+        return [
+            _likelier(one, free.level - scale * own - one.log_evidence)
+            for one, own in zip(models, behind, strict=True)
+        ]
 
-    found = freed_effects._as_one_in_all(SimpleNamespace(refit_all=refit_all), free, basis)
-    assert [part.posture for part in asked[0].freed] == [None] * len(asked[0].freed)
-    assert (found is not free) == is_one
-    assert found.is_free_in_everything != is_one
+    found = freed_effects._free_in_one_way(SimpleNamespace(refit_all=refit_all), free, basis)
+    form, poses = (request.freed for request in asked)
+    assert {part.posture for part in form} == {None}
+    assert {part.name.partition('@')[0] for part in poses} == set(free.added[0].names)
+    assert None not in {part.posture for part in poses}
+    assert found.freed == {'in form': form, 'in poses': poses, '': free.freed}[is_one]
+
+
+def test_a_form_that_is_another_one_in_each_pose_belongs_to_no_freedom_of_poses(
+    screened, basis, monkeypatch
+):
+    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    free, asked = _with_a_lens(screened, basis), []
+    names = [part.name for part in free.freed if part.posture is None]
+    twice = _with_parts(free, [*free.freed, *freed_effects._in_each(free, names, 0.3)])
+
+    def refit_all(requests):
+        asked.extend(requests)
+        return []
+
+    found = freed_effects._free_in_one_way(SimpleNamespace(refit_all=refit_all), twice, basis)
+    assert found is twice, 'nothing else can be simulated'
+    poses = {part.name.partition('@')[0] for part in asked[1].freed}
+    assert poses == set(free.added[0].names), 'a lens of each pose is a form'
 
 
 @pytest.mark.parametrize(('gain', 'is_plain'), [(30.0, True), (-30.0, False)])
