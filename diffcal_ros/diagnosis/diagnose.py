@@ -40,6 +40,7 @@ from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups, Screen, screen
 from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
+from diffcal_ros.diagnosis.verdict.form_in_doubt import with_form_in_doubt
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.one_blas_thread import blas_on_one_thread
@@ -154,6 +155,7 @@ def diagnose(
             choice = choose(selection, evaluator, nominal)
             if choice is not None:
                 choice = with_sure_part(choice, selection, nominal, witness)
+                choice = with_form_in_doubt(choice, nominal, witness)
     scores, disagreement = judged.scores, judged.disagreement
     if choice is not None:
         disagreement = beside_a_model(disagreement, choice.hypothesis.fit)

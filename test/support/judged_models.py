@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Refitted models with a tolerance for the form of their effects that a test chooses."""
+"""Refitted models with a tolerance, and witnesses with predictions, that a test chooses."""
 
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
+from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 
 
 def with_judgement(model: Hypothesis, **changes: float) -> Hypothesis:
@@ -29,3 +31,17 @@ def with_judgement(model: Hypothesis, **changes: float) -> Hypothesis:
     )
     fit = replace(model.fit, chi_square=3.0 * model.fit.patch_count)
     return replace(model, fit=fit, judged=replace(own, **changes))
+
+
+def witness_of(screened: tuple, **predictions: float) -> FieldWitness:
+    """Return a witness of whose fields predictions are known.
+
+    Args:
+        screened: evaluator and fit of the nominal model, and scores.
+        predictions: log densities by class.
+    """
+    evaluator, nominal, _ = screened
+    witness = FieldWitness(evaluator, nominal)
+    ordered = sorted(predictions.items(), key=lambda own: -own[1])
+    witness.scores = tuple(ClassScore(group, value, 1.0, 0.5) for group, value in ordered)
+    return witness

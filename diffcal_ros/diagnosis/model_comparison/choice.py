@@ -32,6 +32,7 @@ class Choice:
         alike: identifiers that explain the data as well, its own first.
         runner_up: identifier of the next best, or None.
         beside: identifier of what came nearest beside its effect, without a name; empty: nothing.
+        unsure: why it is no surer than something else, in words; empty: for no such reason.
     """
 
     hypothesis: Hypothesis
@@ -39,6 +40,7 @@ class Choice:
     alike: tuple[str, ...]
     runner_up: str | None
     beside: str = ''
+    unsure: str = ''
 
     @property
     def confidence(self) -> float:

@@ -105,7 +105,7 @@ def _of_freedom(
     Of what is another one in each pose its class is all that fields tell.
     """
     reason = freedom_of(hypothesis)
-    if reason is not None and not _is_spoken_for(hypothesis, closure, witness):
+    if reason is not None and not is_spoken_for(hypothesis, closure, witness):
         return reason
     differs = _differs_by_pose(hypothesis)
     if differs is not None:
@@ -116,7 +116,7 @@ def _of_freedom(
     return None
 
 
-def _is_spoken_for(hypothesis: Hypothesis, closure: float, witness: FieldWitness | None) -> bool:
+def is_spoken_for(hypothesis: Hypothesis, closure: float, witness: FieldWitness | None) -> bool:
     """Tell whether two witnesses who know nothing of one another speak for a form that is far off.
 
     Patches that no fit has seen, where as it is fitted it leaves next to no gap, and smooth fields

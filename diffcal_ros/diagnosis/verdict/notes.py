@@ -67,6 +67,7 @@ def notes_of(
     return (
         *(outlier.sentence for outlier in outliers),
         *named.doubts,
+        *_of_form_in_doubt(disagreement, choice, named),
         *(EFFECTS[name].imitated_by for name in named.imitated),
         *([_of_this_cause(doubt)] if named.imitated else []),
         *(of_another_form(choice.hypothesis) if choice and named.effects else ()),
@@ -90,6 +91,16 @@ def _of_this_cause(doubt: float) -> str:
     if doubt == 0.0:
         return _OF_THIS_CAUSE
     return f'what looks the same may add to the weight: {doubt:.0%} of the moduli, in their errors'
+
+
+def _of_form_in_doubt(
+    disagreement: Disagreement, choice: Choice | None, named: Naming
+) -> list[str]:
+    """Say why what may be named has no name."""
+    matters = disagreement.verdict is Verdict.DISAGREE
+    if choice is None or named.is_open or named.effects or not matters:
+        return []
+    return [choice.unsure] if choice.unsure else []
 
 
 def _in_spite_of_form(hypothesis: Hypothesis) -> list[str]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A verdict in seven lines."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import math
 
 from diffcal_ros.diagnosis.answers import Verdict
@@ -84,10 +84,15 @@ def _name_lines(diagnosis: Diagnosis) -> list[str]:
     elif diagnosis.ambiguity_set and diagnosis.verdict is not Verdict.DISAGREE:
         lines.append(_line('NEAREST', ', '.join(diagnosis.ambiguity_set)))
     elif diagnosis.ambiguity_set:
-        lines.append(_line('NAME', f'one of {", ".join(diagnosis.ambiguity_set)}'))
+        lines.append(_line('NAME', _one_of(diagnosis.ambiguity_set)))
     elif hidden := _hidden(diagnosis):
         lines.append(_line('HIDDEN', f'at most {hidden} (95 %)'))
     return lines
+
+
+def _one_of(names: Sequence[str]) -> str:
+    """Say which effects it may be, where none of them is sure."""
+    return f'one of {", ".join(names)}' if len(names) > 1 else f'{names[0]}, or something else'
 
 
 def _gap_line(diagnosis: Diagnosis) -> str:

@@ -15,18 +15,8 @@ from diffcal_ros.diagnosis.verdict import doubts
 from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
-from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 import pytest
-from support.judged_models import with_judgement
-
-
-def _witness(clearly_screened, **predictions: float) -> FieldWitness:
-    """Return a witness of whose fields predictions are known."""
-    evaluator, nominal, _ = clearly_screened
-    witness = FieldWitness(evaluator, nominal)
-    ordered = sorted(predictions.items(), key=lambda own: -own[1])
-    witness.scores = tuple(ClassScore(group, value, 1.0, 0.5) for group, value in ordered)
-    return witness
+from support.judged_models import with_judgement, witness_of
 
 
 @pytest.fixture(scope='module')
@@ -48,13 +38,13 @@ def far_off(clearly_screened) -> Hypothesis:
     ],
 )
 def test_fields_speak_for_their_class(clearly_screened, far_off, predictions, expected):
-    assert _witness(clearly_screened, **predictions).speaks_for(far_off) is expected
+    assert witness_of(clearly_screened, **predictions).speaks_for(far_off) is expected
 
 
 def test_fields_speak_for_two_effects_if_for_one(clearly_screened, far_off):
     two = replace(far_off, added=(*far_off.added, Candidate('depth_affine', ('bias',))))
-    assert _witness(clearly_screened, sensor=60.0, shape=40.0).speaks_for(two)
-    assert not _witness(clearly_screened, shape=60.0, sensor=40.0).speaks_for(two)
+    assert witness_of(clearly_screened, sensor=60.0, shape=40.0).speaks_for(two)
+    assert not witness_of(clearly_screened, shape=60.0, sensor=40.0).speaks_for(two)
 
 
 def test_one_view_speaks_for_nothing(screened, far_off):
@@ -66,8 +56,8 @@ def test_one_view_speaks_for_nothing(screened, far_off):
 
 def test_what_both_witnesses_speak_for_has_its_name(clearly_screened, far_off):
     _, nominal, _ = clearly_screened
-    own = _witness(clearly_screened, load=60.0, shape=40.0)
-    other = _witness(clearly_screened, load=40.0, shape=60.0)
+    own = witness_of(clearly_screened, load=60.0, shape=40.0)
+    other = witness_of(clearly_screened, load=40.0, shape=60.0)
     assert doubts_about(far_off, nominal, (), own) == ()
     for nobody in (other, None):
         (doubt,) = doubts_about(far_off, nominal, (), nobody)
@@ -85,7 +75,7 @@ def test_a_gap_that_stays_where_no_fit_has_seen_it_speaks_against(
         for one in far_off.fit.groups
     ]
     left = replace(far_off, fit=replace(far_off.fit, groups=groups))
-    own = _witness(clearly_screened, load=60.0, shape=40.0)
+    own = witness_of(clearly_screened, load=60.0, shape=40.0)
     assert (doubts_about(left, nominal, (), own) == ()) is is_named
 
 
@@ -107,7 +97,7 @@ def test_of_two_effects_fields_speak_for_one(
     # Of a free form: without a witness an eighth is what a pair may be off by.
     monkeypatch.setattr(doubts, '_farthest_form', lambda _: 0.125)
     model = replace(with_judgement(far_off, fraction=fraction), added=far_off.added * count)
-    own = _witness(clearly_screened, load=60.0, shape=40.0)
+    own = witness_of(clearly_screened, load=60.0, shape=40.0)
     assert doubts_about(model, nominal)
     assert (doubts_about(model, nominal, (), own) == ()) is is_named
 
@@ -115,7 +105,7 @@ def test_of_two_effects_fields_speak_for_one(
 def test_what_is_another_one_in_each_pose_has_a_class_and_no_name(clearly_screened, far_off):
     """Whatever pushes differently in each pose is a load as a tilt is."""
     _, nominal, _ = clearly_screened
-    own = _witness(clearly_screened, load=60.0, shape=40.0)
+    own = witness_of(clearly_screened, load=60.0, shape=40.0)
     other = replace(far_off, judged=replace(far_off.judged, by_pose=0.9))
     (doubt,) = doubts_about(other, nominal, (), own)
     assert 'another one in each pose' in doubt
@@ -125,7 +115,7 @@ def test_a_note_says_why_it_has_its_name(clearly_screened, far_off):
     evaluator, nominal, scores = clearly_screened
     disagreement = replace(measure_disagreement(nominal, scores, 5e-4), verdict=Verdict.DISAGREE)
     choice = Choice(far_off, {'gravity_tilt': 0.7}, ('gravity_tilt',), None)
-    own = _witness(clearly_screened, load=60.0, shape=40.0)
+    own = witness_of(clearly_screened, load=60.0, shape=40.0)
     given = (evaluator, nominal, scores, disagreement, None, choice, 1.0)
     diagnosis = conclude(*given, witness=own)
     assert [effect.identifier for effect in diagnosis.effects] == ['gravity_tilt']

@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A name is as sure as its form is: what data want in another one, or see too little of to tell.
+
+How far an effect is off from the library's form is expected of the data (`Tolerated.fraction`):
+by next to nothing where they confirm it, by what is believed beforehand where they say nothing.
+"""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.verdict.doubts import is_spoken_for
+from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
+from diffcal_ros.diagnosis.verdict.verdict_figures import closure_of, judged_part
+
+# A tenth is usual. What is expected off by more, between the shares that are tried, is in doubt.
+_USUAL = 0.125
+# Of twelve names that were given so, in eight sealed sets, six were right (of sixty others 55): by
+# the rule of succession 7 of 14.
+_RIGHT = 0.5
+
+
+def with_form_in_doubt(
+    choice: Choice, nominal: Refit, witness: FieldWitness | None = None
+) -> Choice:
+    """Return a choice no surer than its effects' form allows, and why.
+
+    Args:
+        choice: the favoured model.
+        nominal: fit of the model without effects.
+        witness: who may speak for a form that is off; None: nobody does.
+    """
+    hypothesis = choice.hypothesis
+    judged = hypothesis.judged
+    if judged is None or judged.fraction <= _USUAL:
+        return choice
+    evaluator = hypothesis.evaluator
+    part = judged_part(nominal, is_moving=evaluator.model.is_moving)
+    closure = closure_of(nominal, hypothesis.fit, evaluator.is_measured, part)
+    if is_spoken_for(hypothesis, closure, witness):
+        return choice
+    unsure = (
+        f'{" with ".join(hypothesis.identifiers)} came nearest, in a form that may be off by '
+        f'{judged.fraction:.0%} of what it does: of names that were given so half were right, so '
+        'that it is as likely something else'
+    )
+    confidences = {name: min(own, _RIGHT) for name, own in choice.confidences.items()}
+    return replace(choice, confidences=confidences, unsure=unsure)

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A name whose form is in doubt is as sure as such names have been right."""
+
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.answers import Verdict
+from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
+from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
+from diffcal_ros.diagnosis.verdict import form_in_doubt, naming
+from diffcal_ros.diagnosis.verdict.conclude import conclude
+from diffcal_ros.diagnosis.verdict.form_in_doubt import with_form_in_doubt
+from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
+from diffcal_ros.report.tables.verdict_text import verdict_lines
+import pytest
+from support.judged_models import with_judgement, witness_of
+
+SURE = 0.99
+
+
+@pytest.fixture(scope='module')
+def tilted(clearly_screened) -> Hypothesis:
+    evaluator, nominal, scores = clearly_screened
+    score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
+    return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+
+
+def _chosen(model: Hypothesis, sure: float = SURE) -> Choice:
+    return Choice(model, {'gravity_tilt': sure}, ('gravity_tilt',), None)
+
+
+@pytest.mark.parametrize(('fraction', 'is_usual'), [(0.05, True), (0.12, True), (0.13, False)])
+def test_a_name_in_an_form_in_doubt_is_as_likely_wrong(
+    clearly_screened, tilted, fraction, is_usual
+):
+    _, nominal, _ = clearly_screened
+    before = _chosen(with_judgement(tilted, fraction=fraction))
+    after = with_form_in_doubt(before, nominal)
+    assert (after is before) == is_usual
+    assert after.confidences == {'gravity_tilt': SURE if is_usual else 0.5}
+    assert is_usual or 'may be off by 13% of what it does' in after.unsure
+    little = with_form_in_doubt(_chosen(before.hypothesis, 0.2), nominal)
+    assert little.confidences == {'gravity_tilt': 0.2}, 'what is not sure is no surer by that'
+
+
+def test_a_form_that_was_not_asked_for_takes_no_confidence(clearly_screened, tilted):
+    """Motions and single frames are judged as they are."""
+    _, nominal, _ = clearly_screened
+    choice = _chosen(tilted)
+    assert tilted.judged is None
+    assert with_form_in_doubt(choice, nominal) is choice
+
+
+def test_a_form_of_which_data_tell_nothing_is_in_doubt(clearly_screened, tilted):
+    """It may leave noise, as any other form would."""
+    _, nominal, _ = clearly_screened
+    model = with_judgement(tilted, fraction=0.2, exact=tilted.fit.log_evidence)
+    quiet = replace(model, fit=replace(tilted.fit, chi_square=0.8 * tilted.fit.patch_count))
+    assert (quiet.leaning, quiet.fit.chance_of_noise > 0.05) == (0.0, True)
+    assert with_form_in_doubt(_chosen(quiet), nominal).confidence == 0.5
+
+
+@pytest.mark.parametrize(
+    ('predictions', 'closure', 'is_sure'),
+    [
+        ({'load': 60.0, 'shape': 40.0}, 0.96, True),
+        ({'load': 60.0, 'shape': 40.0}, 0.9, False),
+        ({'load': 40.0, 'shape': 60.0}, 0.96, False),
+    ],
+)
+def test_two_witnesses_speak_for_an_form_in_doubt(
+    clearly_screened, tilted, monkeypatch, predictions, closure, is_sure
+):
+    monkeypatch.setattr(form_in_doubt, 'closure_of', lambda *_: closure)
+    _, nominal, _ = clearly_screened
+    choice = _chosen(with_judgement(tilted, fraction=0.3))
+    found = with_form_in_doubt(choice, nominal, witness_of(clearly_screened, **predictions))
+    assert found.confidence == (SURE if is_sure else 0.5)
+
+
+def _concluded(screened: tuple, model: Hypothesis, monkeypatch) -> Diagnosis:
+    """Return the verdict on a gap that matters, where a model was chosen and not doubted."""
+    monkeypatch.setattr(naming, 'doubts_about', lambda *_: ())
+    monkeypatch.setattr(naming, 'is_unexplained', lambda *_, **__: False)
+    evaluator, nominal, scores = screened
+    disagreement = replace(measure_disagreement(nominal, scores, 5e-4), verdict=Verdict.DISAGREE)
+    choice = with_form_in_doubt(_chosen(model), nominal)
+    return conclude(evaluator, nominal, scores, disagreement, None, choice, 1.0)
+
+
+def _names(found: Diagnosis) -> list[str]:
+    listed = [line.split(maxsplit=1) for line in verdict_lines(found)]
+    return [words for head, words in listed if head == 'NAME']
+
+
+def test_what_is_of_an_form_in_doubt_is_told_without_a_name(clearly_screened, tilted, monkeypatch):
+    found = _concluded(clearly_screened, with_judgement(tilted, fraction=0.3), monkeypatch)
+    assert (found.effects, found.ambiguity_set) == ((), ('gravity_tilt',))
+    assert found.separating_recording is not None
+    assert _names(found) == ['gravity_tilt, or something else']
+    assert sum('off by 30% of what it does' in note for note in found.notes) == 1
+
+
+def test_what_is_of_its_form_has_its_name(clearly_screened, tilted, monkeypatch):
+    found = _concluded(clearly_screened, with_judgement(tilted, fraction=0.1), monkeypatch)
+    (effect,) = found.effects
+    assert effect.confidence == tilted.added[0].effect.most_confidence
+    (name,) = _names(found)
+    assert name.startswith('gravity_tilt a ')
+    assert not any('of what it does' in note for note in found.notes)
