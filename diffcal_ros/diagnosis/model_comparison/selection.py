@@ -9,11 +9,8 @@ from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
-from diffcal_ros.diagnosis.model_comparison.freed_effects import (
-    with_halves_freed,
-    with_less_freedom,
-    with_those_freed,
-)
+from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
+from diffcal_ros.diagnosis.model_comparison.freed_rivals import with_halves_freed
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import predicts_better, ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     AS_WELL,
@@ -28,6 +25,7 @@ from diffcal_ros.diagnosis.model_comparison.judged_models import (
     judged_singles,
     nominal_basis,
 )
+from diffcal_ros.diagnosis.model_comparison.less_freedom import with_less_freedom
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import others_in_any_form
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool

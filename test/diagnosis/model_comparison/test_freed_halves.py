@@ -5,11 +5,12 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-from diffcal_ros.diagnosis.model_comparison import freed_effects, selection
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters
+from diffcal_ros.diagnosis.model_comparison import freed_rivals, selection
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.model_comparison.freed_effects import with_halves_freed
+from diffcal_ros.diagnosis.model_comparison.freed_rivals import with_halves_freed
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
@@ -21,8 +22,8 @@ import pytest
 @pytest.fixture(autouse=True)
 def as_they_are(monkeypatch):
     """What is judged stays so, and what is freed as large as it was asked for."""
-    monkeypatch.setattr(freed_effects, 'with_favoured_sizes', lambda _, model: model)
-    monkeypatch.setattr(freed_effects, 'judged', lambda models, *_, **__: list(models))
+    monkeypatch.setattr(freed_rivals, 'with_favoured_sizes', lambda _, model: model)
+    monkeypatch.setattr(freed_rivals, 'judged', lambda models, *_, **__: list(models))
 
 
 def _model(screened, basis, level: float, *names: str) -> Hypothesis:
@@ -88,7 +89,7 @@ def test_half_of_a_pair_that_one_effect_does_as_well_as_is_not(basis, bend, tilt
 def test_what_is_of_a_form_of_its_own_already_is_not_tried_again(
     basis, bend, tilt, both, monkeypatch
 ):
-    form = freed_effects.form_parameters(bend.added[0].effect, 0.1)
+    form = form_parameters(bend.added[0].effect, 0.1)
     freed = property(lambda model: tuple(form) if model is bend else ())
     monkeypatch.setattr(Hypothesis, 'freed', freed)
     assert with_halves_freed(SimpleNamespace(), [tilt, bend], [both], basis) == [tilt, bend]

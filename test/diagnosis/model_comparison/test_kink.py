@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisTrace
-from diffcal_ros.diagnosis.model_comparison import freed_effects
+from diffcal_ros.diagnosis.model_comparison.freedom import freeing_request
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.verdict.acceptance import accept
@@ -53,7 +53,7 @@ def arc(trace) -> Hypothesis:
 def kink(trace, arc) -> Hypothesis:
     wanted = replace(arc, judged=replace(arc.judged, fraction=1.0))
     pool = RefitPool(trace.evaluator, trace.nominal)
-    (found,) = pool.refit_all([freed_effects._request(wanted)])
+    (found,) = pool.refit_all([freeing_request(wanted)])
     return found
 
 
