@@ -110,7 +110,7 @@ def _of_freedom(
     differs = _differs_by_pose(hypothesis)
     if differs is not None:
         return f'with {differs}'
-    fraction = _off_in_form(hypothesis) if reason is None else 0.0
+    fraction = off_in_form(hypothesis) if reason is None else 0.0
     if _is_another_by_pose(hypothesis, fraction):
         return 'in a form that is another one in each pose'
     return None
@@ -127,7 +127,7 @@ def is_spoken_for(hypothesis: Hypothesis, closure: float, witness: FieldWitness 
     if witness is None or not closure >= NEARLY_ALL:
         return False
     count = len(hypothesis.added)
-    is_far = hypothesis.is_free_in_everything or _off_in_form(hypothesis) > FARTHEST_FORM / count
+    is_far = hypothesis.is_free_in_everything or off_in_form(hypothesis) > FARTHEST_FORM / count
     return not (count > 1 and is_far) and witness.speaks_for(hypothesis)
 
 
@@ -137,7 +137,7 @@ def freedom_of(hypothesis: Hypothesis) -> str | None:
         # Of seven names that were given so two were right, both beside another effect: a lens and
         # a place of its own in each pose follow what contact, a mass or a bend does, too.
         return 'in another form and as another one in each pose, which may be anything'
-    fraction = _off_in_form(hypothesis)
+    fraction = off_in_form(hypothesis)
     if fraction > _farthest_form(hypothesis):
         return f'in a form that is off by {fraction:.0%} of what it does'
     return None
@@ -180,7 +180,7 @@ def _leaves_more(hypothesis: Hypothesis) -> bool:
     return hypothesis.judged is not None and hypothesis.judged.left > FAR_ABOVE * floor
 
 
-def _off_in_form(hypothesis: Hypothesis) -> float:
+def off_in_form(hypothesis: Hypothesis) -> float:
     """Return by what share effects are off from the library's form, as far as data ask for that.
 
     They do not where that form leaves noise, or where next to nothing is owed to other forms and

@@ -4,13 +4,15 @@
 
 How far an effect is off from the library's form is expected of the data (`Tolerated.fraction`):
 by next to nothing where they confirm it, by what is believed beforehand where they say nothing.
+What is in a form of its own they have told that already: yet another one is for them to ask for.
 """
 
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.verdict.doubts import is_spoken_for
+from diffcal_ros.diagnosis.verdict.doubts import is_spoken_for, off_in_form
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.verdict_figures import closure_of, judged_part
 
@@ -32,8 +34,8 @@ def with_form_in_doubt(
         witness: who may speak for a form that is off; None: nobody does.
     """
     hypothesis = choice.hypothesis
-    judged = hypothesis.judged
-    if judged is None or judged.fraction <= _USUAL:
+    share = _may_be_off_by(hypothesis)
+    if share <= _USUAL:
         return choice
     evaluator = hypothesis.evaluator
     part = judged_part(nominal, is_moving=evaluator.model.is_moving)
@@ -42,8 +44,16 @@ def with_form_in_doubt(
         return choice
     unsure = (
         f'{" with ".join(hypothesis.identifiers)} came nearest, in a form that may be off by '
-        f'{judged.fraction:.0%} of what it does: of names that were given so half were right, so '
+        f'{share:.0%} of what it does: of names that were given so half were right, so '
         'that it is as likely something else'
     )
     confidences = {name: min(own, _RIGHT) for name, own in choice.confidences.items()}
     return replace(choice, confidences=confidences, unsure=unsure)
+
+
+def _may_be_off_by(hypothesis: Hypothesis) -> float:
+    """Return by what share of what they do effects may be off in form, as far as is known."""
+    judged = hypothesis.judged
+    if judged is None:
+        return 0.0
+    return off_in_form(hypothesis) if hypothesis.is_free_in_form else judged.fraction

@@ -4,18 +4,22 @@
 
 from dataclasses import replace
 
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import form_in_doubt, naming
 from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.form_in_doubt import with_form_in_doubt
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.report.tables.verdict_text import verdict_lines
 import pytest
+from support.freed import with_parts
 from support.judged_models import with_judgement, witness_of
 
 SURE = 0.99
@@ -61,6 +65,20 @@ def test_a_form_of_which_data_tell_nothing_is_in_doubt(clearly_screened, tilted)
     quiet = replace(model, fit=replace(tilted.fit, chi_square=0.8 * tilted.fit.patch_count))
     assert (quiet.leaning, quiet.fit.chance_of_noise > 0.05) == (0.0, True)
     assert with_form_in_doubt(_chosen(quiet), nominal).confidence == 0.5
+
+
+@pytest.mark.parametrize(('leaning', 'is_sure'), [(0.0, True), (40.0, True), (60.0, False)])
+def test_a_form_of_its_own_is_in_doubt_where_data_ask_for_yet_another(
+    clearly_screened, tilted, leaning, is_sure
+):
+    _, nominal, _ = clearly_screened
+    exact = tilted.fit.log_evidence - leaning
+    model = with_judgement(tilted, fraction=0.2, exact=exact)
+    gap = patch_gap(model.fit.groups, Part.REPORT)
+    assert gap.rms < 1.7 * gap.whole_floor, 'little is left'
+    free = with_parts(model, form_parameters(EFFECTS['rest_curvature'], 0.1))
+    assert with_form_in_doubt(_chosen(free), nominal).confidence == (SURE if is_sure else 0.5)
+    assert with_form_in_doubt(_chosen(model), nominal).confidence == 0.5
 
 
 @pytest.mark.parametrize(
