@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.blind_contact import check_pushes, dents_of
 from support.blind_derivatives import check_body_stiffness, check_loose_fibres
+from support.blind_draws import draw_faults, STEPS
 from support.blind_rests import COARSE, lying, rest_of, tip_moves, tip_rises
 from support.blind_views import with_and_without
 
@@ -16,7 +17,6 @@ from benchmarks.blind.bounce import bounced_share
 from benchmarks.blind.contact import contact_laws, highest_tops
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fibres import Fibres
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.masses import tip_direction
 from benchmarks.blind.moduli import settled_share
@@ -26,12 +26,6 @@ from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.surface import FIXTURE, tip_part
-
-STEPS = (1e-5, 1e-6, 1e-7)
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
 
 
 def test_a_tool_has_its_middle_ahead_of_the_tip(setup: Setup) -> None:
@@ -51,7 +45,7 @@ def test_a_tool_points_on_along_an_arch() -> None:
     shape = setup.shape
     turned = Rotation.from_rotvec([0.0, 0.0, shape.arch * (shape.length - shape.clamp)])
     assert tip_direction(setup) == pytest.approx(turned.apply([1.0, 0.0, 0.0]), abs=1e-4)
-    faults = _drawn('added_mass/tool', setup)
+    faults = draw_faults('added_mass/tool', setup)
     ahead, foot = (
         own.added @ own.mesh.nodes / own.added.sum()
         for own in (make_specimen(setup, each) for each in (faults, replace(faults, mass_ahead=0)))
@@ -95,7 +89,9 @@ def test_a_threaded_body_resists_as_its_forces_change(setup: Setup, step: float)
 
 def test_a_threaded_body_sags_less_than_a_bare_one(setup: Setup) -> None:
     soft = softer(setup, 0.3)
-    lifts = tip_rises(soft, [_drawn('strain_stiffening/threaded', soft, size) for size in (1, 2)])
+    lifts = tip_rises(
+        soft, [draw_faults('strain_stiffening/threaded', soft, size) for size in (1, 2)]
+    )
     assert 0.002 < lifts[0] < lifts[1] < 0.02
 
 
@@ -136,7 +132,7 @@ def test_a_body_in_jaws_that_gape_sags_as_a_longer_beam(setup: Setup) -> None:
 
 def test_jaws_that_gape_move_a_tip_by_some_4_and_10_mm(setup: Setup, plain: Specimen) -> None:
     for size, least, most in ((1, 2.5, 6.0), (2, 6.0, 16.0)):
-        faults = _drawn('compliant_clamp/gaping', setup, size)
+        faults = draw_faults('compliant_clamp/gaping', setup, size)
         tip = make_specimen(setup, faults, COARSE).shares > 0.99
         moves = tip_moves(setup, plain, faults, tip)
         assert least < 1e3 * max(moves) < most
@@ -145,7 +141,7 @@ def test_jaws_that_gape_move_a_tip_by_some_4_and_10_mm(setup: Setup, plain: Spec
 @pytest.fixture(scope='module')
 def on_a_crate(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on a crate's foam in the first pose, and that foam."""
-    return lay_on_plane(setup, _drawn('contact_plane/crate', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/crate', setup), np.random.default_rng(1))
 
 
 def test_a_crate_bears_a_body_by_its_crests(
@@ -205,7 +201,7 @@ def test_a_crate_presses_upright_by_its_stiffness_where_it_is_dented(
 def test_bounced_light_errs_by_the_inverse_square_of_the_way_from_its_sheet(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_affine/bounced', setup)
+    faults = draw_faults('depth_affine/bounced', setup)
     sheet = np.array(faults.depth_point)
     assert -0.2 < sheet[1] < -0.15
     camera = setup.camera
@@ -228,7 +224,7 @@ def test_bounced_light_errs_by_the_inverse_square_of_the_way_from_its_sheet(
 
 
 def test_strips_lie_along_the_middle_of_each_side(setup: Setup) -> None:
-    faults = _drawn('depth_bias_by_region/lengthwise', setup)
+    faults = draw_faults('depth_bias_by_region/lengthwise', setup)
     body = make_specimen(setup, Faults())
     for pose in (0, 1, 3):
         seen = []
@@ -268,7 +264,7 @@ def test_a_strip_ends_as_far_from_the_middle_as_stated() -> None:
 
 
 def test_a_camera_is_put_back_a_little_otherwise_each_time(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('camera_offset/put back', setup)
+    faults = draw_faults('camera_offset/put back', setup)
     scatter = np.array(faults.camera_scatter)
     assert np.linalg.norm(scatter[:, 3:], axis=1) == pytest.approx(1.5, rel=0.16)
     # No pose is like another.
@@ -287,7 +283,7 @@ def test_a_camera_is_put_back_a_little_otherwise_each_time(setup: Setup, plain: 
 
 
 def test_a_fan_pushes_by_its_share_of_each_pose(setup: Setup) -> None:
-    faults = _drawn('gravity_tilt/fan', setup)
+    faults = draw_faults('gravity_tilt/fan', setup)
     assert max(faults.tilt_shares) == 1.0
     assert min(faults.tilt_shares) > 0.25
     for pose, share in enumerate(faults.tilt_shares):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from support.blind_derivatives import check_derivatives
+from support.blind_draws import draw_faults
 from support.blind_rests import (
     clamp_motion_and_load,
     COARSE,
@@ -24,7 +25,6 @@ from benchmarks.blind.draught import stream_share
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fifteenth_outside import FIFTEENTH_OUTSIDE
 from benchmarks.blind.flexure import flexure_compliance, post_compliance
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.knob import KNOB, knob_tops
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.magnetism import magnetic_forces
@@ -39,10 +39,6 @@ from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
 
 UPRIGHT = np.array([0.0, 0.0, 1.0])
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
 
 
 @pytest.mark.parametrize('pull', [1.02, 1.1, 1.5])
@@ -69,7 +65,7 @@ def test_hart_smiths_law_stiffens_nothing_that_is_pressed_from_all_sides() -> No
 
 def test_a_body_of_hart_smiths_rubber_sags_less(setup: Setup) -> None:
     soft = softer(setup, 0.3)
-    drawn = [_drawn('strain_stiffening/hart_smith', soft, size) for size in (1, 2)]
+    drawn = [draw_faults('strain_stiffening/hart_smith', soft, size) for size in (1, 2)]
     lifts = tip_rises(soft, drawn)
     assert 0.002 < lifts[0] < lifts[1] < 0.01
 
@@ -139,7 +135,7 @@ def test_the_end_of_a_beam_gives_way_as_all_its_slices_do(
 def test_a_clamp_on_a_post_rests_where_that_bears_the_body(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults = _drawn('compliant_clamp/post', setup)
+    faults = draw_faults('compliant_clamp/post', setup)
     motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     compliance = post_compliance(faults.clamp_compliance, faults.clamp_length)
     expected = compliance @ load
@@ -148,7 +144,7 @@ def test_a_clamp_on_a_post_rests_where_that_bears_the_body(
 
 
 def test_a_screw_works_loose_by_a_factor_from_pose_to_pose(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('clamp_offset/loosening', setup)
+    faults = draw_faults('clamp_offset/loosening', setup)
     held, growth = plain.mesh.held, faults.clamp_growth
     for pose, steps in enumerate((0.0, 1.0, 1.0 + growth, 1.0 + growth + growth**2)):
         turn = turn_of(plain.mesh.nodes[held], rest_of(setup, faults, pose)[held])
@@ -159,7 +155,7 @@ def test_a_screw_works_loose_by_a_factor_from_pose_to_pose(setup: Setup, plain: 
 @pytest.fixture(scope='module')
 def on_a_knob(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on the end of a screw in the first pose, and that screw."""
-    return lay_on_plane(setup, _drawn('contact_plane/knob', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/knob', setup), np.random.default_rng(1))
 
 
 def test_a_knob_bears_a_body_by_its_outer_part_and_not_upside_down(
@@ -196,7 +192,7 @@ def test_a_knob_presses_by_its_energy(on_a_knob: tuple[Setup, Faults], plain: Sp
 def test_a_stereo_pair_errs_by_the_square_of_the_depth_and_evenly_over_rows(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_affine/toed', setup)
+    faults = draw_faults('depth_affine/toed', setup)
     distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
     for pose in (0, 3):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -219,7 +215,7 @@ def test_rays_meet_a_tilted_imager_where_its_plane_is() -> None:
 
 
 def test_a_tilted_imager_moves_what_is_seen_of_the_axis_nowhere_by_itself(setup: Setup) -> None:
-    faults = _drawn('camera_offset/tilted imager', setup)
+    faults = draw_faults('camera_offset/tilted imager', setup)
     right = setup.camera
     tilted = replace(right, tilt=faults.imager_tilt)
     points = np.array([[0.0, 0.0, 0.33], [0.06, 0.03, 0.33], [-0.06, -0.03, 0.33]])
@@ -239,7 +235,7 @@ def test_a_draught_falls_beside_its_axis_and_not_along_it() -> None:
 
 
 def test_a_draught_blows_less_where_a_body_is_out_of_it(setup: Setup) -> None:
-    faults = _drawn('gravity_tilt/draught', setup)
+    faults = draw_faults('gravity_tilt/draught', setup)
     tip = make_specimen(setup, Faults(), COARSE).shares > 0.99
     x, y, z = faults.tilt_point
     moves = []

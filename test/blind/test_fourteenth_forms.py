@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_derivatives import check_body_stiffness, check_derivatives
+from support.blind_draws import draw_faults
 from support.blind_rests import COARSE, lying, rest_of, tip_moves, turn_of
 
 from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fibres import Fibres
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.jaws import pinched
 from benchmarks.blind.laying import lay_on_plane, softer
@@ -30,10 +30,6 @@ from benchmarks.blind.wear import strains, worn
 
 KNIT = Faults(stiffening_form='knitted', stiffening=2.0)
 Depths = Callable[[Faults, int], np.ndarray]
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
 
 
 def test_loops_pull_by_their_energy_and_bear_nothing_at_first() -> None:
@@ -68,7 +64,7 @@ def test_a_knitted_body_sags_less_than_a_bare_one(setup: Setup) -> None:
     tip = make_specimen(soft, KNIT, COARSE).shares > 0.99
     lifts = []
     for size in (1, 2):
-        knitted = rest_of(soft, _drawn('strain_stiffening/knitted', soft, size))
+        knitted = rest_of(soft, draw_faults('strain_stiffening/knitted', soft, size))
         lifts.append(float((knitted - rest_of(soft, Faults()))[tip, 2].mean()))
     assert 0.002 < lifts[0] < lifts[1] < 0.02
 
@@ -90,7 +86,7 @@ def test_a_tube_bears_a_part_of_a_bodys_sag(setup: Setup) -> None:
     free, lifts = make_specimen(setup, Faults()), []
     hanging = settle(free, setup, setup.observations[0], Faults())
     for size in (1, 2):
-        faults = _drawn('stiffness_contrast/cored', setup, size)
+        faults = draw_faults('stiffness_contrast/cored', setup, size)
         # Coarse cells have no points in the core.
         found = settle(make_specimen(setup, faults), setup, setup.observations[0], faults)
         lifts.append(float((found - hanging)[free.shares > 0.99].mean(axis=0)[2]))
@@ -142,7 +138,7 @@ def test_jaws_keep_a_volume_and_press_it_out_more_on_one_side(
 
 
 def test_a_rope_pulls_by_the_length_of_its_halves(setup: Setup) -> None:
-    faults = _drawn('contact_plane/rope', setup)
+    faults = draw_faults('contact_plane/rope', setup)
     half, sunk = faults.contact_span, 0.004
     loose = half / (1.0 + faults.contact_drawn)
     stiffness = faults.contact_tension / (half - loose)
@@ -161,7 +157,7 @@ def test_a_rope_pulls_by_the_length_of_its_halves(setup: Setup) -> None:
 @pytest.fixture(scope='module')
 def on_a_rope(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on a rope in the first pose, and that rope."""
-    return lay_on_plane(setup, _drawn('contact_plane/rope', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/rope', setup), np.random.default_rng(1))
 
 
 def test_a_rope_bears_a_body_and_sinks_by_its_force(
@@ -212,7 +208,7 @@ def test_a_veil_mixes_depths_by_their_light() -> None:
 def test_bands_of_tape_err_and_what_is_between_them_does_not(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_bias_by_region/banded', setup)
+    faults = draw_faults('depth_bias_by_region/banded', setup)
     whole = replace(faults, region_bands=(0.0, 0.0))
     covered = []
     for each in (faults, whole):
@@ -229,7 +225,7 @@ def test_bands_of_tape_err_and_what_is_between_them_does_not(
 def test_a_clamp_that_creeps_goes_a_part_of_its_way_in_every_pose(
     setup: Setup, plain: Specimen
 ) -> None:
-    faults = _drawn('compliant_clamp/creeping', setup)
+    faults = draw_faults('compliant_clamp/creeping', setup)
     held, center = plain.mesh.held, plain.center
     before = np.zeros(3)
     for pose, view in enumerate(setup.observations):

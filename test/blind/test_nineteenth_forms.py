@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import fsolve
 from support.blind_contact import dents_of
 from support.blind_derivatives import check_body_stiffness, check_derivatives, check_loose_fibres
+from support.blind_draws import draw_faults, STEPS
 from support.blind_rests import COARSE, lying, rest_of, tip_moves, tip_rises
 from support.blind_views import with_and_without
 
@@ -18,7 +19,6 @@ from benchmarks.blind.exposure import exposure
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.flap import turned_flap
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.marbling import marbled_value
 from benchmarks.blind.observe import true_rendering
@@ -29,12 +29,6 @@ from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.surface import FIXTURE
-
-STEPS = (1e-5, 1e-6, 1e-7)
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
 
 
 def _chain_end(pull: np.ndarray, length: float, count: int) -> np.ndarray:
@@ -69,7 +63,7 @@ def test_a_taut_cable_turns_a_line_search_back() -> None:
 def test_a_slung_cable_pulls_by_its_energy(
     setup: Setup, plain: Specimen, rests: list[np.ndarray], step: float
 ) -> None:
-    faults = _drawn('added_mass/slung', setup)
+    faults = draw_faults('added_mass/slung', setup)
     for pose in (0, 2, 3):
         law = slung(
             plain.mesh.nodes, plain.body.masses, plain.shares, setup.observations[pose], faults
@@ -83,7 +77,7 @@ def test_a_slung_cable_pulls_by_its_energy(
 def test_a_slung_cable_is_longer_than_the_way_and_draws_down_and_back(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults, shares = _drawn('added_mass/slung', setup), plain.shares
+    faults, shares = draw_faults('added_mass/slung', setup), plain.shares
     anchor = 1e-3 * np.array(faults.mass_anchor)
     free = setup.shape.length - setup.shape.clamp
     place = np.array([setup.shape.clamp + faults.added_mass_at * free, 0.0, 0.0])
@@ -119,7 +113,9 @@ def test_a_body_with_coils_resists_as_its_forces_change(setup: Setup, step: floa
 
 def test_a_body_with_coils_sags_less_than_a_bare_one(setup: Setup) -> None:
     soft = softer(setup, 0.3)
-    lifts = tip_rises(soft, [_drawn('strain_stiffening/coils', soft, size) for size in (1, 2)])
+    lifts = tip_rises(
+        soft, [draw_faults('strain_stiffening/coils', soft, size) for size in (1, 2)]
+    )
     assert 0.002 < lifts[0] < lifts[1] < 0.02
 
 
@@ -136,7 +132,7 @@ def test_swirls_are_of_mean_0_and_variance_1_and_as_long_as_stated() -> None:
 
 
 def test_a_marbled_body_has_its_swirls_where_it_is(setup: Setup) -> None:
-    faults = _drawn('stiffness_contrast/marbled', setup)
+    faults = draw_faults('stiffness_contrast/marbled', setup)
     marbled, whole = (make_specimen(setup, each) for each in (faults, Faults()))
     harder = np.log(np.asarray(marbled.body.numbers.shear / whole.body.numbers.shear))
     places = whole.body.quadrature.values @ whole.mesh.nodes[whole.mesh.cells]
@@ -174,13 +170,13 @@ def test_glue_holds_a_body_by_its_lower_face_alone(setup: Setup, plain: Specimen
 
 def test_glue_gives_a_tip_away_by_some_4_and_10_mm(setup: Setup, plain: Specimen) -> None:
     for size, least, most in ((1, 2.5, 8.0), (2, 6.0, 16.0)):
-        faults = _drawn('compliant_clamp/glued', setup, size)
+        faults = draw_faults('compliant_clamp/glued', setup, size)
         tip = make_specimen(setup, faults, COARSE).shares > 0.99
         assert least < 1e3 * max(tip_moves(setup, plain, faults, tip)) < most
 
 
 def test_a_body_in_a_slot_tips_to_where_its_weight_draws(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('clamp_offset/rattling', setup)
+    faults = draw_faults('clamp_offset/rattling', setup)
     scatter = np.array(faults.clamp_scatter)
     assert not scatter[:, :4].any()
     for turns in np.abs(scatter[:, 4:]).T:
@@ -201,7 +197,7 @@ def test_a_body_in_a_slot_tips_to_where_its_weight_draws(setup: Setup, plain: Sp
 def test_a_body_in_a_slot_stays_where_its_weight_hardly_draws_aside(setup: Setup) -> None:
     first, rolled = setup.observations[:2]
     twice = replace(setup, observations=(first, rolled, replace(first, name='again')))
-    level, _, again = np.array(_drawn('clamp_offset/rattling', twice).clamp_scatter)
+    level, _, again = np.array(draw_faults('clamp_offset/rattling', twice).clamp_scatter)
     # About z it turned once it was rolled to the side, and not before.
     assert level[5] == 0.0
     assert again[5] != 0.0
@@ -211,7 +207,7 @@ def test_a_body_in_a_slot_stays_where_its_weight_hardly_draws_aside(setup: Setup
 @pytest.fixture(scope='module')
 def on_a_flap(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on a flap in the first pose, and that flap."""
-    return lay_on_plane(setup, _drawn('contact_plane/flap', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/flap', setup), np.random.default_rng(1))
 
 
 def test_a_flap_lifts_a_body_in_two_poses(
@@ -282,7 +278,7 @@ def test_a_frame_is_exposed_by_the_inverse_of_its_mean_light() -> None:
 def test_a_frame_errs_alike_all_over_by_how_long_it_is_exposed(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults, errors = _drawn('depth_affine/exposed', setup), []
+    faults, errors = draw_faults('depth_affine/exposed', setup), []
     distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
     for pose in range(4):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -341,7 +337,7 @@ def test_a_camera_that_follows_shifts_all_that_it_sees(
 
 
 def test_a_camera_follows_by_one_share_of_how_far_a_body_is_off(setup: Setup) -> None:
-    scatter = np.array(_drawn('camera_offset/framed', setup).center_scatter)
+    scatter = np.array(draw_faults('camera_offset/framed', setup).center_scatter)
     assert np.linalg.norm(scatter, axis=1).max() < 17.5 * 1.16
     shape, camera, gains = setup.shape, setup.camera, []
     middle = [0.5 * (shape.clamp + shape.length), 0.0, 0.0]
@@ -375,7 +371,7 @@ def test_a_body_from_ridges_is_bent_by_the_sine(setup: Setup, count: float) -> N
 
 
 def test_a_wavy_body_rests_apart_from_a_straight_one(setup: Setup) -> None:
-    faults = _drawn('rest_curvature/wavy', setup)
+    faults = draw_faults('rest_curvature/wavy', setup)
     wavy = make_specimen(setup, faults, COARSE)
     stiff = replace(setup, youngs_modulus=1e4 * setup.youngs_modulus)
     body = make_specimen(stiff, faults, COARSE)

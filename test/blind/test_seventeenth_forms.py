@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 from support.blind_contact import check_pushes, dents_of
+from support.blind_draws import draw_faults, STEPS
 from support.blind_rests import clamp_motion_and_load, COARSE, lying, rest_of, turn_of
 from support.blind_views import with_and_without
 
@@ -16,7 +17,6 @@ from benchmarks.blind.contact import contact_laws, highest_tops, OUTER
 from benchmarks.blind.draught import drawn_in
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flexure import wrist_compliance
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.jaws import bowed
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import jostled, true_camera, true_rendering
@@ -26,12 +26,6 @@ from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.speckle import speckled
 from benchmarks.blind.surface import FIXTURE, tip_part
-
-STEPS = (1e-5, 1e-6, 1e-7)
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
 
 
 def test_markers_have_their_masses_on_their_stalks(setup: Setup) -> None:
@@ -61,7 +55,7 @@ def test_markers_have_their_masses_on_their_stalks(setup: Setup) -> None:
 
 @pytest.mark.parametrize('pose', [1, 2])
 def test_markers_on_stalks_twist_a_body_as_their_weight_asks(setup: Setup, pose: int) -> None:
-    high = _drawn('added_mass/markers', setup)
+    high = draw_faults('added_mass/markers', setup)
     low = replace(high, mass_arm=(0.0, 0.0))
     specimen = make_specimen(setup, Faults(), COARSE)
     tip = specimen.shares > 0.8
@@ -127,7 +121,7 @@ def test_a_wrist_gives_way_by_the_moment_about_each_of_its_joints() -> None:
 def test_a_clamp_on_a_wrist_rests_where_that_bears_the_body(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults = _drawn('compliant_clamp/wrist', setup)
+    faults = draw_faults('compliant_clamp/wrist', setup)
     motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     compliance = wrist_compliance(faults.clamp_compliance, faults.clamp_length)
     expected = compliance @ load
@@ -162,7 +156,7 @@ def test_bowed_jaws_bend_what_they_hold_to_an_arc_and_turn_all_beyond(
 
 
 def test_bowed_jaws_hold_their_part_where_they_bend_it(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('clamp_offset/bowed', setup)
+    faults = draw_faults('clamp_offset/bowed', setup)
     held = plain.mesh.held
     bent = bowed(plain, faults).mesh.nodes[held]
     for pose in (0, 3):
@@ -173,7 +167,9 @@ def test_bowed_jaws_hold_their_part_where_they_bend_it(setup: Setup, plain: Spec
 @pytest.fixture(scope='module')
 def on_a_cushion(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on a cushion in the first pose, and that cushion."""
-    return lay_on_plane(setup, _drawn('contact_plane/cushion', setup), np.random.default_rng(1))
+    return lay_on_plane(
+        setup, draw_faults('contact_plane/cushion', setup), np.random.default_rng(1)
+    )
 
 
 def test_a_cushion_bears_a_body_by_its_outer_part_alone(
@@ -229,7 +225,7 @@ def test_a_cushion_presses_by_its_stiffness_where_it_is_dented(
 def test_saturated_pixels_err_by_the_light_that_is_too_much(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_affine/saturated', setup)
+    faults = draw_faults('depth_affine/saturated', setup)
     distance = float(np.linalg.norm(setup.depth_from_world[:3, 3]))
     for pose in (0, 3):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -259,7 +255,7 @@ def test_dots_cover_their_share_and_are_of_their_size() -> None:
 def test_dots_are_seen_on_the_outer_part_alone(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_bias_by_region/speckled', setup)
+    faults = draw_faults('depth_bias_by_region/speckled', setup)
     for pose in (0, 2):
         seen = []
         for each in (faults, replace(faults, region_dot=0.0)):
@@ -274,7 +270,7 @@ def test_dots_are_seen_on_the_outer_part_alone(
 def test_a_camera_is_leaned_on_in_one_pose_and_springs_back_but_for_a_part(
     setup: Setup, plain: Specimen
 ) -> None:
-    faults = _drawn('camera_offset/leaned on', setup)
+    faults = draw_faults('camera_offset/leaned on', setup)
     scatter = np.array(faults.camera_scatter)
     leaned = int(np.abs(scatter).sum(axis=1).argmax())
     assert leaned in (1, 2)
@@ -312,7 +308,7 @@ def test_a_mouth_draws_towards_itself_by_the_fourth_power_of_the_way() -> None:
 
 
 def test_an_extractor_draws_a_body_towards_its_mouth(setup: Setup) -> None:
-    faults = _drawn('gravity_tilt/extractor', setup)
+    faults = draw_faults('gravity_tilt/extractor', setup)
     tip = make_specimen(setup, Faults(), COARSE).shares > 0.99
     # A tilt about x draws along -z, one about z along x: towards the mouth, seen from above.
     level = np.array([faults.gravity_tilt[1], -faults.gravity_tilt[0]])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.blind_contact import check_pushes, moves_and_dents
+from support.blind_draws import draw_faults, STEPS
 from support.blind_rests import clamp_motion_and_load, COARSE, rest_of, tip_rises, turn_of
 from support.blind_views import with_and_without
 
@@ -16,7 +17,6 @@ from benchmarks.blind.draught import layer_share
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.flexure import angle_compliance
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.moduli import pour_value
 from benchmarks.blind.observe import jostled, true_camera, true_rendering
@@ -26,12 +26,6 @@ from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.slender import even_sag, levers, SHARES, softness
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.surface import body_triangles, FIXTURE, TIP, tip_part, turned_share
-
-STEPS = (1e-5, 1e-6, 1e-7)
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
 
 
 @pytest.mark.parametrize('step', STEPS)
@@ -69,7 +63,7 @@ def test_a_beaded_body_resists_as_its_forces_change(setup: Setup, step: float) -
 
 def test_a_beaded_body_sags_less_than_a_bare_one(setup: Setup) -> None:
     soft = softer(setup, 0.3)
-    drawn = [_drawn('strain_stiffening/beaded', soft, size) for size in (1, 2)]
+    drawn = [draw_faults('strain_stiffening/beaded', soft, size) for size in (1, 2)]
     lifts = tip_rises(soft, drawn)
     assert 0.002 < lifts[0] < lifts[1] < 0.015
 
@@ -90,7 +84,7 @@ def test_each_pour_has_its_own_modulus_from_the_clamp_on(setup: Setup) -> None:
 
 
 def test_pours_have_e_in_the_mean_and_differ(setup: Setup) -> None:
-    faults = _drawn('stiffness_contrast/pours', setup)
+    faults = draw_faults('stiffness_contrast/pours', setup)
     assert sum(faults.contrast_pours) == pytest.approx(0.0, abs=1e-3)
     assert max(np.abs(faults.contrast_pours)) == 1.0
 
@@ -116,7 +110,7 @@ def test_an_angle_iron_gives_way_as_all_its_slices_do_and_aside_of_its_load() ->
 def test_a_clamp_on_an_angle_iron_rests_where_that_bears_the_body(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults = _drawn('compliant_clamp/angle iron', setup)
+    faults = draw_faults('compliant_clamp/angle iron', setup)
     motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     compliance = angle_compliance(faults.clamp_compliance, faults.clamp_length, faults.clamp_slant)
     expected = compliance @ load
@@ -125,7 +119,7 @@ def test_a_clamp_on_an_angle_iron_rests_where_that_bears_the_body(
 
 
 def test_a_clamp_is_shaken_on_by_how_far_the_rig_is_turned(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('clamp_offset/shaken', setup)
+    faults = draw_faults('clamp_offset/shaken', setup)
     poses = [Rotation.from_matrix(one.world_from_object[:3, :3]) for one in setup.observations]
     ways = [(poses[n + 1] * poses[n].inv()).magnitude() for n in range(3)]
     last, held = np.array(faults.clamp_scatter[-1]), plain.mesh.held
@@ -139,7 +133,7 @@ def test_a_clamp_is_shaken_on_by_how_far_the_rig_is_turned(setup: Setup, plain: 
 @pytest.fixture(scope='module')
 def on_a_brush(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on a brush in the first pose, and that brush."""
-    return lay_on_plane(setup, _drawn('contact_plane/brush', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/brush', setup), np.random.default_rng(1))
 
 
 def test_a_brush_bears_a_body_and_lets_its_tip_sink_in(
@@ -175,7 +169,7 @@ def test_bristles_that_are_bent_over_press_no_more(
 def test_a_smudge_errs_most_in_its_middle_and_falls_around_it(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_affine/smudge', setup)
+    faults = draw_faults('depth_affine/smudge', setup)
     x, y = np.array(faults.depth_spot) + np.array([setup.camera.cx, setup.camera.cy])
     for pose in (0, 3):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -221,7 +215,7 @@ def test_a_wound_tape_goes_on_by_its_distance_in_a_turn(setup: Setup, plain: Spe
 def test_a_wound_tape_covers_its_part_and_not_as_bands_do(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_bias_by_region/wound', setup)
+    faults = draw_faults('depth_bias_by_region/wound', setup)
     seen = {}
     for name, each in (
         ('wound', faults),
@@ -238,7 +232,7 @@ def test_a_wound_tape_covers_its_part_and_not_as_bands_do(
 
 
 def test_a_camera_leans_about_its_foot_to_the_heavy_side(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('camera_offset/swayed', setup)
+    faults = draw_faults('camera_offset/swayed', setup)
     assert faults.camera_foot is not None
     stored = np.linalg.inv(setup.depth_from_world)
     foot = stored[:3, :3] @ np.array(faults.camera_foot) + stored[:3, 3]
@@ -266,7 +260,7 @@ def test_air_over_a_bench_presses_by_the_square_of_the_height() -> None:
 
 
 def test_air_presses_a_body_less_where_that_is_nearer_to_the_bench(setup: Setup) -> None:
-    faults = _drawn('gravity_tilt/layer', setup)
+    faults = draw_faults('gravity_tilt/layer', setup)
     tip = make_specimen(setup, Faults(), COARSE).shares > 0.99
     moves = []
     for lower in (0.0, 0.03, 0.2):

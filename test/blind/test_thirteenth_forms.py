@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_derivatives import check_body_stiffness, check_derivatives
+from support.blind_draws import draw_faults
 from support.blind_rests import COARSE, lying, rest_of, tip_moves, turn_of
 
 from benchmarks.blind.blower import blown
@@ -15,7 +16,6 @@ from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.dish import dish_tops
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fibres import Fibres
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.heights import by_height
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import true_rendering
@@ -33,12 +33,8 @@ CRAZED = Faults(crazed=0.6)
 Depths = Callable[[Faults, int], np.ndarray]
 
 
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-
-
 def test_a_body_off_its_reel_straightens_by_a_power_of_time(setup: Setup) -> None:
-    faults = _drawn('rest_curvature/recovering', setup)
+    faults = draw_faults('rest_curvature/recovering', setup)
     times = np.log(1.0 + np.arange(4))
     powers = -np.log(faults.curvature_shares[1:]) / times[1:]
     assert powers == pytest.approx(np.full(3, powers[0]), rel=1e-3)
@@ -73,14 +69,14 @@ def _free(setup: Setup) -> float:
 
 def test_a_blower_moves_a_body_where_it_meets_a_weak_side(setup: Setup, plain: Specimen) -> None:
     for size, least, most in ((1, 0.003, 0.012), (2, 0.006, 0.022)):
-        faults = _drawn('gravity_tilt/blower', setup, size)
+        faults = draw_faults('gravity_tilt/blower', setup, size)
         assert least < max(tip_moves(setup, plain, faults, plain.shares > 0.99)) < most
 
 
 def test_a_border_recedes_outward_from_pose_to_pose(
     setup: Setup, plain: Specimen, rests: list[np.ndarray], depths: Depths
 ) -> None:
-    faults = _drawn('depth_bias_by_region/receding', setup)
+    faults = draw_faults('depth_bias_by_region/receding', setup)
     assert np.all(np.diff(faults.region_places) > 0.0)
     for pose, place in enumerate(faults.region_places):
         steady = replace(faults, region_places=(), region_from=place)
@@ -93,7 +89,7 @@ def test_a_border_recedes_outward_from_pose_to_pose(
 
 
 def test_a_liquid_fills_its_channel_up_to_one_level(plain: Specimen, setup: Setup) -> None:
-    faults = _drawn('added_mass/pooled', setup)
+    faults = draw_faults('added_mass/pooled', setup)
     room = channel(plain.mesh.lattice, plain.body.masses, plain.shares, faults)
     inner, outer = faults.mass_stops
     assert room.sum() == pytest.approx(1e-3 * faults.added_mass / faults.mass_filled)
@@ -112,7 +108,7 @@ def test_a_liquid_fills_its_channel_up_to_one_level(plain: Specimen, setup: Setu
 def test_a_liquid_weighs_by_the_slope_of_its_energy(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults, view = _drawn('added_mass/pooled', setup), setup.observations[0]
+    faults, view = draw_faults('added_mass/pooled', setup), setup.observations[0]
     (law,) = by_height(plain.mesh.lattice, plain.body.masses, plain.shares, view, faults)
     move, h = np.random.default_rng(3).standard_normal(rests[0].shape), 1e-6
     one, other = (law(rests[0] + way * h * move).energy for way in (1.0, -1.0))
@@ -123,7 +119,7 @@ def test_a_liquid_weighs_by_the_slope_of_its_energy(
 def test_a_liquid_runs_outward_where_a_body_sags_and_inward_where_it_rises(
     setup: Setup, plain: Specimen
 ) -> None:
-    faults = _drawn('added_mass/pooled', setup)
+    faults = draw_faults('added_mass/pooled', setup)
     middles = []
     for pose in (0, 2, 3):
         view = setup.observations[pose]
@@ -152,7 +148,7 @@ def test_streaks_swing_by_the_sine_of_the_place_aslant(setup: Setup, sign: float
 @pytest.fixture(scope='module')
 def in_a_dish(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies in a dish in the first pose, and that dish."""
-    return lay_on_plane(setup, _drawn('contact_plane/dish', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/dish', setup), np.random.default_rng(1))
 
 
 def test_a_dish_holds_a_body_up_where_it_touches(
@@ -176,7 +172,7 @@ def test_a_dish_holds_a_body_up_where_it_touches(
 def test_a_clamp_that_rubs_lags_by_its_friction_and_stays_where_it_was(
     setup: Setup, plain: Specimen
 ) -> None:
-    faults = _drawn('compliant_clamp/rubbing', setup)
+    faults = draw_faults('compliant_clamp/rubbing', setup)
     held, center = plain.mesh.held, plain.center
     before, least = np.zeros(3), faults.clamp_compliance * faults.clamp_rub
     for pose, view in enumerate(setup.observations):
@@ -216,7 +212,10 @@ def test_a_pane_shows_points_where_their_rays_leave_it() -> None:
 
 def test_a_pane_brings_depths_nearer_by_some_5_and_10_mm(setup: Setup, depths: Depths) -> None:
     for size, least, most in ((1, 0.002, 0.007), (2, 0.004, 0.014)):
-        clean, found = depths(Faults(), 0), depths(_drawn('camera_offset/pane', setup, size), 0)
+        clean, found = (
+            depths(Faults(), 0),
+            depths(draw_faults('camera_offset/pane', setup, size), 0),
+        )
         nearer = np.median(clean[np.isfinite(clean)]) - np.median(found[np.isfinite(found)])
         assert least < nearer < most
 

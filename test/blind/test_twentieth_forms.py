@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.blind_contact import check_pushes, moves_and_dents
 from support.blind_derivatives import check_derivatives
+from support.blind_draws import draw_faults, STEPS
 from support.blind_rests import clamp_motion_and_load
 from support.blind_views import with_and_without
 
@@ -16,7 +17,6 @@ from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.felt import felt
 from benchmarks.blind.flexure import tape_compliance
-from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.moduli import overbent_share
 from benchmarks.blind.observe import jostled, true_camera
@@ -28,18 +28,12 @@ from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.sponge import sponge_masses
 from benchmarks.blind.surface import body_triangles, tip_part
 
-STEPS = (1e-5, 1e-6, 1e-7)
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-
 
 @pytest.mark.parametrize('pose', range(4))
 def test_the_water_of_a_sponge_is_less_where_that_is_higher(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults, view = _drawn('added_mass/sponge', setup), setup.observations[pose]
+    faults, view = draw_faults('added_mass/sponge', setup), setup.observations[pose]
     masses, shares = plain.body.masses, plain.shares
     found = sponge_masses(masses, shares, setup, view, faults)
     assert found.sum() == pytest.approx(1e-3 * faults.added_mass)
@@ -63,7 +57,7 @@ def test_what_was_overbent_is_soft_by_its_strain() -> None:
 
 
 def test_an_overbent_body_is_soft_where_it_was_strained(setup: Setup) -> None:
-    faults = _drawn('stiffness_contrast/overbent', setup)
+    faults = draw_faults('stiffness_contrast/overbent', setup)
     soft, whole = (make_specimen(setup, each) for each in (faults, Faults()))
     harder = np.log(np.asarray(soft.body.numbers.shear / whole.body.numbers.shear))
     places = whole.body.quadrature.values @ whole.mesh.nodes[whole.mesh.cells]
@@ -96,7 +90,7 @@ def test_foam_tape_gives_way_at_each_place_by_the_pressure_there() -> None:
 def test_a_clamp_on_foam_tape_rests_where_that_bears_the_body(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults = _drawn('compliant_clamp/taped', setup)
+    faults = draw_faults('compliant_clamp/taped', setup)
     motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     compliance = tape_compliance(faults.clamp_compliance, faults.clamp_length)
     given = compliance @ load
@@ -105,7 +99,7 @@ def test_a_clamp_on_foam_tape_rests_where_that_bears_the_body(
 
 
 def test_a_greased_slide_creeps_along_its_rail_by_the_weight_along_it(setup: Setup) -> None:
-    scatter = np.array(_drawn('clamp_offset/greased', setup).clamp_scatter)
+    scatter = np.array(draw_faults('clamp_offset/greased', setup).clamp_scatter)
     assert not scatter[:, 3:].any()
     places = scatter[:, :3]
     _, sizes, ways = np.linalg.svd(places)
@@ -123,7 +117,7 @@ def test_a_greased_slide_creeps_along_its_rail_by_the_weight_along_it(setup: Set
 @pytest.fixture(scope='module')
 def on_felt(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on felt in the first pose, and that felt."""
-    return lay_on_plane(setup, _drawn('contact_plane/felt', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/felt', setup), np.random.default_rng(1))
 
 
 def test_felt_bears_a_body_and_lets_its_tip_sink_in(
@@ -172,7 +166,7 @@ def test_felt_presses_by_the_exponential_of_the_dent(
 def test_a_sunbeam_wanders_over_what_is_seen(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults, largest = _drawn('depth_affine/sunbeam', setup), []
+    faults, largest = draw_faults('depth_affine/sunbeam', setup), []
     way = np.deg2rad(faults.depth_slant)
     for pose in range(4):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -214,7 +208,7 @@ def test_what_is_bleached_goes_with_how_a_side_faced_the_sun(
 def test_a_bleached_body_errs_on_sides_that_are_seen(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults, largest = _drawn('depth_bias_by_region/bleached', setup), []
+    faults, largest = draw_faults('depth_bias_by_region/bleached', setup), []
     for pose in range(4):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
         largest.append(np.abs(view.depth[there] - right.depth[there]).max())
@@ -224,7 +218,7 @@ def test_a_bleached_body_errs_on_sides_that_are_seen(
 def test_a_camera_is_tugged_about_its_foot_towards_one_place_of_the_rig(
     setup: Setup, plain: Specimen
 ) -> None:
-    faults = _drawn('camera_offset/tugged', setup)
+    faults = draw_faults('camera_offset/tugged', setup)
     assert faults.camera_foot is not None
     stored = np.linalg.inv(setup.depth_from_world)
     foot = stored[:3, :3] @ np.array(faults.camera_foot) + stored[:3, 3]
@@ -243,7 +237,7 @@ def test_a_camera_is_tugged_about_its_foot_towards_one_place_of_the_rig(
 
 
 def test_a_table_on_soft_feet_leans_to_one_place_of_the_rig(setup: Setup) -> None:
-    faults = _drawn('gravity_tilt/floating', setup)
+    faults = draw_faults('gravity_tilt/floating', setup)
     x, z = np.deg2rad(faults.tilt_scatter).T
     # What a small tilt draws to the side, of the weight.
     sides = np.stack([z, -x], axis=-1)
@@ -297,7 +291,7 @@ def test_a_crammed_body_is_bent_twice_at_right_angles(setup: Setup) -> None:
 def test_a_sponge_and_a_tug_are_drawn_for_other_bodies_too(family: str) -> None:
     drawn = draw_setup(family, is_sealed=True, poses=4, random=np.random.default_rng(3))
     plain = make_specimen(drawn, Faults(), 0.5)
-    faults = _drawn('added_mass/sponge', drawn)
+    faults = draw_faults('added_mass/sponge', drawn)
     line = np.array([[drawn.shape.clamp, 0.0, 0.0], [drawn.shape.length, 0.0, 0.0]])
     for view in drawn.observations:
         found = sponge_masses(plain.body.masses, plain.shares, drawn, view, faults)

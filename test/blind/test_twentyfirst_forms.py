@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.blind_contact import check_pushes, moves_and_dents
 from support.blind_derivatives import check_derivatives
+from support.blind_draws import draw_faults, STEPS
 from support.blind_rests import clamp_motion_and_load, COARSE, rest_of
 from support.blind_views import with_and_without
 
@@ -30,16 +31,10 @@ from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.surface import body_triangles, FIXTURE, HALFWAY, ROOT, TIP
 
-STEPS = (1e-5, 1e-6, 1e-7)
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-
 
 @pytest.mark.parametrize('pose', range(4))
 def test_a_lump_is_all_where_it_has_oozed_to(setup: Setup, plain: Specimen, pose: int) -> None:
-    faults, view = _drawn('added_mass/oozing', setup), setup.observations[pose]
+    faults, view = draw_faults('added_mass/oozing', setup), setup.observations[pose]
     found = oozed_masses(plain.body.masses, plain.shares, setup, view, faults)
     assert found.sum() == pytest.approx(1e-3 * faults.added_mass)
     middle = float(found @ plain.shares / found.sum())
@@ -50,7 +45,7 @@ def test_a_lump_is_all_where_it_has_oozed_to(setup: Setup, plain: Specimen, pose
 @pytest.mark.parametrize('family', ['beam', 'arch', 'fin', 'tee'])
 def test_a_lump_oozes_to_where_its_body_points_down(family: str) -> None:
     drawn = draw_setup(family, is_sealed=True, poses=4, random=np.random.default_rng(3))
-    places = np.array(_drawn('added_mass/oozing', drawn).mass_places)
+    places = np.array(draw_faults('added_mass/oozing', drawn).mass_places)
     assert places.min() >= 0.3
     assert places.max() <= 0.95
     downs = np.array([-pose.world_from_object[1, 0] for pose in drawn.observations[1:]])
@@ -72,7 +67,7 @@ def test_oil_falls_by_the_exponential_from_a_surface_inwards() -> None:
 
 
 def test_a_soaked_body_is_soft_near_its_surface(setup: Setup) -> None:
-    faults = _drawn('stiffness_contrast/soaked', setup)
+    faults = draw_faults('stiffness_contrast/soaked', setup)
     soft, whole = (make_specimen(setup, each) for each in (faults, Faults()))
     harder = np.log(np.asarray(soft.body.numbers.shear / whole.body.numbers.shear))
     places = whole.body.quadrature.values @ whole.mesh.nodes[whole.mesh.cells]
@@ -90,7 +85,7 @@ def test_a_soaked_body_is_soft_near_its_surface(setup: Setup) -> None:
 def test_hot_glue_gives_way_more_from_pose_to_pose(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults = _drawn('compliant_clamp/hot glue', setup)
+    faults = draw_faults('compliant_clamp/hot glue', setup)
     motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     assert motion[:3] == pytest.approx(0.0, abs=1e-6)
     given = faults.clamp_compliance * faults.clamp_shares[pose] * load[3:]
@@ -102,7 +97,7 @@ def test_hot_glue_gives_way_more_from_pose_to_pose(
 
 
 def test_a_leash_draws_a_holder_to_one_place_of_the_room(setup: Setup) -> None:
-    scatter = np.array(_drawn('clamp_offset/leashed', setup).clamp_scatter)
+    scatter = np.array(draw_faults('clamp_offset/leashed', setup).clamp_scatter)
     shifts, turns = 1e-3 * scatter[:, :3], np.deg2rad(scatter[:, 3:])
     # What comes to the middle of what is held, and what that turns its outer end by.
     assert turns[:, 0] == pytest.approx(0.0, abs=1e-9)
@@ -132,7 +127,9 @@ def test_a_leash_draws_a_holder_to_one_place_of_the_room(setup: Setup) -> None:
 @pytest.fixture(scope='module')
 def on_air(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body hovers in the first pose, and the table."""
-    return lay_on_plane(setup, _drawn('contact_plane/hovering', setup), np.random.default_rng(1))
+    return lay_on_plane(
+        setup, draw_faults('contact_plane/hovering', setup), np.random.default_rng(1)
+    )
 
 
 def test_air_lifts_a_tip_that_does_not_touch_the_table(
@@ -181,7 +178,7 @@ def test_air_presses_by_the_exponential_of_the_height(
 def test_a_fixture_flares_over_what_is_beside_it(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_affine/flared', setup)
+    faults = draw_faults('depth_affine/flared', setup)
     for pose in (0, 3):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
         errors = np.full(there.shape, np.nan)
@@ -218,7 +215,7 @@ def test_two_paints_lie_one_beyond_the_other(setup: Setup, plain: Specimen) -> N
 def test_two_paints_err_to_either_side(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_bias_by_region/two-tone', setup)
+    faults = draw_faults('depth_bias_by_region/two-tone', setup)
     bias, back = 1e-3 * faults.region_bias, faults.region_back
     for pose in (0, 2):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -232,7 +229,7 @@ def test_two_paints_err_to_either_side(
 
 
 def test_a_head_that_hunts_turns_to_and_fro_and_calms_down(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('camera_offset/hunting', setup)
+    faults = draw_faults('camera_offset/hunting', setup)
     assert faults.camera_foot is not None
     stored = np.linalg.inv(setup.depth_from_world)
     foot = stored[:3, :3] @ np.array(faults.camera_foot) + stored[:3, 3]
@@ -250,7 +247,7 @@ def test_a_head_that_hunts_turns_to_and_fro_and_calms_down(setup: Setup, plain: 
 
 
 def test_an_arm_that_brakes_pushes_along_the_way_it_came(setup: Setup) -> None:
-    faults = _drawn('gravity_tilt/braking', setup)
+    faults = draw_faults('gravity_tilt/braking', setup)
     pushes = np.array(faults.tilt_pushes)
     middle = np.array([0.5 * setup.shape.length, 0.0, 0.0, 1.0])
     places = np.array([(pose.world_from_object @ middle)[:3] for pose in setup.observations])
@@ -311,7 +308,7 @@ def test_the_tip_of_a_jumbled_body_is_as_far_off_as_that_of_an_arc(
 @pytest.mark.parametrize('family', ['arch', 'fin', 'tee'])
 def test_bodies_of_other_shapes_are_made_of_soaked_rubber_too(family: str) -> None:
     drawn = draw_setup(family, is_sealed=True, poses=4, random=np.random.default_rng(3))
-    faults = _drawn('stiffness_contrast/soaked', drawn)
+    faults = draw_faults('stiffness_contrast/soaked', drawn)
     soft, whole = (make_specimen(drawn, each, COARSE) for each in (faults, Faults()))
     harder = np.log(np.asarray(soft.body.numbers.shear / whole.body.numbers.shear))
     assert faults.contrast - 1e-9 <= harder.min() < 0.3 * faults.contrast

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.blind_contact import check_pushes, dents_of
+from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
 from support.blind_rests import clamp_motion_and_load, lying, rest_of
 from support.blind_views import region_errors, with_and_without
 
@@ -20,21 +21,10 @@ from benchmarks.blind.moduli import wedge_value
 from benchmarks.blind.observe import jostled, true_camera
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import rotation
-from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
+from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.surface import body_triangles, tip_part
-
-STEPS = (1e-5, 1e-6, 1e-7)
-SEALED = ['arch', 'waist', 'fin', 'tee']
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-
-
-def _sealed(family: str) -> Setup:
-    return draw_setup(family, is_sealed=True, poses=4, random=np.random.default_rng(3))
 
 
 def _gauss_places(setup: Setup, specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
@@ -60,8 +50,8 @@ def test_a_drip_lies_on_its_side_of_a_body(setup: Setup, plain: Specimen, degree
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_drips_are_as_heavy_in_all_as_told_and_lie_where_told(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('added_mass/spattered', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('added_mass/spattered', drawn)
     specimen = make_specimen(drawn, faults)
     places, around, parts = np.array(faults.mass_drips).T
     assert 5 <= len(parts) <= 8
@@ -84,8 +74,8 @@ def test_two_pours_meet_where_a_line_goes_from_side_to_side() -> None:
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_the_outer_pour_is_thicker_the_farther_out(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('stiffness_contrast/wedged', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('stiffness_contrast/wedged', drawn)
     poured, whole = (make_specimen(drawn, each) for each in (faults, Faults()))
     harder = np.log(np.asarray(poured.body.numbers.shear / whole.body.numbers.shear))
     share, across = _gauss_places(drawn, whole)
@@ -129,7 +119,7 @@ def test_a_stand_gives_way_by_what_its_arm_and_rod_are_bent_and_twisted() -> Non
 def test_a_clamp_on_a_stand_rests_where_that_bears_the_body(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults = _drawn('compliant_clamp/stand', setup)
+    faults = draw_faults('compliant_clamp/stand', setup)
     motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     given = stand_compliance(faults.clamp_compliance, faults.clamp_length) @ load
     assert motion == pytest.approx(given, abs=2e-5)
@@ -138,9 +128,9 @@ def test_a_clamp_on_a_stand_rests_where_that_bears_the_body(
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_jaws_are_turned_by_whole_clicks_about_a_pin(family: str) -> None:
-    drawn = _sealed(family)
+    drawn = draw_sealed(family)
     for size, most in ((1, 0.004), (2, 0.010)):
-        scatter = np.array(_drawn('clamp_offset/clicking', drawn, size).clamp_scatter)
+        scatter = np.array(draw_faults('clamp_offset/clicking', drawn, size).clamp_scatter)
         center = np.array([0.5 * drawn.shape.clamp, 0.0, 0.0])
         tip, tips = np.array([drawn.shape.length, 0.0, 0.0]), []
         for motion in scatter:
@@ -156,7 +146,7 @@ def test_jaws_are_turned_by_whole_clicks_about_a_pin(family: str) -> None:
 
 
 def test_a_body_in_jaws_that_click_is_held_where_they_are(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('clamp_offset/clicking', setup)
+    faults = draw_faults('clamp_offset/clicking', setup)
     held = plain.mesh.held
     for pose, motion in enumerate(faults.clamp_scatter):
         found = rest_of(setup, faults, pose)[held]
@@ -170,7 +160,7 @@ def test_a_body_in_jaws_that_click_is_held_where_they_are(setup: Setup, plain: S
 @pytest.fixture(scope='module')
 def on_a_rack(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on a drying rack in the first pose, and that rack."""
-    return lay_on_plane(setup, _drawn('contact_plane/rack', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/rack', setup), np.random.default_rng(1))
 
 
 def test_a_rack_lifts_a_body(on_a_rack: tuple[Setup, Faults], plain: Specimen) -> None:
@@ -237,7 +227,7 @@ def test_bars_of_a_rack_push_away_from_their_axes(
 def test_what_is_seen_through_a_film_errs(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults, covered = _drawn('depth_affine/peeling', setup), []
+    faults, covered = draw_faults('depth_affine/peeling', setup), []
     slant = np.exp(1j * np.deg2rad(faults.depth_slant))
     for pose in range(4):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -257,7 +247,7 @@ def test_what_is_seen_through_a_film_errs(
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_film_peels_off_farther_from_pose_to_pose(family: str) -> None:
-    drawn = _sealed(family)
+    drawn = draw_sealed(family)
     for seed in range(6):
         changes = BY_KEY['depth_affine/peeling'].draw(2, drawn, np.random.default_rng(seed))
         steps = np.diff(changes['depth_places'])
@@ -284,7 +274,7 @@ def test_coats_add_up_to_the_tip(setup: Setup, plain: Specimen) -> None:
 def test_what_was_dipped_errs_by_how_many_coats_are_on_it(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_bias_by_region/dipped', setup)
+    faults = draw_faults('depth_bias_by_region/dipped', setup)
     count = len(faults.region_dips)
     assert count in (4, 5)
     assert list(faults.region_dips) == sorted(faults.region_dips)
@@ -298,8 +288,8 @@ def test_what_was_dipped_errs_by_how_many_coats_are_on_it(
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_camera_goes_round_a_column_behind_the_body(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('camera_offset/orbiting', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('camera_offset/orbiting', drawn)
     assert faults.camera_foot is not None
     plain = make_specimen(drawn, Faults(), 0.5)
     stored = np.linalg.inv(drawn.depth_from_world)
@@ -327,7 +317,7 @@ def test_a_camera_goes_round_a_column_behind_the_body(family: str) -> None:
 
 @pytest.mark.parametrize('pose', range(4))
 def test_two_fans_blow_against_each_other(setup: Setup, plain: Specimen, pose: int) -> None:
-    faults = _drawn('gravity_tilt/opposed', setup)
+    faults = draw_faults('gravity_tilt/opposed', setup)
     view = setup.observations[pose]
     blown, still = (load_in_pose(plain, setup, view, each).forces for each in (faults, Faults()))
     pushes = (blown - still) @ view.world_from_object[:3, :3].T
@@ -346,7 +336,7 @@ def test_two_fans_blow_against_each_other(setup: Setup, plain: Specimen, pose: i
 
 
 def test_the_inner_fan_holds_a_tip_back(setup: Setup, plain: Specimen) -> None:
-    faults = _drawn('gravity_tilt/opposed', setup)
+    faults = draw_faults('gravity_tilt/opposed', setup)
     alone, tip = replace(faults, tilt_back=0.0), plain.shares > 0.99
     rests = [rest_of(setup, each, 1)[tip].mean(axis=0) for each in (Faults(), faults, alone)]
     both, one = (float(np.linalg.norm(rest - rests[0])) for rest in rests[1:])

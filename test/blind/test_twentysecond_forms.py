@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support.blind_contact import check_pushes, dents_of
 from support.blind_derivatives import check_body_stiffness, check_derivatives, check_loose_fibres
+from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
 from support.blind_rests import clamp_motion_and_load, COARSE, lying, rest_of, tip_rises
 from support.blind_views import with_and_without
 
@@ -20,29 +21,18 @@ from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.moduli import crease_share
 from benchmarks.blind.pipe import pipe
 from benchmarks.blind.rest_shape import stress_free_nodes
-from benchmarks.blind.setups import draw_setup, Observation, Setup
+from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.surface import FIXTURE
 from benchmarks.blind.wick import wick_masses
-
-STEPS = (1e-5, 1e-6, 1e-7)
-SEALED = ['arch', 'waist', 'fin', 'tee']
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-
-
-def _sealed(family: str) -> Setup:
-    return draw_setup(family, is_sealed=True, poses=4, random=np.random.default_rng(3))
 
 
 @pytest.mark.parametrize('pose', range(4))
 def test_a_cord_is_as_heavy_everywhere_up_to_where_it_is_wet(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults, view = _drawn('added_mass/wicking', setup), setup.observations[pose]
+    faults, view = draw_faults('added_mass/wicking', setup), setup.observations[pose]
     found = wick_masses(plain.body.masses, plain.shares, setup, view, faults)
     front, last = faults.mass_places[pose], faults.mass_places[-1]
     assert found.sum() == pytest.approx(1e-3 * faults.added_mass * front / last)
@@ -58,7 +48,7 @@ def test_a_cord_is_as_heavy_everywhere_up_to_where_it_is_wet(
 
 @pytest.mark.parametrize('family', SEALED)
 def test_a_cord_is_wet_by_the_root_of_the_time(family: str) -> None:
-    squares = np.square(_drawn('added_mass/wicking', _sealed(family)).mass_places)
+    squares = np.square(draw_faults('added_mass/wicking', draw_sealed(family)).mass_places)
     steps = np.diff(squares)
     assert steps == pytest.approx(np.full(3, steps.mean()), abs=1e-3)
     assert steps.mean() > 0.1
@@ -73,7 +63,7 @@ def test_creases_fall_by_the_exponential_of_the_square_and_add() -> None:
 
 
 def test_a_creased_body_is_soft_around_two_places(setup: Setup) -> None:
-    faults = _drawn('stiffness_contrast/creased', setup)
+    faults = draw_faults('stiffness_contrast/creased', setup)
     soft, whole = (make_specimen(setup, each) for each in (faults, Faults()))
     harder = np.log(np.asarray(soft.body.numbers.shear / whole.body.numbers.shear))
     places = whole.body.quadrature.values @ whole.mesh.nodes[whole.mesh.cells]
@@ -91,8 +81,8 @@ def test_a_creased_body_is_soft_around_two_places(setup: Setup) -> None:
 
 @pytest.mark.parametrize('family', SEALED)
 def test_bodies_of_other_shapes_are_creased_too(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('stiffness_contrast/creased', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('stiffness_contrast/creased', drawn)
     soft, whole = (make_specimen(drawn, each) for each in (faults, Faults()))
     harder = np.log(np.asarray(soft.body.numbers.shear / whole.body.numbers.shear))
     assert 1.1 * faults.contrast < harder.min() < 0.6 * faults.contrast
@@ -135,21 +125,21 @@ def test_a_body_around_a_hose_resists_as_its_forces_change(
 
 def test_a_body_around_a_hose_sags_less_than_a_bare_one(setup: Setup) -> None:
     soft = softer(setup, 0.3)
-    listed = [_drawn('strain_stiffening/interlocked', soft, size) for size in (1, 2)]
+    listed = [draw_faults('strain_stiffening/interlocked', soft, size) for size in (1, 2)]
     lifts = tip_rises(soft, listed)
     assert 0.002 < lifts[0] < lifts[1] < 0.03
 
 
 @pytest.mark.parametrize('family', SEALED)
 def test_a_hose_has_play_that_a_body_uses_up(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('strain_stiffening/interlocked', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('strain_stiffening/interlocked', drawn)
     bare, held = (rest_of(drawn, each) for each in (Faults(), faults))
     assert np.linalg.norm(held - bare, axis=1).max() > 0.0008
 
 
 def test_wax_flows_by_the_moment_of_each_pose_and_stays(setup: Setup, plain: Specimen) -> None:
-    faults, before = _drawn('compliant_clamp/waxed', setup), np.zeros(3)
+    faults, before = draw_faults('compliant_clamp/waxed', setup), np.zeros(3)
     for pose in range(4):
         motion, load = clamp_motion_and_load(setup, plain, faults, pose)
         assert motion[:3] == pytest.approx(0.0, abs=1e-6)
@@ -161,8 +151,8 @@ def test_wax_flows_by_the_moment_of_each_pose_and_stays(setup: Setup, plain: Spe
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_spindle_is_off_by_one_motion_that_does_not_roll_along(family: str) -> None:
-    drawn = _sealed(family)
-    scatter = np.array(_drawn('clamp_offset/runout', drawn).clamp_scatter)
+    drawn = draw_sealed(family)
+    scatter = np.array(draw_faults('clamp_offset/runout', drawn).clamp_scatter)
     errors = []
     for pose, motion in zip(drawn.observations, scatter, strict=True):
         # The frame of the spindle: the same x, and a z that is as upright as that allows.
@@ -185,7 +175,7 @@ def test_a_spindle_is_off_by_one_motion_that_does_not_roll_along(family: str) ->
 @pytest.fixture(scope='module')
 def on_a_pipe(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on a pipe in the first pose, and that pipe."""
-    return lay_on_plane(setup, _drawn('contact_plane/pipe', setup), np.random.default_rng(1))
+    return lay_on_plane(setup, draw_faults('contact_plane/pipe', setup), np.random.default_rng(1))
 
 
 def test_a_pipe_lifts_a_body_and_pushes_it_aside(
@@ -256,7 +246,7 @@ def test_a_pipe_pushes_by_its_energy(
 def test_a_warped_sensor_errs_by_a_saddle(
     setup: Setup, plain: Specimen, rests: list[np.ndarray], pose: int
 ) -> None:
-    faults = _drawn('depth_affine/warped', setup)
+    faults = draw_faults('depth_affine/warped', setup)
     view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
     rows, columns, _ = np.nonzero(there)
     # Where it is, as a complex number from the principal point: the real part of its square.
@@ -289,7 +279,7 @@ def test_a_saddle_errs_both_ways_by_as_much(setup: Setup, plain: Specimen) -> No
 def test_what_glows_errs_less_from_pose_to_pose(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_bias_by_region/luminous', setup)
+    faults = draw_faults('depth_bias_by_region/luminous', setup)
     errors = []
     for pose in range(4):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
@@ -309,8 +299,8 @@ def test_what_glows_errs_less_from_pose_to_pose(
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_table_rocks_one_way_or_back(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('gravity_tilt/rocking', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('gravity_tilt/rocking', drawn)
     assert set(faults.tilt_shares) == {-1.0, 1.0}
     assert 2.0 < np.linalg.norm(faults.gravity_tilt) < 27.0
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support.blind_contact import check_pushes, moves_and_dents
 from support.blind_derivatives import check_body_stiffness, check_derivatives, check_loose_fibres
+from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
 from support.blind_rests import clamp_motion_and_load, COARSE, rest_of
 from support.blind_views import region_errors, with_and_without
 
@@ -24,26 +25,15 @@ from benchmarks.blind.observe import jostled, true_camera
 from benchmarks.blind.packing import packing
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import rotation
-from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
+from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.surface import body_triangles, FIXTURE, tip_part
 
-STEPS = (1e-5, 1e-6, 1e-7)
-SEALED = ['arch', 'waist', 'fin', 'tee']
-
-
-def _drawn(key: str, setup: Setup, size: int = 2) -> Faults:
-    return Faults(**BY_KEY[key].draw(size, setup, np.random.default_rng(8)))
-
-
-def _sealed(family: str) -> Setup:
-    return draw_setup(family, is_sealed=True, poses=4, random=np.random.default_rng(3))
-
 
 @pytest.mark.parametrize('pose', range(4))
 def test_a_clip_hangs_on_a_body_from_one_pose_on(setup: Setup, plain: Specimen, pose: int) -> None:
-    faults, view = _drawn('added_mass/hung on', setup), setup.observations[pose]
+    faults, view = draw_faults('added_mass/hung on', setup), setup.observations[pose]
     found = hung_masses(plain.body.masses, plain.shares, setup, view, faults)
     assert faults.mass_from in (1, 2)
     is_there = pose >= faults.mass_from
@@ -60,7 +50,7 @@ def test_a_clip_hangs_on_a_body_from_one_pose_on(setup: Setup, plain: Specimen, 
 
 @pytest.mark.parametrize('family', SEALED)
 def test_a_clip_is_hung_on_after_some_pose_and_before_the_last(family: str) -> None:
-    drawn, found = _sealed(family), set()
+    drawn, found = draw_sealed(family), set()
     for seed in range(12):
         changes = BY_KEY['added_mass/hung on'].draw(1, drawn, np.random.default_rng(seed))
         found.add(changes['mass_from'])
@@ -77,8 +67,8 @@ def test_a_mould_keeps_edges_from_curing_and_not_the_middles_of_sides() -> None:
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_body_with_soft_edges_is_soft_there_alone(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('stiffness_contrast/edged', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('stiffness_contrast/edged', drawn)
     soft, whole = (make_specimen(drawn, each) for each in (faults, Faults()))
     harder = np.log(np.asarray(soft.body.numbers.shear / whole.body.numbers.shear))
     mesh, values = whole.mesh, whole.body.quadrature.values
@@ -117,8 +107,8 @@ def test_a_body_with_leads_resists_as_its_forces_change(setup: Setup, step: floa
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_leads_lie_along_both_sides_of_every_body(family: str) -> None:
-    drawn = _sealed(family)
-    specimen = make_specimen(drawn, _drawn('strain_stiffening/leads', drawn))
+    drawn = draw_sealed(family)
+    specimen = make_specimen(drawn, draw_faults('strain_stiffening/leads', drawn))
     mesh, values = specimen.mesh, specimen.body.quadrature.values
     places = mesh.lattice[mesh.cells].swapaxes(1, 2) @ values.T
     aside, high = (
@@ -146,12 +136,12 @@ def test_leads_are_on_neither_face_and_in_no_crossbar() -> None:
 # A fin on its side hardly bends that way.
 @pytest.mark.parametrize('family', ['arch', 'waist', 'tee'])
 def test_leads_hold_a_body_most_where_it_lies_on_its_side(family: str) -> None:
-    drawn = _sealed(family)
+    drawn = draw_sealed(family)
     soft, moves = softer(drawn, 0.3), []
     tip = make_specimen(soft, Faults(), COARSE).shares > 0.99
     bare = [rest_of(soft, Faults(), pose)[tip].mean(axis=0) for pose in range(2)]
     for size in (1, 2):
-        faults = _drawn('strain_stiffening/leads', drawn, size)
+        faults = draw_faults('strain_stiffening/leads', drawn, size)
         held = [rest_of(soft, faults, pose)[tip].mean(axis=0) for pose in range(2)]
         moves.append(np.linalg.norm(np.subtract(held, bare), axis=1))
     largest = np.max(moves, axis=1)
@@ -182,7 +172,7 @@ def test_a_crossbar_is_two_beams_that_bear_together() -> None:
 def test_a_clamp_on_a_gantry_rests_where_that_bears_the_body(
     setup: Setup, plain: Specimen, pose: int
 ) -> None:
-    faults = _drawn('compliant_clamp/gantry', setup)
+    faults = draw_faults('compliant_clamp/gantry', setup)
     motion, load = clamp_motion_and_load(setup, plain, faults, pose)
     given = gantry_compliance(faults.clamp_compliance, faults.clamp_length) @ load
     assert motion == pytest.approx(given, abs=2e-5)
@@ -192,7 +182,9 @@ def test_a_clamp_on_a_gantry_rests_where_that_bears_the_body(
 @pytest.fixture(scope='module')
 def on_packing(setup: Setup) -> tuple[Setup, Faults]:
     """A set-up whose body lies on packing foam in the first pose, and that foam."""
-    return lay_on_plane(setup, _drawn('contact_plane/packing', setup), np.random.default_rng(1))
+    return lay_on_plane(
+        setup, draw_faults('contact_plane/packing', setup), np.random.default_rng(1)
+    )
 
 
 def test_packing_bears_a_body_and_lets_its_tip_sink_in(
@@ -240,7 +232,7 @@ def test_packing_presses_no_harder_the_deeper_it_is_dented(
 def test_a_restarted_sensor_has_another_zero_in_each_pose(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults, errors = _drawn('depth_affine/restarted', setup), []
+    faults, errors = draw_faults('depth_affine/restarted', setup), []
     for pose in range(4):
         view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
         error = view.depth[there] - right.depth[there]
@@ -271,7 +263,7 @@ def test_strokes_of_a_brush_err_each_by_its_own(setup: Setup, plain: Specimen) -
 def test_what_is_brushed_errs_by_a_part_of_what_is_told(
     setup: Setup, plain: Specimen, rests: list[np.ndarray]
 ) -> None:
-    faults = _drawn('depth_bias_by_region/brushed', setup)
+    faults = draw_faults('depth_bias_by_region/brushed', setup)
     assert 4 <= len(faults.region_strokes) <= 7
     assert max(faults.region_strokes) == 1.0
     for pose in range(4):
@@ -286,8 +278,8 @@ def test_what_is_brushed_errs_by_a_part_of_what_is_told(
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_slider_leaves_a_camera_somewhere_along_it(family: str) -> None:
-    drawn = _sealed(family)
-    faults = _drawn('camera_offset/slider', drawn)
+    drawn = draw_sealed(family)
+    faults = draw_faults('camera_offset/slider', drawn)
     scatter = np.array(faults.camera_scatter)
     assert not scatter[:, 3:].any()
     places = scatter[:, :3]
@@ -301,7 +293,7 @@ def test_a_slider_leaves_a_camera_somewhere_along_it(family: str) -> None:
 
 
 def test_a_camera_on_a_slider_stands_where_its_label_says(setup: Setup, plain: Specimen) -> None:
-    faults, places = _drawn('camera_offset/slider', setup), np.random.default_rng(1)
+    faults, places = draw_faults('camera_offset/slider', setup), np.random.default_rng(1)
     seen = places.uniform(-0.05, 0.05, (5, 3))
     for pose, motion in enumerate(faults.camera_scatter):
         off = jostled(setup, setup.observations[pose], faults)
@@ -314,7 +306,7 @@ def test_a_camera_on_a_slider_stands_where_its_label_says(setup: Setup, plain: S
 
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_tyre_loses_its_air_by_an_exponential(family: str) -> None:
-    faults = _drawn('gravity_tilt/deflating', _sealed(family))
+    faults = draw_faults('gravity_tilt/deflating', draw_sealed(family))
     shares = np.array(faults.tilt_shares)
     steps = np.diff(shares)
     assert shares[0] > 0.0
