@@ -103,6 +103,11 @@ def _read(folder: Path) -> dict[str, Any]:
 
 def _nothing(folder: Path, verdict: dict[str, Any]) -> str:
     alike = verdict.get('ambiguity_set') or []
+    if len(alike) == 1:
+        return (
+            f'{folder} is not sure of {alike[0]}: take it with --effect {alike[0]}, or record '
+            f'what would settle it ({verdict.get("separating_recording")})'
+        )
     if alike:
         return (
             f'{folder} names no single effect: choose one of {", ".join(alike)} with --effect, or '
