@@ -18,9 +18,9 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import closure_of, judged_par
 
 # A tenth is usual. What is expected off by more, between the shares that are tried, is in doubt.
 _USUAL = 0.125
-# Of twelve names that were given so, in eight sealed sets, six were right (of sixty others 55): by
-# the rule of succession 7 of 14.
-_RIGHT = 0.5
+# Of twelve names that were given so in eight sealed sets six were right (of sixty others 55), and
+# three of three that were kept back since: by the rule of succession 10 of 17.
+_RIGHT = 0.59
 
 
 def with_form_in_doubt(
@@ -44,8 +44,8 @@ def with_form_in_doubt(
         return choice
     unsure = (
         f'{" with ".join(hypothesis.identifiers)} came nearest, in a form that may be off by '
-        f'{share:.0%} of what it does: of names that were given so half were right, so '
-        'that it is as likely something else'
+        f'{share:.0%} of what it does: of fifteen names like this nine were right, so that it may '
+        'be something else'
     )
     confidences = {name: min(own, _RIGHT) for name, own in choice.confidences.items()}
     return replace(choice, confidences=confidences, unsure=unsure)

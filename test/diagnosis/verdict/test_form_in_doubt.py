@@ -22,7 +22,7 @@ import pytest
 from support.freed import with_parts
 from support.judged_models import with_judgement, witness_of
 
-SURE = 0.99
+SURE, IN_DOUBT = 0.99, 0.59
 
 
 @pytest.fixture(scope='module')
@@ -44,7 +44,7 @@ def test_a_name_in_an_form_in_doubt_is_as_likely_wrong(
     before = _chosen(with_judgement(tilted, fraction=fraction))
     after = with_form_in_doubt(before, nominal)
     assert (after is before) == is_usual
-    assert after.confidences == {'gravity_tilt': SURE if is_usual else 0.5}
+    assert after.confidences == {'gravity_tilt': SURE if is_usual else IN_DOUBT}
     assert is_usual or 'may be off by 13% of what it does' in after.unsure
     little = with_form_in_doubt(_chosen(before.hypothesis, 0.2), nominal)
     assert little.confidences == {'gravity_tilt': 0.2}, 'what is not sure is no surer by that'
@@ -64,7 +64,7 @@ def test_a_form_of_which_data_tell_nothing_is_in_doubt(clearly_screened, tilted)
     model = with_judgement(tilted, fraction=0.2, exact=tilted.fit.log_evidence)
     quiet = replace(model, fit=replace(tilted.fit, chi_square=0.8 * tilted.fit.patch_count))
     assert (quiet.leaning, quiet.fit.chance_of_noise > 0.05) == (0.0, True)
-    assert with_form_in_doubt(_chosen(quiet), nominal).confidence == 0.5
+    assert with_form_in_doubt(_chosen(quiet), nominal).confidence == IN_DOUBT
 
 
 @pytest.mark.parametrize(('leaning', 'is_sure'), [(0.0, True), (40.0, True), (60.0, False)])
@@ -77,8 +77,8 @@ def test_a_form_of_its_own_is_in_doubt_where_data_ask_for_yet_another(
     gap = patch_gap(model.fit.groups, Part.REPORT)
     assert gap.rms < 1.7 * gap.whole_floor, 'little is left'
     free = with_parts(model, form_parameters(EFFECTS['rest_curvature'], 0.1))
-    assert with_form_in_doubt(_chosen(free), nominal).confidence == (SURE if is_sure else 0.5)
-    assert with_form_in_doubt(_chosen(model), nominal).confidence == 0.5
+    assert with_form_in_doubt(_chosen(free), nominal).confidence == (SURE if is_sure else IN_DOUBT)
+    assert with_form_in_doubt(_chosen(model), nominal).confidence == IN_DOUBT
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_two_witnesses_speak_for_an_form_in_doubt(
     _, nominal, _ = clearly_screened
     choice = _chosen(with_judgement(tilted, fraction=0.3))
     found = with_form_in_doubt(choice, nominal, witness_of(clearly_screened, **predictions))
-    assert found.confidence == (SURE if is_sure else 0.5)
+    assert found.confidence == (SURE if is_sure else IN_DOUBT)
 
 
 def _concluded(screened: tuple, model: Hypothesis, monkeypatch) -> Diagnosis:
