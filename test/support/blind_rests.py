@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.blind.faults import Faults
@@ -76,6 +77,23 @@ def tip_rises(setup: Setup, listed: Iterable[Faults]) -> list[float]:
     tip = make_specimen(setup, Faults(), COARSE).shares > 0.99
     hanging = rest_of(setup, Faults())
     return [float((rest_of(setup, own) - hanging)[tip, 2].mean()) for own in listed]
+
+
+def check_rests_where_borne(
+    setup: Setup, plain: Specimen, faults: Faults, pose: int, compliance: np.ndarray
+) -> None:
+    """Check that a clamp moved by what its compliance makes of what its body bears on it.
+
+    Args:
+        setup: see `clamp_motion_and_load`.
+        plain: likewise.
+        faults: likewise.
+        pose: likewise.
+        compliance: shift and turn per force and moment, shape (6, 6).
+    """
+    motion, load = clamp_motion_and_load(setup, plain, faults, pose)
+    assert motion == pytest.approx(compliance @ load, abs=2e-5)
+    assert np.linalg.norm(motion[3:]) > 0.01
 
 
 def clamp_motion_and_load(

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import numpy as np
+
+from support.judged_models import refitted_with
 
 
 def judged_model(
@@ -25,9 +25,7 @@ def judged_model(
     leaning: float = 80.0,
 ) -> Hypothesis:
     """Return a model with an effect, judged, of which data say by how much it differs."""
-    evaluator, nominal, scores = screened
-    score = next(s for s in scores.scores if s.candidate.identifier == name)
-    model = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    model = refitted_with(screened, name)
     ways = ways_of(model.evaluator.model, model.fit, basis, model.added)
     found = tolerated(model.fit, ways)
     exact = found.log_evidence - leaning

@@ -5,9 +5,23 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
+
+
+def refitted_with(screened: tuple, identifier: str) -> Hypothesis:
+    """Return the nominal model with an effect, refitted.
+
+    Args:
+        screened: evaluator and fit of the nominal model, and scores.
+        identifier: of the effect.
+    """
+    evaluator, nominal, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == identifier)
+    return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
 
 
 def with_judgement(model: Hypothesis, **changes: float) -> Hypothesis:

@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.model_comparison.any_form import log_prior
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import counted_after
@@ -55,6 +56,16 @@ def with_favoured_sizes(pool: RefitPool, model: Hypothesis) -> Hypothesis:
     scene, evaluator = with_effects(pool.nominal, pool.base, model.added, freed)
     fit = replace(fitted_with_fewer(model.fit, evaluator), is_converged=False)
     return replace(model, scene=scene, evaluator=evaluator, fit=fit, judged=None)
+
+
+def refitted(pool: RefitPool, requests: Sequence[RefitRequest]) -> list[Hypothesis]:
+    """Return refits, those that can be simulated, whose free effects are as large as data favour.
+
+    Args:
+        pool: who refit, and what the nominal model is.
+        requests: models to refit.
+    """
+    return [with_favoured_sizes(pool, model) for model in pool.refit_all(requests)]
 
 
 def favoured_shares(fit: Refit) -> Mapping[str, float]:

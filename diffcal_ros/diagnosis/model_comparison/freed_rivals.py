@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
-from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
+from diffcal_ros.diagnosis.model_comparison.form_sizes import refitted
 from diffcal_ros.diagnosis.model_comparison.freedom import (
     freed_parts,
     freeing_request,
@@ -117,5 +117,5 @@ def with_halves_freed(
     ]
     if not requests:
         return list(singles)
-    found = [with_favoured_sizes(pool, own) for own in pool.refit_all(requests)]
-    return sorted([*singles, *judged(found, basis, is_brief=True)], key=by_evidence)
+    found = judged(refitted(pool, requests), basis, is_brief=True)
+    return sorted([*singles, *found], key=by_evidence)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameters
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
-from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
+from diffcal_ros.diagnosis.model_comparison.form_sizes import refitted
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.judged_models import judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -84,5 +84,4 @@ def with_refits(
     pool: RefitPool, model: Hypothesis, requests: Sequence[RefitRequest], basis: FormBasis
 ) -> list[Hypothesis]:
     """Return a model and its refits, those that can be simulated, judged on what all see."""
-    found = [with_favoured_sizes(pool, own) for own in pool.refit_all(requests)]
-    return judged([model, *found], basis, is_brief=True)
+    return judged([model, *refitted(pool, requests)], basis, is_brief=True)

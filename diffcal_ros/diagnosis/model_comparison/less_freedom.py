@@ -4,6 +4,7 @@
 
 from collections.abc import Sequence
 
+from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.freedom import MOST_EVALUATIONS, with_refits
 from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, FORM_DOUBT, Hypothesis
@@ -21,21 +22,21 @@ def free_in_one_way(pool: RefitPool, model: Hypothesis, basis: FormBasis) -> Hyp
     what wanted another form may not once it is another one in each pose: a sensor that starts anew
     has another zero each time.
     """
-    named = {name for added in model.added for name in added.names}
     in_form = tuple(own for own in model.freed if own.posture is None)
-    in_poses = tuple(
-        own
-        for own in model.freed
-        if own.posture is not None and own.name.partition('@')[0] in named
-    )
     starts = model.fit.values_by_name()
     requests = [
         RefitRequest(model.added, starts, MOST_EVALUATIONS, freed=kept)
-        for kept in (in_form, in_poses)
+        for kept in (in_form, _in_the_librarys_form(model))
     ]
     whole, *rest = with_refits(pool, model, requests, basis)
     as_well = [own for own in rest if _may_do_as_well(own, whole)]
     return min(as_well, key=by_evidence, default=model)
+
+
+def _in_the_librarys_form(model: Hypothesis) -> tuple[Parameter, ...]:
+    """Return what a model's effects are free to be in each pose, but not in other forms."""
+    own = {name for added in model.added for name in added.names}
+    return tuple(part for part in model.freed if part.name.partition('@')[0] in own)
 
 
 def _may_do_as_well(model: Hypothesis, best: Hypothesis) -> bool:
@@ -60,8 +61,7 @@ def with_less_freedom(
     if basis is None or not pairs:
         return list(pairs)
     best, *others = sorted(pairs, key=by_evidence)
-    own = {name for added in best.added for name in added.names}
-    kept = tuple(part for part in best.freed if part.name.partition('@')[0] in own)
+    kept = _in_the_librarys_form(best)
     if len(kept) == len(best.freed):
         return [best, *others]
     request = RefitRequest(

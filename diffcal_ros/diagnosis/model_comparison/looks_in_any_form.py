@@ -22,7 +22,7 @@ from diffcal_ros.calibration.parameters.form_parameters import form_parameters, 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
-from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
+from diffcal_ros.diagnosis.model_comparison.form_sizes import refitted
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
@@ -70,7 +70,7 @@ def others_in_any_form(
         for score in others
         if score.gain > _SEEN_AT_ALL * most or _is_seen_otherwise(pool, score.candidate)
     ]
-    looked = [with_favoured_sizes(pool, model) for model in pool.refit_all([*looks, *freed])]
+    looked = refitted(pool, [*looks, *freed])
     if not looked:
         return []
     near = list(compress(looked, are_in_reach(looked, singles, judge)))

@@ -90,7 +90,6 @@ def _drawn(nominal: Refit, scores: Screen, named: Choice | None) -> Drawn:
 
 def _separating_recording(choice: Choice | None, named: Naming) -> str | None:
     """Say what to record to settle a doubt, where there is one that a recording settles."""
-    is_doubtful = choice is not None and (len(choice.alike) > 1 or bool(choice.unsure))
-    if choice is not None and is_doubtful and not named.doubts:
+    if choice is not None and not named.doubts and (len(choice.alike) > 1 or choice.unsure):
         return what_settles(choice.alike[:3])
     return what_settles(named.imitated) if named.imitated else None

@@ -22,8 +22,8 @@ from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture, words_with_fixture
 from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, LEAST_CLOSURE
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
+    closed_by,
     closed_in_its_form,
-    closure_of,
     judged_part,
 )
 import numpy as np
@@ -169,8 +169,7 @@ def _judged_where(hypothesis: Hypothesis, nominal: Refit) -> tuple[Part, str]:
 
 def _closures(hypothesis: Hypothesis, nominal: Refit) -> tuple[float, float]:
     """Return what a model closes in the library's form, and in the form that the data favour."""
-    part, _ = _judged_where(hypothesis, nominal)
-    library = closure_of(nominal, hypothesis.fit, hypothesis.evaluator.is_measured, part)
+    library = closed_by(nominal, hypothesis)
     return library, closed_in_its_form(nominal, hypothesis, library)
 
 

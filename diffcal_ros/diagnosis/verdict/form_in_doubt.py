@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.verdict.doubts import is_spoken_for, off_in_form
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
-from diffcal_ros.diagnosis.verdict.verdict_figures import closure_of, judged_part
+from diffcal_ros.diagnosis.verdict.verdict_figures import closed_by
 
 # A tenth is usual. What is expected off by more, between the shares that are tried, is in doubt.
 _USUAL = 0.125
@@ -37,10 +37,7 @@ def with_form_in_doubt(
     share = _may_be_off_by(hypothesis)
     if share <= _USUAL:
         return choice
-    evaluator = hypothesis.evaluator
-    part = judged_part(nominal, is_moving=evaluator.model.is_moving)
-    closure = closure_of(nominal, hypothesis.fit, evaluator.is_measured, part)
-    if is_spoken_for(hypothesis, closure, witness):
+    if is_spoken_for(hypothesis, closed_by(nominal, hypothesis), witness):
         return choice
     unsure = (
         f'{" with ".join(hypothesis.identifiers)} came nearest, in a form that may be off by '

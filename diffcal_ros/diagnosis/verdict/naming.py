@@ -24,9 +24,8 @@ from diffcal_ros.diagnosis.verdict.unknown import (
 )
 from diffcal_ros.diagnosis.verdict.verdict import NamedEffect
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
+    closed_by,
     closed_in_its_form,
-    closure_of,
-    judged_part,
     named_effects,
 )
 from diffcal_ros.effects.registry import EFFECTS
@@ -76,8 +75,7 @@ def find_name(
     closure = float('nan')
     if choice is not None:
         doubts = doubts_about(choice.hypothesis, nominal, singles, witness)
-        part = judged_part(nominal, is_moving=evaluator.model.is_moving)
-        closure = closure_of(nominal, choice.hypothesis.fit, evaluator.is_measured, part)
+        closure = closed_by(nominal, choice.hypothesis)
     nearest = _nearest_class(evaluator, nominal, scores, disagreement, choice, closure)
     if nearest is None and choice is not None and doubts:
         is_large = disagreement.verdict is Verdict.DISAGREE

@@ -179,6 +179,18 @@ def closure_of(nominal: Refit, added: Refit, is_measured: bool, part: Part = Par
     return closed_fraction(old, new, floor)
 
 
+def closed_by(nominal: Refit, added: Hypothesis) -> float:
+    """Return what a model closes in the library's form, on the patches by which it is judged.
+
+    Args:
+        nominal: fit of the model without its effects.
+        added: the model.
+    """
+    evaluator = added.evaluator
+    part = judged_part(nominal, is_moving=evaluator.model.is_moving)
+    return closure_of(nominal, added.fit, evaluator.is_measured, part)
+
+
 def closed_in_its_form(nominal: Refit, added: Hypothesis, closure: float) -> float:
     """Return what a model closes on the report's patches in the form that the data favour.
 

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison import freed_effects, freedom
+from diffcal_ros.diagnosis.model_comparison import form_sizes, freed_effects, freedom
 from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
 from diffcal_ros.diagnosis.model_comparison.freedom import freed_parts
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
@@ -16,7 +16,7 @@ from support.freed import judged_model, Refits, with_parts
 @pytest.fixture(autouse=True)
 def as_large_as_they_were(monkeypatch):
     """What is freed here stays as large as it was asked for; see test_form_sizes."""
-    monkeypatch.setattr(freedom, 'with_favoured_sizes', lambda _, model: model)
+    monkeypatch.setattr(form_sizes, 'with_favoured_sizes', lambda _, model: model)
 
 
 @pytest.fixture(scope='module')

@@ -6,7 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters
-from diffcal_ros.diagnosis.model_comparison import freed_rivals, selection
+from diffcal_ros.diagnosis.model_comparison import form_sizes, freed_rivals, selection
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
@@ -22,7 +22,7 @@ import pytest
 @pytest.fixture(autouse=True)
 def as_they_are(monkeypatch):
     """What is judged stays so, and what is freed as large as it was asked for."""
-    monkeypatch.setattr(freed_rivals, 'with_favoured_sizes', lambda _, model: model)
+    monkeypatch.setattr(form_sizes, 'with_favoured_sizes', lambda _, model: model)
     monkeypatch.setattr(freed_rivals, 'judged', lambda models, *_, **__: list(models))
 
 

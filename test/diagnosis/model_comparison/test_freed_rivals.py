@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison import freedom
+from diffcal_ros.diagnosis.model_comparison import form_sizes, freedom
 from diffcal_ros.diagnosis.model_comparison.freed_rivals import with_its_rival_freed
 from diffcal_ros.diagnosis.model_comparison.freedom import freeing_request
 from diffcal_ros.effects.registry import EFFECTS
@@ -15,7 +15,7 @@ from support.freed import judged_model, likelier, Refits, RefitsOf, with_parts
 @pytest.fixture(autouse=True)
 def as_large_as_they_were(monkeypatch):
     """What is freed here stays as large as it was asked for; see test_form_sizes."""
-    monkeypatch.setattr(freedom, 'with_favoured_sizes', lambda _, model: model)
+    monkeypatch.setattr(form_sizes, 'with_favoured_sizes', lambda _, model: model)
 
 
 @pytest.mark.parametrize(

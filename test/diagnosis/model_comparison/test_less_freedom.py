@@ -6,7 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters
-from diffcal_ros.diagnosis.model_comparison import freedom, less_freedom
+from diffcal_ros.diagnosis.model_comparison import form_sizes, freedom, less_freedom
 from diffcal_ros.diagnosis.model_comparison.freedom import _in_each
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.less_freedom import free_in_one_way, with_less_freedom
@@ -17,7 +17,7 @@ from support.freed import judged_model, likelier, with_parts
 @pytest.fixture(autouse=True)
 def as_large_as_they_were(monkeypatch):
     """What is freed here stays as large as it was asked for; see test_form_sizes."""
-    monkeypatch.setattr(freedom, 'with_favoured_sizes', lambda _, model: model)
+    monkeypatch.setattr(form_sizes, 'with_favoured_sizes', lambda _, model: model)
 
 
 def _with_a_lens(screened, basis) -> Hypothesis:

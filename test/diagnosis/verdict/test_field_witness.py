@@ -7,25 +7,20 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import doubts
 from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 import pytest
-from support.judged_models import with_judgement, witness_of
+from support.judged_models import refitted_with, with_judgement, witness_of
 
 
 @pytest.fixture(scope='module')
 def far_off(clearly_screened) -> Hypothesis:
     """A tilt that closes the gap, in a form that is off by most of what it does."""
-    evaluator, nominal, scores = clearly_screened
-    score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
-    model = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
-    return with_judgement(model, fraction=0.8)
+    return with_judgement(refitted_with(clearly_screened, 'gravity_tilt'), fraction=0.8)
 
 
 @pytest.mark.parametrize(

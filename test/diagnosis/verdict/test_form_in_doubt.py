@@ -8,10 +8,8 @@ from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
-from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import form_in_doubt, naming
 from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.form_in_doubt import with_form_in_doubt
@@ -20,16 +18,14 @@ from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.report.tables.verdict_text import verdict_lines
 import pytest
 from support.freed import with_parts
-from support.judged_models import with_judgement, witness_of
+from support.judged_models import refitted_with, with_judgement, witness_of
 
 SURE, IN_DOUBT = 0.99, 0.59
 
 
 @pytest.fixture(scope='module')
 def tilted(clearly_screened) -> Hypothesis:
-    evaluator, nominal, scores = clearly_screened
-    score = next(s for s in scores.scores if s.candidate.identifier == 'gravity_tilt')
-    return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    return refitted_with(clearly_screened, 'gravity_tilt')
 
 
 def _chosen(model: Hypothesis, sure: float = SURE) -> Choice:
@@ -92,7 +88,7 @@ def test_a_form_of_its_own_is_in_doubt_where_data_ask_for_yet_another(
 def test_two_witnesses_speak_for_an_form_in_doubt(
     clearly_screened, tilted, monkeypatch, predictions, closure, is_sure
 ):
-    monkeypatch.setattr(form_in_doubt, 'closure_of', lambda *_: closure)
+    monkeypatch.setattr(form_in_doubt, 'closed_by', lambda *_: closure)
     _, nominal, _ = clearly_screened
     choice = _chosen(with_judgement(tilted, fraction=0.3))
     found = with_form_in_doubt(choice, nominal, witness_of(clearly_screened, **predictions))

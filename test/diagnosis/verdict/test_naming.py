@@ -14,7 +14,6 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.diagnosis.verdict import doubts, naming
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
@@ -22,24 +21,17 @@ from diffcal_ros.diagnosis.verdict.unknown import is_unexplained, Unknown
 from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form, closure_of
 import numpy as np
 import pytest
-from support.judged_models import with_judgement
+from support.judged_models import refitted_with, with_judgement
 
 
 @pytest.fixture(scope='module')
 def tilted(clearly_screened) -> Hypothesis:
-    return _named(clearly_screened, 'gravity_tilt')
+    return refitted_with(clearly_screened, 'gravity_tilt')
 
 
 @pytest.fixture(scope='module')
 def bent(clearly_screened) -> Hypothesis:
-    return _named(clearly_screened, 'rest_curvature')
-
-
-def _named(screened: tuple, identifier: str) -> Hypothesis:
-    """Return the nominal model with an effect, refitted."""
-    evaluator, nominal, scores = screened
-    score = next(s for s in scores.scores if s.candidate.identifier == identifier)
-    return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    return refitted_with(clearly_screened, 'rest_curvature')
 
 
 def test_an_effect_in_about_its_form_has_its_name(clearly_screened, tilted):
@@ -259,7 +251,7 @@ def test_a_clamp_that_gives_way_in_each_pose_by_itself_and_in_none_of_all_has_no
     clearly_screened, monkeypatch
 ):
     _, nominal, _ = clearly_screened
-    clamp = with_judgement(_named(clearly_screened, 'compliant_clamp'))
+    clamp = with_judgement(refitted_with(clearly_screened, 'compliant_clamp'))
     monkeypatch.setattr(doubts, 'has_doubtful_effect', lambda *_: False)
     monkeypatch.setattr(doubts, 'spread_of_amount', lambda *_: 0.8)
     (doubt,) = doubts_about(clamp, nominal)
