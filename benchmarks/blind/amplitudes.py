@@ -287,6 +287,8 @@ OUTSIDE_CLASS = {
     'flicker': 'sensor',
     'drafted': 'shape',
     'blocky': 'sensor',
+    'ribbed': 'shape',
+    'mirrored': 'sensor',
 }
 
 

@@ -17,6 +17,8 @@ from benchmarks.blind.veil import veiled
 
 _UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
 _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
+# Errors that go with how far away a surface is, and how bright with that.
+_BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')
 
 
 def bias_share(
@@ -40,7 +42,7 @@ def bias_share(
         return by_row * _squared_depth(rendering, setup)
     if faults.depth_form == 'incidence':
         return np.asarray(1.0 / np.maximum(rendering.facing, 1.0 / 3.0))
-    if faults.depth_form in ('near field', 'walk', 'veil', 'saturated', 'bounced'):
+    if faults.depth_form in _BY_DISTANCE:
         return _share_by_distance(rendering, setup, faults)
     if faults.depth_form == 'entry':
         seen = np.where(np.isfinite(rendering.depth), rendering.depth, faults.depth_entry)
@@ -115,4 +117,7 @@ def _share_by_distance(rendering: Rendering, setup: Setup, faults: Faults) -> Fl
     light = returned_light(rendering, distance)
     if faults.depth_form == 'saturated':
         return np.asarray(np.maximum(light - faults.depth_full, 0.0) / (1.0 - faults.depth_full))
+    if faults.depth_form == 'two gains':
+        beyond = (light - faults.depth_full) / faults.depth_blend
+        return np.asarray(0.5 * (1.0 + np.tanh(beyond)))
     return np.asarray(1.0 - np.log(light))

@@ -43,6 +43,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_PAIRS
+from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_PAIRS
@@ -145,6 +147,7 @@ LAWS_SETS = {
     'twentysecond': Contents(TWENTYSECOND_PAIRS, tuple(TWENTYSECOND_OUTSIDE), 40),
     'twentythird': Contents(TWENTYTHIRD_PAIRS, tuple(TWENTYTHIRD_OUTSIDE), 40),
     'twentyfourth': Contents(TWENTYFOURTH_PAIRS, tuple(TWENTYFOURTH_OUTSIDE), 40),
+    'twentyfifth': Contents(TWENTYFIFTH_PAIRS, tuple(TWENTYFIFTH_OUTSIDE), 40),
 }
 
 

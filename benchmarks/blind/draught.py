@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Air across a bench.
 
-A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, or
-two fans that blow against each other.
+A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
+fans that blow against each other, or a curtain of air.
 """
 
 import numpy as np
@@ -27,6 +27,24 @@ def stream_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatAr
     beside = places - np.array(faults.tilt_point)
     squares = (beside**2).sum(axis=1) - (beside @ along) ** 2
     return np.asarray(np.exp(-squares / faults.tilt_width**2))
+
+
+def curtain_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much of a curtain's push is felt at places, 1 amid it, shape (N,).
+
+    An upright sheet of air, whose speed falls beside it by the square of the hyperbolic cosine
+    (Bickley 1937, Phil. Mag. 23: a plane jet), and its pressure by the square of that. Along it it
+    hardly changes.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows, level, world, shape (3,).
+        faults: say through which point it goes, and how wide it is.
+    """
+    across = np.cross([0.0, 1.0, 0.0], way)
+    across = across / max(float(np.linalg.norm(across)), 1e-30)
+    beside = (places - np.array(faults.tilt_point)) @ across
+    return np.asarray(np.cosh(beside / faults.tilt_width) ** -4.0)
 
 
 def layer_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:

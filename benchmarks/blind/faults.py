@@ -54,8 +54,9 @@ class Faults(LaterFaults):
             `soaked` from `contrast_at` on: by the exponential of the depth below its surface,
             of what was `creased` at `contrast_creases`: by the exponential of the square of the
             way along it, of an `edged` body's four long edges: by the places along both sides,
-            or of two pours that are `wedged`: their border goes from `contrast_at` on the side
-            of `contrast_side` to `contrast_until` on the other one.
+            of two pours that are `wedged`: their border goes from `contrast_at` on the side
+            of `contrast_side` to `contrast_until` on the other one, or of a `ribbon` that winds
+            around the body's length, which is at the side of positive y at `contrast_at`.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -65,14 +66,15 @@ class Faults(LaterFaults):
             `beaded`: of rows of beads along it, where they are pressed, by the cube of that,
             `threaded`: of threads along it near the surface, which are loose at first,
             `coils`: of those of a spring there, which touch once they are pressed together,
-            `interlocked`: of the strips of a hose there, which have play either way, or `leads`:
-            of those of a sensor along the middles of both sides, which are loose at first.
+            `interlocked`: of the strips of a hose there, which have play either way, `leads`:
+            of those of a sensor along the middles of both sides, which are loose at first, or
+            `vertebrae`: of blocks along the lower side, which touch once they are pressed.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
             Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
             modulus of all fibres, were they straight and not slack, or that at first of a braid
             along the body, or of loops whose square grew by a tenth, or of rows of beads whose
-            square fell by that, or of threads or leads once they are taut, or of coils that touch,
-            or of strips once their play is used up, over E [-].
+            square fell by that, or of threads or leads once they are taut, or of coils or blocks
+            that touch, or of strips once their play is used up, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -88,8 +90,9 @@ class Faults(LaterFaults):
             `mass_stops`, whose water sinks to where that is lowest; a lump of grease that is
             `oozing` along the body: in each pose at one of `mass_places`; a cord that is
             `wicking` a liquid from the clamp on: in each pose as far as one of these; a clip
-            that is `hung on` there before the pose `mass_from`; or `mass_drips` of glue with
-            which a body was `spattered`.
+            that is `hung on` there before the pose `mass_from`; `mass_drips` of glue with
+            which a body was `spattered`; or a weight that is `cradled` in two threads, from both
+            of `mass_stops`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -109,8 +112,9 @@ class Faults(LaterFaults):
             lies below it by a square of foam tape, which it shifts and turns on; in `hot
             glue`, which grows softer: in each pose by `clamp_shares` of what is given;
             `waxed` in: in each pose it flows on as is given, from where the one before left it;
-            amid the crossbar of a `gantry` along the object's y, which twists as is given; or on
-            the arm of a `stand`, which bends with the rod that bears it.
+            amid the crossbar of a `gantry` along the object's y, which twists as is given; on
+            the arm of a `stand`, which bends with the rod that bears it; or on a `suction` cup
+            behind it, which it shifts and turns on.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -130,9 +134,10 @@ class Faults(LaterFaults):
             `floating` on soft feet: a tilt to which `tilt_scatter` comes in each pose; an arm
             that is `braking`: gravity is not turned, and `tilt_pushes` come to it; a table
             that is `rocking` on a short leg: in each pose a tilt one way or back; a trolley
-            with a tyre that is `deflating`: in each pose by `tilt_shares` of a tilt; or two fans
+            with a tyre that is `deflating`: in each pose by `tilt_shares` of a tilt; two fans
             that are `opposed`: one pushes what is beyond `tilt_at` as is given, the other what is
-            before that by `tilt_back` of it the other way.
+            before that by `tilt_back` of it the other way; or a `curtain` of air: an upright sheet
+            through `tilt_point`, as is given amid it, which falls beside that.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -172,8 +177,9 @@ class Faults(LaterFaults):
             pressure grows by the exponential of the dent, a table for `hovering`, which blows:
             its pressure falls by the exponential of the height over it, a piece of `pipe`
             along the world's x below the outer part, the foam of `packing`, whose cells buckle:
-            its pressure comes up to a most by the exponential of the dent, or the round bars of a
-            drying `rack` along the world's z.
+            its pressure comes up to a most by the exponential of the dent, the round bars of a
+            drying `rack` along the world's z, or a hard plane on a `jack`, which sinks by
+            `contact_drops`.
         depth_form: how the error that `depth_bias` gives varies: `affine`, `radial` (with the
             square of the distance from the image's middle), `drift` from pose to pose,
             `disparity` (with the square of the depth), `ramp` across the image, `settling` by
@@ -195,8 +201,9 @@ class Faults(LaterFaults):
             of the square of the way from its middle; of a fixture that has `flared`: by the
             exponential of the way from that in the image; of a sensor that is `warped` to a
             saddle: by the square of the way along `depth_slant` less that across; of one that
-            is `restarted` before each pose: by `depth_shares`; or of a film that is `peeling` off
-            its window: of what is seen through it, beyond one of `depth_places` in each pose.
+            is `restarted` before each pose: by `depth_shares`; of a film that is `peeling` off
+            its window: of what is seen through it, beyond one of `depth_places` in each pose; or
+            of one with `two gains`: of what returns more light than `depth_full`.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -275,8 +282,8 @@ class Faults(LaterFaults):
             rows, and of x^2 and x y.
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
         clamp_length: of a flexure, a post, an angle iron, half of a crossbar or a stand's arm,
-            from a wrist's joint about y, or of the edges of a square of foam tape, half as far
-            below the middle of what is held [m].
+            from a wrist's joint about y, of the edges of a square of foam tape, half as far
+            below the middle of what is held, or across a suction cup, as far behind that [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws, or from which on the
@@ -284,7 +291,8 @@ class Faults(LaterFaults):
         curvature_at: share of the free length of the middle of a kink, a rail, a weight or an
             inner fold or bend, or of a table's or a shelf's edge.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
-        mass_drop: height above the table at which `added_mass` hangs [m].
+        mass_drop: height above the table at which `added_mass` hangs, or by how much it is cradled
+            below a body [m].
         bath: share of the weight of what is below a liquid's level that the liquid bears.
         bath_level: how high that is in the world [m].
         trimmed: length that was cut off at the tip [mm].
@@ -299,8 +307,8 @@ class Faults(LaterFaults):
             object's x, over their y and z from its middle [-].
         clamp_play: turn at which a clamp with play gives way no more [deg].
         contrast_at: share of the free length above which a lamp stands, where a border lies or a
-            patch or a foil begins, or where a body was bent most, or up to which a tube, a plug
-            or what settled reaches.
+            patch or a foil begins, or where a body was bent most, or a ribbon is at one side, or
+            up to which a tube, a plug or what settled reaches.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the
@@ -308,10 +316,10 @@ class Faults(LaterFaults):
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
         stiffening_from: growth of a fibre's square by which it comes straight, or of a loose
-            thread's at which it comes taut, or loss of a coil's at which it touches, or either
-            of a strip's that has play [-].
+            thread's at which it comes taut, or loss of a coil's or a block's at which it touches,
+            or either of a strip's that has play [-].
         mass_stops: shares of the free length of an inner and an outer stop of a loose ring, of the
-            ends of a cloth or a sponge, or of the first and the last marker.
+            ends of a cloth or a sponge, of the first and the last marker, or of two threads.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.
         region_gloss: power of the cosine of the angle between ray and surface by which
             `region_bias` grows, to all of it where a surface is met squarely.

@@ -3,7 +3,7 @@
 """How what a clamp stands on shifts and turns by force and moment.
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
-tape, the middle of a gantry's crossbar, or the arm of a stand.
+tape, the middle of a gantry's crossbar, the arm of a stand, or a suction cup.
 """
 
 import numpy as np
@@ -14,6 +14,7 @@ _STEEL = 0.3  # Poisson's ratio of a post.
 _RISES = 1.5  # Height of a stand's boss over its foot, over its arm's length.
 _STRONG = 0.25  # Bending of a thin angle iron about its strong axis over that about its weak one.
 _SHEARED = 3.0  # How much more foam tape gives way along its plane than across.
+_CUP_SHEARED = 2.0  # The same of the wall of a suction cup.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
@@ -130,6 +131,23 @@ def stand_compliance(by_turn: float, length: float) -> FloatArray:
     rod = post_compliance(_RISES * arm, _RISES * length)
     bends = _end_compliance(arm, length, _ALONG, _round(_ALONG), (1.0 + _STEEL) * arm)
     return bends + _carried(rod, length * _ALONG)
+
+
+def suction_compliance(by_turn: float, width: float) -> FloatArray:
+    """Return the same of a clamp that a round suction cup holds from behind.
+
+    The cup lies across the object's x, its width behind the clamp, and its thin wall gives way at
+    each of its places by the pull there, and twice as much by what shears it: by turns about y and
+    z, about x by their integral over the wall's ring, and by shifts.
+
+    Args:
+        by_turn: turn about y or z by a moment about the cup's middle [rad/(N m)].
+        width: of the cup, from wall to wall [m].
+    """
+    by_force = 0.5 * by_turn * (0.5 * width) ** 2
+    shifts = by_force * np.array([1.0, _CUP_SHEARED, _CUP_SHEARED])
+    turns = by_turn * np.array([0.5 * _CUP_SHEARED, 1.0, 1.0])
+    return _carried(np.diag([*shifts, *turns]), width * _ALONG)
 
 
 def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:

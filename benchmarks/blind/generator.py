@@ -64,6 +64,7 @@ from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
@@ -117,6 +118,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     newest = {**SEVENTEENTH_OUTSIDE, **EIGHTEENTH_OUTSIDE}
     newest = {**newest, **NINETEENTH_OUTSIDE, **TWENTIETH_OUTSIDE, **TWENTYFIRST_OUTSIDE}
     newest = {**newest, **TWENTYSECOND_OUTSIDE, **TWENTYTHIRD_OUTSIDE, **TWENTYFOURTH_OUTSIDE}
+    newest = {**newest, **TWENTYFIFTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **newest, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

@@ -9,13 +9,14 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the twenty-fourth set.
+    """Amplitudes that came with the twelfth to the twenty-fifth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
         stiffening_steep: factor of that square [-].
         contrast_until: share of the free length where a patch or a foil ends, or a wedge.
-        contrast_side: sign of the object's y on whose side it is, or where a wedge is thickest.
+        contrast_side: sign of the object's y on whose side it is, or where a wedge is thickest, or
+            of a ribbon that winds from the object's y towards z.
         mass_shares: how much of `added_mass` a cloth still has in each pose.
         clamp_preload: moment up to which a preloaded clamp does not give way [N m].
         contact_give: by how much a pan sinks by the force on it [m/N], or a flap turns by the
@@ -31,7 +32,8 @@ class LaterFaults:
         region_places: share of the free length from which on `region_bias` is added in each pose;
             empty: `region_from` in all.
         mass_filled: share of a channel that its liquid fills.
-        contrast_wave: length of the streaks' waves, or of swirls', as a share of the free length.
+        contrast_wave: length of the streaks' waves, of swirls', or of a ribbon's turns, as a share
+            of the free length.
         contact_ahead: where a dish is lowest, or a cushion or a crate's foam highest, along the
             world's x [m], and along z at `contact_at`; or a knob highest, along the object's x,
             and along y at that; or where a flap's hinge is along the world's x.
@@ -59,8 +61,10 @@ class LaterFaults:
         depth_roll: by how much more of an error of depth there is at the image's lower edge than
             in its middle, as a share of what is there.
         imager_tilt: of an imager behind its lens, about its x and y [rad].
-        tilt_point: of the world, on the axis of a draught, or in the mouth of an extractor [m].
-        tilt_width: distance from that axis at which a draught has fallen to a third [m].
+        tilt_point: of the world, on the axis of a draught, amid a curtain, or in the mouth of an
+            extractor [m].
+        tilt_width: distance from that axis at which a draught has fallen to a third, or a
+            curtain to a sixth [m].
         magnetized: density of the energy of a body that is magnetized along its x, where it
             points against a steady field [J/m^3].
         magnetic_way: direction of that field in the world.
@@ -91,8 +95,8 @@ class LaterFaults:
             from its inner end on [1/m].
         contact_stiffness: pressure of a cushion or a crate's foam by its dent [Pa/m]; 0: it is as
             hard as all else.
-        depth_full: light from which on pixels are saturated, over that of what is met squarely
-            where the camera looks [-].
+        depth_full: light from which on pixels are saturated, or are told by another gain, over
+            that of what is met squarely where the camera looks [-].
         region_dot: edge of dots in which `region_bias` is added [m]; 0: there are none.
         region_cover: share of the surface that these dots cover.
         region_seed: of what is drawn for their places.
@@ -176,6 +180,14 @@ class LaterFaults:
         drafted: share by which the true section is wider at its upper side, and narrower at its
             lower one.
         blocky: edge of the squares of an image that all have the mean of their depths [px].
+        contact_drops: by how much a jack has sunk in each pose [mm]; empty: it does not.
+        depth_blend: light over which one gain goes over to the other [-].
+        region_board: edge of the squares of a board, on every other of which `region_bias` is [m].
+        ribbed: share by which the true section is larger and smaller in waves.
+        ribbed_waves: number of them on the free length.
+        ribbed_phase: at the clamp [rad].
+        mirrored: share of the depth on the other side of a place in what a sensor tells.
+        mirrored_at: where that place is in the image, from its principal point [px].
     """
 
     stiffening_slant: float = 0.0
@@ -305,3 +317,11 @@ class LaterFaults:
     region_dips: tuple[float, ...] = ()
     drafted: float = 0.0
     blocky: int = 0
+    contact_drops: tuple[float, ...] = ()
+    depth_blend: float = 1.0
+    region_board: float = 0.0
+    ribbed: float = 0.0
+    ribbed_waves: float = 1.0
+    ribbed_phase: float = 0.0
+    mirrored: float = 0.0
+    mirrored_at: tuple[float, float] = (0.0, 0.0)

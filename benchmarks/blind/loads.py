@@ -9,7 +9,13 @@ import numpy as np
 from benchmarks.blind.blower import blown
 from benchmarks.blind.catenary import slung
 from benchmarks.blind.contact import contact_laws
-from benchmarks.blind.draught import drawn_in, layer_share, opposed_share, stream_share
+from benchmarks.blind.draught import (
+    curtain_share,
+    drawn_in,
+    layer_share,
+    opposed_share,
+    stream_share,
+)
 from benchmarks.blind.equilibrium import Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flap import free_side, turned_flap
@@ -36,18 +42,22 @@ _PUSHES = (
     'blower',
     'draught',
     'layer',
+    'curtain',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
-_FELT = {'draught': stream_share, 'layer': layer_share}
+_FELT = {'draught': stream_share, 'layer': layer_share, 'curtain': curtain_share}
 
 
 def load_in_pose(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults
 ) -> Load:
     """Return all that acts on a body in one pose, its clamp aside."""
-    forces = _forces(specimen, setup, observation, faults)
     number = setup.pose_number(observation)
+    if faults.contact_drops and faults.contact_height is not None:
+        sunk = 1e-3 * faults.contact_drops[number]
+        faults = replace(faults, contact_height=faults.contact_height - sunk)
+    forces = _forces(specimen, setup, observation, faults)
     if faults.memory and number:
         before = _forces(specimen, setup, setup.observations[number - 1], faults)
         forces = (1.0 - faults.memory) * forces + faults.memory * before

@@ -51,6 +51,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'soaked': _soaked(setup, faults, share, points),
         'edged': edge_share(*(2.0 * points[:, 1:].swapaxes(0, 1) / section)),
         'wedged': _wedged(setup, faults, share, points),
+        'ribbon': ribbon_share(share, *(2.0 * points[:, 1:].swapaxes(0, 1) / section), faults),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),
@@ -174,6 +175,26 @@ def wedge_value(share: FloatArray, across: FloatArray, begin: float, until: floa
     """
     border = 1.0 - 2.0 * (share - begin) / (until - begin)
     return np.asarray(np.clip((across - border) / _MIXED, -0.5, 0.5))
+
+
+def ribbon_share(
+    share: FloatArray, across: FloatArray, height: FloatArray, faults: Faults
+) -> FloatArray:
+    """Return how much of another rubber is there that was poured as a ribbon, 0 to 1.
+
+    It winds around a body's length like the stripe of a candy cane: by the cosine of the angle
+    about that between a place and where the ribbon is.
+
+    Args:
+        share: of the free length, any shape.
+        across: -1 and 1 at the sides, that shape.
+        height: -1 at the lower face and 1 at the upper one, that shape.
+        faults: say how long a turn is, where the ribbon is at the side of positive y, and which
+            way it winds.
+    """
+    wound = 2.0 * np.pi * (share - faults.contrast_at) / faults.contrast_wave
+    around = np.arctan2(height, across)
+    return np.asarray(0.5 * (1.0 + np.cos(around - faults.contrast_side * wound)))
 
 
 def _wedged(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

@@ -7,7 +7,8 @@ braid, which cross the body aslant and resist a pull by its exponential; or loop
 sleeve, along the body and near its surface; or rows of beads along it, which resist a push; or
 threads along it and near its surface, which are loose until they are drawn taut; or the coils of
 a spring there, which touch once they are pressed together; or a hose of interlocked strips there,
-which have play either way; or the leads of a sensor along both sides, which are loose at first.
+which have play either way; or the leads of a sensor along both sides, which are loose at first; or
+blocks along the lower side, like those of a spine, which touch where it is bent that way.
 On the upper side alone a fabric resists a pull, and the sides of its
 cracks a push.
 """
@@ -32,6 +33,7 @@ AXES = _AXES / np.linalg.norm(_AXES[0])
 _ALONG = np.array([1.0, 0.0, 0.0])
 _KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads and coils as well.
 _LEADS_FROM, _LEADS_WITHIN = 0.55, 0.6  # Of the way to a side, and to its edges, for leads.
+_SPINE_BELOW = -0.5  # Of the way from the section's middle to its upper side, for blocks.
 _DRAWN = 0.1  # Growth of a loop's square, or loss of a row's, at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
 _SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
@@ -43,6 +45,7 @@ def reinforced(
     faults: Faults,
     outward: FloatArray | float = 0.0,
     beside: FloatArray | float = 0.0,
+    heights: FloatArray | float = 0.0,
 ) -> Constants:
     """Return the numbers of a law with what stiffens it in other forms than the library's.
 
@@ -52,6 +55,7 @@ def reinforced(
         faults: say in which form, and how much.
         outward: of these, 0 in the section's middle and 1 at its surface.
         beside: which of these lie along the middles of both sides, 1 or 0.
+        heights: of these, -1 at the lower face and 1 at the upper one.
     """
     if faults.stiffening_form == 'knitted' and faults.stiffening:
         knit = faults.stiffening * modulus / (24.0 * _DRAWN) * (np.asarray(outward) > _KNIT_FROM)
@@ -71,6 +75,10 @@ def reinforced(
         return replace(
             numbers, network=(Fibres(leads, _ALONG, slack=True, loose=faults.stiffening_from),)
         )
+    if faults.stiffening_form == 'vertebrae' and faults.stiffening:
+        spine = faults.stiffening * modulus / 8.0 * (np.asarray(heights) < _SPINE_BELOW)
+        touching = Fibres(spine, _ALONG, pressed=True, loose=faults.stiffening_from)
+        return replace(numbers, network=(touching,))
     if faults.stiffening_form == 'beaded' and faults.stiffening:
         rows = faults.stiffening * modulus / (24.0 * _DRAWN)
         return replace(numbers, network=(Fibres(rows, _ALONG, pressed=True, knit=True),))

@@ -16,6 +16,7 @@ from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
 from benchmarks.blind.hexahedra import HexMesh
+from benchmarks.blind.mirrored import mirrored
 from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
 from benchmarks.blind.rotations import applied, rigid, rotation
@@ -82,6 +83,7 @@ def _seen(
             second=faults.region_second,
             strokes=faults.region_strokes,
             dips=faults.region_dips,
+            board=faults.region_board,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -107,7 +109,8 @@ def _seen(
     depth = depth + 1e-3 * faults.region_bias * glows * tip
     depth = np.maximum(depth, _least_depth(faults))
     seen = replace(rendering, depth=_miscounted(_in_steps(depth, faults), faults))
-    return in_blocks(seen, faults.blocky)
+    seen = in_blocks(seen, faults.blocky)
+    return mirrored(seen, setup.camera, faults.mirrored, faults.mirrored_at)
 
 
 def _wiggle(rendering: Rendering, faults: Faults) -> FloatArray | float:

@@ -44,6 +44,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         flat=faults.flattened,
         slope=faults.unlevel,
         draft=faults.drafted,
+        ribs=(faults.ribbed, faults.ribbed_waves, faults.ribbed_phase),
     )
 
 

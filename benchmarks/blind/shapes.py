@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 _RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
 _NECK = 0.15  # Share over which a body that was drawn grows thinner.
 _HALF_NECK = 0.15  # Share from the middle of a neck to either of its ends.
-_BRIM = 0.15  # Share over which an upper side that is not the stated one comes up from a clamp.
+_BRIM = 0.15  # Share over which a side that is not the stated one comes up from a clamp.
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,8 @@ class Shape:
         slope: share of the height by which the upper side is higher at the side of positive y, and
             lower at the other.
         draft: share by which the section is wider at the upper side, and narrower at the lower.
+        ribs: share by which the section is larger and smaller in waves, how many of these are on
+            the free length, and their phase at the clamp [rad].
     """
 
     family: str
@@ -60,6 +62,7 @@ class Shape:
     flat: float = 0.0
     slope: float = 0.0
     draft: float = 0.0
+    ribs: tuple[float, float, float] = (0.0, 1.0, 0.0)
 
     @property
     def length(self) -> float:
@@ -85,6 +88,8 @@ class Shape:
             narrow = narrow * (1.0 + self.drawn) ** (-0.5 * np.minimum(share / _NECK, 1.0))
         if self.neck:
             narrow = narrow * (1.0 - self.neck * necking(share, self.neck_at))
+        if self.ribs[0]:
+            narrow = narrow * (1.0 + self.ribs[0] * ribbing(share, *self.ribs[1:]))
         points = lattice.copy()
         if self.dish:
             width, height = self.section
@@ -116,6 +121,17 @@ def necking(share: FloatArray, at: float) -> FloatArray:
     """
     away = np.clip((share - at) / _HALF_NECK, -1.0, 1.0)
     return np.asarray(0.5 * (1.0 + np.cos(np.pi * away)))
+
+
+def ribbing(share: FloatArray, waves: float, phase: float) -> FloatArray:
+    """Return waves of a section's size, -1 to 1, none in the clamp.
+
+    Args:
+        share: of the free length, any shape.
+        waves: number of them.
+        phase: at the clamp [rad].
+    """
+    return np.asarray(np.minimum(share / _BRIM, 1.0) * np.sin(2.0 * np.pi * waves * share + phase))
 
 
 def hollowing(share: FloatArray, across: FloatArray) -> FloatArray:

@@ -21,6 +21,7 @@ from benchmarks.blind.clamps import (
 )
 from benchmarks.blind.cloth import cloth_masses
 from benchmarks.blind.contact import friction, half_space
+from benchmarks.blind.cradle import cradled_masses
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flap import hinge_moment
@@ -30,6 +31,7 @@ from benchmarks.blind.flexure import (
     gantry_compliance,
     post_compliance,
     stand_compliance,
+    suction_compliance,
     tape_compliance,
     wrist_compliance,
 )
@@ -65,6 +67,7 @@ _BY_POSE = {
     'oozing': oozed_masses,
     'wicking': wick_masses,
     'hung on': hung_masses,
+    'cradled': cradled_masses,
 }
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
@@ -83,6 +86,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'taped': lambda faults: tape_compliance(faults.clamp_compliance, faults.clamp_length),
     'gantry': lambda faults: gantry_compliance(faults.clamp_compliance, faults.clamp_length),
     'stand': lambda faults: stand_compliance(faults.clamp_compliance, faults.clamp_length),
+    'suction': lambda faults: suction_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].
@@ -111,7 +115,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     heights = at_points[:, 2] / (0.5 * setup.shape.section[1])
     outward = np.abs(at_points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
     beside = beside_middle(outward)
-    numbers = reinforced(plain, modulus, faults, outward.max(axis=1), beside)
+    numbers = reinforced(plain, modulus, faults, outward.max(axis=1), beside, heights)
     numbers = on_upper_side(numbers, modulus, heights, faults)
     count = len(mesh.nodes)
     masses = setup.density * quadrature.volumes

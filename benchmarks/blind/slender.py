@@ -47,6 +47,23 @@ def towards(degrees: float, way: FloatArray) -> tuple[float, float]:
     return round(float(-degrees * way[2]), 4), round(float(degrees * way[0]), 4)
 
 
+def borne_way(setup: Setup, compliance: FloatArray) -> float:
+    """Return the tip's longest way by what a clamp gives to a body's weight [m].
+
+    Args:
+        setup: with its poses.
+        compliance: shift and turn by force and moment, shape (6, 6).
+    """
+    moment, reach = held_moment(setup), setup.shape.length - 0.5 * setup.shape.clamp
+    downs = -np.array([pose.world_from_object[1, :3] for pose in setup.observations])
+    # All of the weight, amid the body, and its moment.
+    moments = moment * np.cross([1.0, 0.0, 0.0], downs)
+    loads = np.concatenate([moment / (0.5 * setup.shape.length) * downs, moments], axis=1)
+    motions = loads @ compliance
+    moves = motions[:, :3] + np.cross(motions[:, 3:], [reach, 0.0, 0.0])
+    return float(np.linalg.norm(moves, axis=1).max())
+
+
 def levers(setup: Setup) -> FloatArray:
     """Return the tip's way by a load at `SHARES`, over that by as much, alike along it, (200,).
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.blind.hexahedra import HexMesh, shape_functions
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.speckle import speckled
+from benchmarks.blind.speckle import on_board, speckled
 
 IntArray = NDArray[np.int64]
 
@@ -62,6 +62,7 @@ def body_triangles(
     second: float = 0.0,
     strokes: tuple[float, ...] = (),
     dips: tuple[float, ...] = (),
+    board: float = 0.0,
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -87,6 +88,7 @@ def body_triangles(
             empty: all is.
         dips: shares from which on each of some coats is on it, all of which are the tip's, in
             place of a border; empty: there are none.
+        board: edge of squares [m], every other of which is the root's; 0: there are none.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -115,6 +117,8 @@ def body_triangles(
             sides = _between(_coats(places, dips))
         if speckle[0]:
             sides = np.where(speckled(middles, *speckle), sides, ROOT)
+        if board:
+            sides = np.where(on_board(middles, board), sides, ROOT)
         if heights is not None:
             above = (values @ heights[nodes][..., None])[:, triangles, 0].mean(axis=-1)
             sides = np.where(above > 0.0, sides, ROOT)

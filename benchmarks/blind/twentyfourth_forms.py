@@ -17,8 +17,7 @@ from benchmarks.blind.form import apart, Form
 from benchmarks.blind.moduli import wedge_value
 from benchmarks.blind.outside_forms import tip_stiffness
 from benchmarks.blind.setups import GRAVITY, Setup
-from benchmarks.blind.slender import even_sag, levers, SHARES, softness, towards
-from benchmarks.blind.twelfth_forms import held_moment
+from benchmarks.blind.slender import borne_way, even_sag, levers, SHARES, softness, towards
 
 _MOVES = (0.002, 0.004, 0.010)  # Of the tip [m], by the formulas of a slender beam.
 _MOST_CONTRAST = 5.0  # By which log E of one pour is more than that of the other.
@@ -63,14 +62,7 @@ def _wedged(size: int, setup: Setup, random: np.random.Generator) -> dict[str, A
 def _stand(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Clamp a body on the arm of a chemist's stand, whose rod bends as well."""
     length = round(float(random.uniform(0.06, 0.12)), 4)
-    moment, reach = held_moment(setup), setup.shape.length - 0.5 * setup.shape.clamp
-    downs = -np.array([pose.world_from_object[1, :3] for pose in setup.observations])
-    # All of the weight, amid the body, and its moment.
-    moments = moment * np.cross([1.0, 0.0, 0.0], downs)
-    loads = np.concatenate([moment / (0.5 * setup.shape.length) * downs, moments], axis=1)
-    motions = loads @ stand_compliance(1.0, length)
-    moves = motions[:, :3] + np.cross(motions[:, 3:], [reach, 0.0, 0.0])
-    most = float(np.linalg.norm(moves, axis=1).max())
+    most = borne_way(setup, stand_compliance(1.0, length))
     return {
         'clamp_form': 'stand',
         'clamp_compliance': number(_GIVES * _MOVES[size] / most, random),

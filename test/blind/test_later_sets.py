@@ -43,6 +43,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_FORMS, TWENTYFIFTH_PAIRS
+from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS, TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS, TWENTYFOURTH_PAIRS
@@ -72,6 +74,7 @@ COUNTS = {
     'twentysecond': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentythird': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyfourth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentyfifth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -160,6 +163,13 @@ OWN = {
         TWENTYFOURTH_FORMS,
         TWENTYFOURTH_PAIRS,
         TWENTYFOURTH_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'twentyfifth': Own(
+        TWENTYFIFTH_FORMS,
+        TWENTYFIFTH_PAIRS,
+        TWENTYFIFTH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
     ),

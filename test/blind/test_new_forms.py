@@ -42,6 +42,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_FORMS
+from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
@@ -142,6 +144,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/clicking': {'clamp_scatter': ()},
     'gravity_tilt/opposed': {'tilt_form': 'tilt'},
     'rest_curvature/held by its tip': {'curvature_form': 'arc'},
+    'added_mass/cradled': {'mass_form': 'hat'},
+    'stiffness_contrast/ribbon': {'contrast_mode': 'split'},
+    'compliant_clamp/suction': {'clamp_form': 'turn'},
+    'clamp_offset/misgraded': {'clamp_scatter': ()},
+    'gravity_tilt/curtain': {'tilt_form': 'tilt'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -194,6 +201,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/peeling': {'depth_form': 'affine'},
     'depth_bias_by_region/dipped': {'region_dips': ()},
     'camera_offset/orbiting': {'camera_scatter': ()},
+    'depth_affine/two gains': {'depth_form': 'affine'},
+    'depth_bias_by_region/checkered': {'region_board': 0.0},
+    'camera_offset/desk lamp': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -211,6 +221,7 @@ OTHERS = {
     'contact_plane/felt',
     'contact_plane/flap',
     'contact_plane/hovering',
+    'contact_plane/jack',
     'contact_plane/knob',
     'contact_plane/mat',
     'contact_plane/packing',
@@ -232,6 +243,7 @@ OTHERS = {
     'strain_stiffening/recruited',
     'strain_stiffening/threaded',
     'strain_stiffening/veronda_westmann',
+    'strain_stiffening/vertebrae',
 }
 CAUSES = {
     **SEVENTH_OUTSIDE,
@@ -252,6 +264,7 @@ CAUSES = {
     **TWENTYSECOND_OUTSIDE,
     **TWENTYTHIRD_OUTSIDE,
     **TWENTYFOURTH_OUTSIDE,
+    **TWENTYFIFTH_OUTSIDE,
 }
 
 
@@ -264,7 +277,7 @@ def test_every_form_is_checked_here() -> None:
     later = (*ELEVENTH_FORMS, *TWELFTH_FORMS, *THIRTEENTH_FORMS, *FOURTEENTH_FORMS)
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
-    newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS)
+    newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -286,6 +299,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYSECOND_FORMS, {'camera_offset'}),
         (TWENTYTHIRD_FORMS, {'clamp_offset'}),
         (TWENTYFOURTH_FORMS, {'strain_stiffening'}),
+        (TWENTYFIFTH_FORMS, {'rest_curvature'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -161,6 +161,16 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentyfifth': (
+        (
+            'added_mass/cradled',
+            'stiffness_contrast/ribbon',
+            'compliant_clamp/suction',
+            'clamp_offset/misgraded',
+            'gravity_tilt/curtain',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
