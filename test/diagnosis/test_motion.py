@@ -6,6 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.parameters_in_any_form import in_any_form
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
@@ -14,7 +16,7 @@ from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest
-from support.filmed import filmed, filmed_hold, filmed_scene, held_scene, RELEASE
+from support.filmed import filmed, filmed_hold, filmed_scene, held_scene, RELEASE, STIFF
 from support.moving_beams import DAMPING
 from support.scenes import beam_scene
 
@@ -31,6 +33,29 @@ def test_late_stamps_of_a_small_body_score_best() -> None:
     best, second, *_ = screen(evaluator, nominal.coordinates, candidates(scene)).scores
     assert best.candidate.identifier == 'time_offset'
     assert best.log_evidence > second.log_evidence + 100.0 > 100.0
+
+
+_SCATTER = np.array([1, 4, -3, 5, 0, -4, 6, 2, -5, 3, -2, 6, 1, -6])
+
+
+@pytest.mark.parametrize(
+    'late',
+    [LATE + 1e-3 * _SCATTER, 0.012 * np.linspace(0.0, 1.0, len(_SCATTER))],
+    ids=['they scatter', 'they fall behind more and more'],
+)
+def test_a_form_of_late_stamps_draws_the_modulus_less_where_it_may_be_any(late) -> None:
+    """The library's form, all as late, is many standard errors off; frames are of this mesh."""
+    scene = filmed_scene(is_small=True)
+    evaluator, nominal = fit_nominal(scene, filmed(seed=1, late=late, is_small=True), None)
+    offset = next(own for own in candidates(scene) if own.identifier == 'time_offset')
+    model = try_effects(evaluator, nominal, [offset], {})
+    told = in_any_form(model, nominal)
+    index = told.parameters.names.index('youngs_modulus')
+    before, after = (abs(fit.coordinates[index] - np.log(STIFF)) for fit in (model.fit, told))
+    errors = [float(np.sqrt(fit.covariance[index, index])) for fit in (model.fit, told)]
+    assert before > 5.0 * errors[0]
+    assert after < 0.4 * before
+    assert after < _SURE * errors[1]
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ def filmed_scene(modulus: float = STIFF, *, is_small: bool = False) -> Scene:
 def filmed(
     *,
     seed: int,
-    late: float = 0.0,
+    late: float | np.ndarray = 0.0,
     area: float = 0.0,
     modulus: float = STIFF,
     is_small: bool = False,
@@ -48,7 +48,7 @@ def filmed(
 
     Args:
         seed: of noise and of the sensor's smooth error.
-        late: by which stamps are late [s].
+        late: by which stamps are late [s]; of each frame, shape (14,), or of all.
         area: of the air's drag [m^2].
         modulus: Young's modulus [Pa].
         is_small: of the small scene's own mesh.

@@ -42,7 +42,7 @@ class FormBasis:
 
     @classmethod
     def of(cls, evaluator: PatchEvaluator, fit: Refit, base: Refit) -> 'FormBasis':
-        """Return it for bodies at rest.
+        """Return it: for bodies at rest with what effects may do besides, for motions without.
 
         Args:
             evaluator: of a model that stands about where the measured body does.
@@ -50,6 +50,10 @@ class FormBasis:
             base: fit of the model as it is.
         """
         model, coordinates = evaluator.model, fit.coordinates
+        strained = replace(base, groups=unstrained(base))
+        points = tuple(view.points for view in model.views(coordinates))
+        if model.is_moving:
+            return cls(strained, points, {}, {})
         index, posture = next(iter(model.bodies.items()))
         listed = [
             (effect, len(_otherwise(evaluator, effect, index, posture.body)))
@@ -59,7 +63,6 @@ class FormBasis:
         def changes(index: int, body: StaticBody) -> list[Change]:
             return [c for own, _ in listed for c in _otherwise(evaluator, own, index, body)]
 
-        points = tuple(view.points for view in model.views(coordinates))
         fields = [
             np.concatenate(own)
             for own in zip(
@@ -74,7 +77,6 @@ class FormBasis:
             if count:
                 besides[effect.identifier] = _rows(groups, first, first + count)
             first += count
-        strained = replace(base, groups=unstrained(base))
         return cls(strained, points, besides, _rows(groups, first, None))
 
     def besides_of(

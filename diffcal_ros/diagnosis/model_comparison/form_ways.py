@@ -6,7 +6,7 @@ In its form: what an effect does times a smooth function, over the body's length
 the body, over the picture for what is the sensor's. A picture that a camera moves may be warped as
 smoothly, by as much as it is moved, and what is read wrong of one material need not begin at once
 where that does. And from pose to pose: each amplitude by itself, by as much as amplitudes of its
-kind are.
+kind are. Frames of one motion are of one pose: what differs among them differs smoothly over time.
 
 Some effects say what else they may do (`Effect.otherwise`), and a body that is bent at rest may be
 bent by another curve than an arc; this is as large as what the effect does.
@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
@@ -43,6 +44,9 @@ _BORDER_WIDTH, _BORDER_SIZE = 0.15, 2.5
 _MOSTLY = 0.95
 # Of its variance that all poses share; load and posture change the rest.
 _SHARED = 0.5
+# In a motion that rest changes over this share of what is filmed of it, and half of it from frame
+# to frame: stamps scatter.
+_WHILE, _LASTING = 0.25, 0.5
 
 
 @dataclass(frozen=True)
@@ -52,14 +56,17 @@ class Places:
     Attributes:
         along: shares of the body's length, shape (n, 1).
         across: in the picture, as shares of the larger extent of all patches, shape (n, 2).
-        view: number of their view among those that are seen.
-        view_count: how many those are.
+        own: how much their view has of independent parts, which views have in common as far as
+            they are alike, shape (v,): its row of the root of their covariance.
+        pose: number of their pose among those that are seen.
+        pose_count: how many those are.
     """
 
     along: FloatArray
     across: FloatArray
-    view: int
-    view_count: int
+    own: FloatArray
+    pose: int
+    pose_count: int
 
     def functions(self, effect_class: str) -> FloatArray:
         """Return functions whose sum with independent weights of size one is the process, (n, k).
@@ -72,22 +79,21 @@ class Places:
         return interpolated(self.along, ALONG)
 
     def times(self, moved: FloatArray, functions: FloatArray) -> FloatArray:
-        """Return what moves times the functions, shared by all poses and of each, (n, m).
+        """Return what moves times the functions, shared by all views and of each, (n, m).
 
         Args:
             moved: how far each patch moves [m], shape (n,).
             functions: shape (n, k).
         """
-        own = np.zeros((len(moved), self.view_count, functions.shape[1]))
-        own[:, self.view] = np.sqrt(1.0 - _SHARED) * functions
-        width = self.view_count * functions.shape[1]
+        own = np.sqrt(1.0 - _SHARED) * self.own[:, None] * functions[:, None]
+        width = len(self.own) * functions.shape[1]
         both = np.hstack([np.sqrt(_SHARED) * functions, own.reshape(len(moved), width)])
         return np.asarray(moved[:, None] * both)
 
     def in_each(self, moved: FloatArray) -> FloatArray:
-        """Return what moves in this view, as one of as many independent columns, (n, v)."""
-        found = np.zeros((len(moved), self.view_count))
-        found[:, self.view] = moved
+        """Return what moves in this pose, as one of as many independent columns, (n, p)."""
+        found = np.zeros((len(moved), self.pose_count))
+        found[:, self.pose] = moved
         return found
 
 
@@ -147,7 +153,7 @@ def ways_at(
     by_pose, form = [], []
     for number, (group, place) in enumerate(zip(fit.groups, places, strict=True)):
         empty = np.zeros((len(place.along), 0))
-        several = place.view_count > 1
+        several = place.pose_count > 1
         pose_ways = [own.by_pose(number, place) for own in done] if several else []
         by_pose.append(np.hstack([empty, *pose_ways]))
         form.append(np.hstack([empty, *(own.of_form(number, group, place) for own in done)]))
@@ -199,8 +205,10 @@ class _Done:
         slopes = [group.patches.jacobian[:, indices] for group in fit.groups]
         brought = parameters_of(fit.parameters, [candidate])
         own = [fit.parameters.names.index(name) for name in brought]
+        # A time alone does nothing, and is no multiple of anything.
+        amounts = [i for i in own if fit.parameters.parameters[i].quantity.prior_std is not None]
         is_step = effect.has_boundary and effect.group == 'sensor'
-        moved = [group.patches.jacobian[:, own] @ fit.coordinates[own] for group in fit.groups]
+        moved = [g.patches.jacobian[:, amounts] @ fit.coordinates[amounts] for g in fit.groups]
         return cls(
             candidate,
             moved,
@@ -282,17 +290,39 @@ def places_of(
         points: nodes of the body in each view [m], camera frame, shape (N, 3) each.
     """
     views = sorted({group.view for group in groups})
+    seen = [model.observations[view] for view in views]
+    poses = [(one.setup_index, one.instant and one.instant.recording) for one in seen]
+    different = list(dict.fromkeys(poses))
+    parts = np.linalg.cholesky(_likeness(seen))
     centers = np.concatenate([group.patches.centers for group in groups])
     low, span = centers.min(axis=0), float(np.ptp(centers, axis=0).max())
     return [
         Places(
             along=along_body(model, group, points[group.view]),
             across=(group.patches.centers - low) / span,
-            view=views.index(group.view),
-            view_count=len(views),
+            own=parts[number],
+            pose=different.index(poses[number]),
+            pose_count=len(different),
         )
         for group in groups
+        for number in (views.index(group.view),)
     ]
+
+
+def _likeness(seen: Sequence[Observation]) -> FloatArray:
+    """Return how much views have in common of what is not the same in all, shape (v, v)."""
+    found = np.eye(len(seen))
+    for recording in {one.instant.recording for one in seen if one.instant is not None}:
+        own = [
+            (number, one.instant.time)
+            for number, one in enumerate(seen)
+            if one.instant is not None and one.instant.recording == recording
+        ]
+        numbers, times = (np.array(part) for part in zip(*own, strict=True))
+        apart = (times[:, None] - times) / max(_WHILE * float(np.ptp(times)), 1e-9)
+        lasting = _LASTING * np.exp(-(apart**2))
+        found[np.ix_(numbers, numbers)] = lasting + (1.0 - _LASTING) * np.eye(len(numbers))
+    return found
 
 
 def along_body(model: ForwardModel, group: PatchGroup, points: FloatArray) -> FloatArray:

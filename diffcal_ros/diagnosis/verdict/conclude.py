@@ -9,6 +9,7 @@ from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.limits import Drawn, drawn_parameters, upper_limits
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
+from diffcal_ros.diagnosis.model_comparison.parameters_in_any_form import in_any_form
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.residual_location import where_largest
@@ -45,7 +46,7 @@ def conclude(
     witness = witness or FieldWitness(evaluator, nominal)
     added, fitted, doubt = nominal, nominal, 0.0
     if choice is not None:
-        added, fitted = choice.hypothesis.fit, choice.hypothesis.in_any_form
+        added, fitted = choice.hypothesis.fit, in_any_form(choice.hypothesis, nominal)
         doubt = weight_doubt(choice.hypothesis)
     singles = () if selection is None else selection.singles
     named = find_name(evaluator, nominal, scores, disagreement, choice, singles, witness)

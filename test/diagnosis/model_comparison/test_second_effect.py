@@ -71,7 +71,8 @@ def _in_poses(
             values = values + more * (group.kind == 'depth')
             patches = replace(group.patches, jacobian=jacobian, values=values)
             groups.append(replace(group, view=view, recording=view, patches=patches))
-            places.append(replace(place, view=view, view_count=len(_POSES)))
+            own = np.eye(len(_POSES))[view]
+            places.append(replace(place, own=own, pose=view, pose_count=len(_POSES)))
     return replace(fit, groups=groups), places
 
 
