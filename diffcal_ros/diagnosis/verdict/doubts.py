@@ -15,6 +15,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     Hypothesis,
     LEAST_LEANING,
 )
+from diffcal_ros.diagnosis.model_comparison.second_effect import PAIR_GAIN
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
@@ -28,6 +29,8 @@ from diffcal_ros.diagnosis.verdict.verdict_figures import (
 )
 import numpy as np
 
+# What a second effect must add to the log evidence, a further form of a free one must, too.
+_MORE = PAIR_GAIN
 # What closes more of the gap in the library's form tells the class, if not the name.
 MOST_OF_IT = 0.5
 # What closes so much of the gap on patches that no fit has seen leaves next to nothing there.
@@ -183,12 +186,13 @@ def off_in_form(hypothesis: Hypothesis) -> float:
     """Return by what share effects are off from the library's form, as far as data ask for that.
 
     They do not where that form leaves noise, or where next to nothing is owed to other forms and
-    little is left.
+    little is left. What is in a form of its own has been fitted in as many ways as are known:
+    little that yet another one explains is much.
     """
     judged = hypothesis.judged
     if judged is None:
         return 0.0
-    asks = hypothesis.leaning >= LEAST_LEANING
+    asks = hypothesis.leaning >= (_MORE if hypothesis.is_free_in_form else LEAST_LEANING)
     if hypothesis.fit.chance_of_noise >= ALPHA:
         # As another one in each pose much leaves noise that is not it.
         asks &= any(part.posture is not None for part in hypothesis.freed)

@@ -63,7 +63,7 @@ def test_a_form_of_which_data_tell_nothing_is_in_doubt(clearly_screened, tilted)
     assert with_form_in_doubt(_chosen(quiet), nominal).confidence == IN_DOUBT
 
 
-@pytest.mark.parametrize(('leaning', 'is_sure'), [(0.0, True), (40.0, True), (60.0, False)])
+@pytest.mark.parametrize(('leaning', 'is_sure'), [(0.0, True), (6.0, True), (10.0, False)])
 def test_a_form_of_its_own_is_in_doubt_where_data_ask_for_yet_another(
     clearly_screened, tilted, leaning, is_sure
 ):

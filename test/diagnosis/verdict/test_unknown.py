@@ -175,6 +175,21 @@ def test_the_class_is_that_of_what_closes_more_where_no_fit_has_seen_it(
     assert ' or '.join(expected) in found.sentence
 
 
+@pytest.mark.parametrize(('of_fields', 'expected'), [(0.2, 'sensor'), (0.3, 'shape')])
+def test_fields_that_close_hardly_anything_come_second(screened, monkeypatch, of_fields, expected):
+    """They predict poses best, and what came nearest closes nothing as it is or is free."""
+    evaluator, nominal, _ = screened
+    tested = (ClassScore('shape', 90.0, 1.0, of_fields), ClassScore('sensor', 80.0, 1.0, 0.1))
+    monkeypatch.setattr(field_witness, 'frame_test', lambda *_: tested)
+    witness = FieldWitness(evaluator, nominal)
+    for closes in (np.nan, -0.1):
+        found = describe_unknown(witness, 'sensor', closes=closes)
+        assert set(found.groups) == {'sensor', 'shape'}
+        assert found.groups[0] == expected
+        assert found.stand_in is not None
+        assert found.stand_in.group == expected
+
+
 def test_two_that_tell_the_same_class_tell_one(screened, monkeypatch):
     evaluator, nominal, _ = screened
     tested = (ClassScore('shape', 90.0, 1.0, 0.5), ClassScore('sensor', 80.0, 1.0, 0.2))
