@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What effects may do besides: as large as what they do, and of their own kind."""
 
+from dataclasses import replace
+
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups
 from diffcal_ros.effects.registry import EFFECTS
@@ -74,3 +77,26 @@ def test_a_step_of_depth_may_begin_before_its_border_or_after(screened, basis, s
         assert np.abs(form[first]).max() > 0.002
         assert not form[first][:, : form.shape[1] // 2].all()
     assert any(group.kind == 'depth' for group in stepped.fit.groups)
+
+
+def test_an_amplitude_of_which_nothing_is_known_moves_nothing_by_itself(screened, basis):
+    """A time in which something relaxes is no multiple of what it does."""
+    evaluator, nominal, _ = screened
+    tilt = next(own for own in candidates(evaluator.model.scene) if len(own.components) == 2)
+    found = try_effects(evaluator, nominal, [tilt], {}, max_iterations=2)
+    places = [found.fit.parameters.names.index(name) for name in tilt.names]
+    assert all(abs(found.fit.coordinates[place]) > 0.0 for place in places)
+
+    def form_of(fit: Refit) -> np.ndarray:
+        return np.concatenate(ways_of(found.evaluator.model, fit, basis, [tilt]).form)
+
+    listed = list(found.fit.parameters)
+    second = listed[places[1]]
+    unknown = replace(second.quantity, prior_mean=None, prior_std=None)
+    listed[places[1]] = replace(second, quantity=unknown)
+    without = found.fit.coordinates.copy()
+    without[places[1]] = 0.0
+    parameters = replace(found.fit.parameters, parameters=tuple(listed))
+    told = form_of(replace(found.fit, parameters=parameters))
+    assert np.allclose(told, form_of(replace(found.fit, coordinates=without)))
+    assert not np.allclose(told, form_of(found.fit))
