@@ -239,6 +239,8 @@ OUTSIDE_CLASS = {
     'bulge': 'shape',
     'soft_skin': 'material',
     'lens_distortion': 'sensor',
+    'shaken': 'boundary',
+    'kicked': 'load',
     'magnet': 'load',
     'tether': 'load',
     'heat': 'shape',

@@ -28,7 +28,10 @@ def _types() -> Typestore:
 
 
 def write_bag(
-    path: Path, camera: Camera, frames: Sequence[NDArray[np.float32]], period: int = _PERIOD
+    path: Path,
+    camera: Camera,
+    frames: Sequence[NDArray[np.float32]],
+    stamps: Sequence[int] | None = None,
 ) -> None:
     """Write one recording.
 
@@ -36,15 +39,17 @@ def write_bag(
         path: folder to make.
         camera: its intrinsics.
         frames: depth [m], shape (H, W), NaN where invalid.
-        period: between stamps [ns].
+        stamps: of the frames, after the first one [ns]; None: a thirtieth of a second apart.
     """
+    if stamps is None:
+        stamps = [number * _PERIOD for number in range(len(frames))]
     path.mkdir(parents=True)
     with (path / 'bag_0.mcap').open('wb') as stream:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         writer.start(profile='ros2', library='blind tests')
         channels = {topic: _channel(writer, topic, kind) for topic, kind in (_IMAGE, _INFO)}
-        for number, depth in enumerate(frames):
-            stamp = _FIRST_STAMP + number * period
+        for number, (depth, after) in enumerate(zip(frames, stamps, strict=True)):
+            stamp = _FIRST_STAMP + after
             for topic, message in (
                 (_INFO[0], _camera_info(camera, stamp)),
                 (_IMAGE[0], _image(depth, stamp)),
@@ -52,7 +57,7 @@ def write_bag(
                 data = bytes(_types().serialize_cdr(message, message.__msgtype__))
                 writer.add_message(channels[topic], stamp, data, stamp, number)
         writer.finish()  # type: ignore[no-untyped-call]
-    (path / 'metadata.yaml').write_text(_metadata(len(frames), period))
+    (path / 'metadata.yaml').write_text(_metadata(len(frames), stamps[-1]))
 
 
 def _channel(writer: Writer, topic: str, kind: str) -> int:
@@ -102,8 +107,7 @@ def _camera_info(camera: Camera, stamp: int) -> Any:
     )
 
 
-def _metadata(count: int, period: int) -> str:
-    duration = (count - 1) * period
+def _metadata(count: int, duration: int) -> str:
     topics = ''.join(
         f"""
     - topic_metadata:

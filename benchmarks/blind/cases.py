@@ -82,6 +82,7 @@ class Case:
         sensor: one of `sensor.DRAWN` in a world where everything is a little off; None: one that
             is known, in a world where nothing is.
         law: of the body, where that is not always the scene's; one of `rubber.LAWS`.
+        is_held: whether a motion of the set `swings` is a load that is held.
     """
 
     id: str
@@ -94,6 +95,7 @@ class Case:
     salt: str = ''
     sensor: str | None = None
     law: str | None = None
+    is_held: bool = False
 
     def random(self, purpose: str) -> np.random.Generator:
         """Return a source of its own for one purpose."""

@@ -14,7 +14,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.equilibrium import find_equilibrium, Load
-from benchmarks.blind.material import respond
+from benchmarks.blind.material import respond, squares_stress
 from benchmarks.blind.shapes import FloatArray
 
 _STEPS_PER_TIME = 12.0  # Steps in one relaxation time.
@@ -31,7 +31,9 @@ def held_load(
     load: Load,
     start: FloatArray,
     times: Sequence[float],
-    pairs: Sequence[tuple[float, float]],
+    pairs: Sequence[tuple[FloatArray | float, float]],
+    *,
+    is_graded: bool = False,
 ) -> list[FloatArray]:
     """Return node positions [m], shape (N, 3), at times since a support was taken away.
 
@@ -41,29 +43,32 @@ def held_load(
         start: positions at first [m], shape (N, 3); stresses of before are taken for relaxed in
             the same way as those that come.
         times: ascending, above 0 [s].
-        pairs: g and tau [s] of each.
+        pairs: g and tau [s] of each; g is the same all over, or that of Gauss points, shape
+            (C, 8, 1, 1).
+        is_graded: steps grow with the time: what relaxes faster has done so by then.
 
     Raises:
         NoRestError: when a step does not converge.
     """
     positions = find_equilibrium(body, load, start)
-    pairs = [(share, tau) for share, tau in pairs if share]
+    pairs = [(share, tau) for share, tau in pairs if np.any(share)]
     if not pairs:
         return [positions for _ in times]
     elastic = _stress(body, positions)
     histories = [elastic for _ in pairs]
-    relaxation = min(tau for _, tau in pairs)
+    fastest = min(tau for _, tau in pairs)
     now, found = 0.0, []
     for time in times:
+        relaxation = max(fastest, now) if is_graded else fastest
         count = max(int(np.ceil((time - now) * _STEPS_PER_TIME / relaxation)), 1)
         step = (time - now) / count
         falls = [float(np.exp(-step / tau)) for _, tau in pairs]
         for _ in range(count):
             # H' = fall H + half (S0' - S0), so that the stress is linear in S0'.
-            known, kept = np.zeros_like(elastic), 1.0
+            known, kept = np.zeros_like(elastic), np.ones((1, 1, 1, 1))
             for (share, _), fall, history in zip(pairs, falls, histories, strict=True):
                 known += share * (fall * history - np.sqrt(fall) * elastic)
-                kept -= share * (1.0 - float(np.sqrt(fall)))
+                kept = kept - share * (1.0 - float(np.sqrt(fall)))
             positions = _settle(body, load, positions, kept, known)
             now_elastic = _stress(body, positions)
             histories = [
@@ -85,11 +90,15 @@ def _stress(body: Body, positions: FloatArray) -> FloatArray:
     F = _gradients(body, positions)
     law = respond(F, body.numbers)
     first = law.along[..., None, None] * F + law.pressure[..., None, None] * law.cofactor
+    if law.squares.any():
+        first = first + squares_stress(F, law.squares)
+    for family in body.numbers.families:
+        first = first + family.stress(F)
     return np.asarray(np.linalg.solve(F, first))
 
 
 def _settle(
-    body: Body, load: Load, start: FloatArray, kept: float, known: FloatArray
+    body: Body, load: Load, start: FloatArray, kept: FloatArray, known: FloatArray
 ) -> FloatArray:
     """Find the equilibrium of kept S0 + known [Pa] by Newton with the elastic stiffness."""
     positions, factor, left = start.copy(), None, np.inf

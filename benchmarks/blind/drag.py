@@ -5,13 +5,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, shape_functions, shape_gradients
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.springs import around
 
 AIR = 1.2  # [kg/m^3].
 _SLOW = 0.5  # [m/s].
+_LAMINAR = 1.5  # Power of the speed where a thin layer of air rubs along a face.
 
 
 @dataclass(frozen=True)
@@ -24,12 +26,14 @@ class Drag:
             shape (P,).
         normals: of the faces there, at rest, shape (P, 3); None: speeds count in all directions.
         slow: speed at which a part in proportion to the speed is as large [m/s]; 0: none.
+        power: of the speed by which it grows, as large as the square at half a metre per second.
     """
 
     to_points: csr_array
     weights: FloatArray
     normals: FloatArray | None = None
     slow: float = 0.0
+    power: float = 2.0
 
     def forces(self, velocities: FloatArray) -> FloatArray:
         """Return what holds the nodes back [N], from their velocities [m/s], shapes (N, 3)."""
@@ -38,6 +42,8 @@ class Drag:
             across = (there * self.normals).sum(axis=1, keepdims=True)
             there = across * self.normals
         speeds = np.linalg.norm(there, axis=1) + self.slow
+        if self.power != 2.0:
+            speeds = _SLOW ** (2.0 - self.power) * speeds ** (self.power - 1.0)
         return np.asarray(self.to_points.T @ ((self.weights * speeds)[:, None] * there))
 
 
@@ -75,4 +81,19 @@ def make_drag(mesh: HexMesh, area: float, form: str = 'square') -> Drag:
         weights,
         np.concatenate(normals) if form == 'normal' else None,
         _SLOW if form == 'linear' else 0.0,
+        _LAMINAR if form == 'laminar' else 2.0,
     )
+
+
+def make_sail(area: float, at: float, masses: FloatArray, shares: FloatArray) -> Drag:
+    """Return the drag of a film that is glued across one place of a body, flat as its broad side.
+
+    Args:
+        area: drag coefficient times area [m^2].
+        at: share of the free length of that place.
+        masses: of nodes, by which they share what acts there [kg], shape (N,).
+        shares: of the free length at which they lie, shape (N,).
+    """
+    weights = around(0.5 * AIR * area, at, masses, shares)
+    normals = np.tile([0.0, 0.0, 1.0], (len(masses), 1))
+    return Drag(csr_array(eye_array(len(masses))), weights, normals)

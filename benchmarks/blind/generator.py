@@ -40,7 +40,6 @@ from benchmarks.blind.eighth_outside import EIGHTH_OUTSIDE
 from benchmarks.blind.eleventh_outside import ELEVENTH_OUTSIDE
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.fifteenth_outside import FIFTEENTH_OUTSIDE
-from benchmarks.blind.filming import filmed_positions
 from benchmarks.blind.forms import BY_KEY, off_the_truth, placed_again
 from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.labels import label_of, write_json
@@ -56,8 +55,16 @@ from benchmarks.blind.sensor import smooth_field
 from benchmarks.blind.setups import draw_setup, Setup
 from benchmarks.blind.seventeenth_outside import SEVENTEENTH_OUTSIDE
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
+from benchmarks.blind.shutter import filmed_views
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
 from benchmarks.blind.sixteenth_outside import SIXTEENTH_OUTSIDE
+from benchmarks.blind.stamping import stamps
+from benchmarks.blind.swing_set import (
+    draw_swing_set_timing,
+    list_swing_set_cases,
+    SWING_SET_EFFECTS,
+    SWINGS,
+)
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
@@ -91,7 +98,8 @@ def write_case(case: Case, out: Path) -> float:
         _write_seen(case, setup, specimen, faults, timing, fresh)
         label.parent.mkdir(parents=True, exist_ok=True)
         center = camera_center(specimen, setup)
-        write_json(label, label_of(case, setup, effects, faults, center))
+        told = timing if case.set_name == SWINGS else None
+        write_json(label, label_of(case, setup, effects, faults, center, told))
         shutil.rmtree(target, ignore_errors=True)
         fresh.rename(target)
     finally:
@@ -112,6 +120,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     if case.law is not None:
         setup = _in_a_world(setup, case.law, case.random('law'))
     forms = {form.key: form.effect for form in (*BY_KEY.values(), *MOTION_FORMS)}
+    forms = {**forms, **SWING_SET_EFFECTS}
     earlier = {**OUTSIDE, **FURTHER_OUTSIDE, **SEVENTH_OUTSIDE, **EIGHTH_OUTSIDE}
     later = {**NINTH_OUTSIDE, **TENTH_OUTSIDE, **ELEVENTH_OUTSIDE, **TWELFTH_OUTSIDE}
     last = {**THIRTEENTH_OUTSIDE, **FOURTEENTH_OUTSIDE, **FIFTEENTH_OUTSIDE, **SIXTEENTH_OUTSIDE}
@@ -147,6 +156,8 @@ def _in_a_world(setup: Setup, law: str, random: np.random.Generator) -> Setup:
 def draw_timing(case: Case, effects: tuple[Effect, ...]) -> Timing:
     """Draw when a case's body is let go; creep and every fourth clean case are held loads."""
     random = case.random('timing')
+    if case.set_name == SWINGS:
+        return draw_swing_set_timing(case, random)
     creeps = any(effect.identifier == 'creep' for effect in effects)
     is_slow = creeps or (case.kind == 'clean' and int(case.id[-3:]) % 4 == 3)
     return draw_hold(random) if is_slow else draw_swing(random)
@@ -170,11 +181,10 @@ def _write_seen(
     pattern = smooth_field(shape, setup.sensor.bias_length, case.random('pattern'))
     for observation in setup.observations:
         if timing is not None:
-            places = filmed_positions(specimen, setup, observation, faults, timing)
-            views = [true_rendering(specimen, setup, observation, faults, p) for p in places]
+            views = filmed_views(specimen, setup, observation, faults, timing)
             filmed = film(views, setup, pattern, case.random(f'noise {observation.name}'))
-            period = round(1e9 * timing.period)
-            write_bag(folder / f'bag_{observation.name}', camera, filmed, period)
+            when = stamps(timing, faults)
+            write_bag(folder / f'bag_{observation.name}', camera, filmed, when)
             continue
         positions = settle(specimen, setup, observation, faults)
         rendering = true_rendering(specimen, setup, observation, faults, positions)
@@ -185,7 +195,7 @@ def _write_seen(
 def main(arguments: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--set', choices=FORM_SETS, required=True, dest='set_name')
+    parser.add_argument('--set', choices=(*FORM_SETS, SWINGS), required=True, dest='set_name')
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', default='*', help='pattern of case names')
     parser.add_argument('--kind', default='*', help='clean, single, pair, outside, denied or form')
@@ -196,18 +206,23 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if given.set_name not in SETS and not given.forms:
         parser.error(f'the set {given.set_name} has other forms only: add --forms')
-    if given.motion and given.forms and given.set_name != 'sealed':
-        parser.error('motions have other forms in the sealed set only: say --set sealed')
+    if given.set_name == SWINGS and not given.motion:
+        parser.error(f'the set {SWINGS} has motions only: add --motion')
+    if given.motion and given.forms and given.set_name not in ('sealed', SWINGS):
+        parser.error(f'motions have other forms in two sets only: say --set sealed or {SWINGS}')
     listed = {
         (False, False): list_cases,
         (True, False): list_motion_cases,
         (False, True): list_form_cases,
         (True, True): list_motion_form_cases,
     }[given.motion, given.forms]
+    every = (
+        list_swing_set_cases(given.salt)
+        if given.set_name == SWINGS
+        else listed(given.set_name, given.salt)
+    )
     cases = [
-        case
-        for case in listed(given.set_name, given.salt)
-        if fnmatch(case.id, given.only) and fnmatch(case.kind, given.kind)
+        case for case in every if fnmatch(case.id, given.only) and fnmatch(case.kind, given.kind)
     ]
     if not cases:
         print(f'no case matches {given.only!r} and {given.kind!r}', file=sys.stderr)

@@ -13,6 +13,8 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.later_faults import LaterFaults
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.swing_faults import SwingFaults
+from benchmarks.blind.timing import Timing
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,
 # so that those of before come out the same.
@@ -27,8 +29,18 @@ def label_of(
     effects: tuple[Effect, ...],
     faults: Faults,
     camera_center: FloatArray,
+    timing: Timing | None = None,
 ) -> dict[str, Any]:
-    """Return a case's label; the centre is what a wrong camera turns about [m], shape (3,)."""
+    """Return a case's label.
+
+    Args:
+        case: whose label.
+        setup: the rig.
+        effects: that there are.
+        faults: the same in numbers.
+        camera_center: what a wrong camera turns about [m], shape (3,).
+        timing: of a motion whose label tells its damping; None: it does not, or it is none.
+    """
     return {
         'id': case.id,
         'set': case.set_name,
@@ -45,6 +57,7 @@ def label_of(
             'youngs_modulus': setup.youngs_modulus,
             'poissons_ratio': setup.poissons_ratio,
             'density': setup.density,
+            **({} if timing is None or timing.is_slow else {'damping': timing.damping}),
         },
         'start_modulus': setup.start_modulus,
         'sensor': setup.sensor.kind,
@@ -63,7 +76,8 @@ def told(faults: Faults, set_name: str, *, is_moving: bool) -> dict[str, Any]:
         is_moving: whether its body is filmed after its release.
     """
     names = [field.name for field in fields(Faults)]
-    later = {*names[names.index(_LAST_SEALED) + 1 :], *(each.name for each in fields(LaterFaults))}
+    since = (*fields(LaterFaults), *fields(SwingFaults))
+    later = {*names[names.index(_LAST_SEALED) + 1 :], *(each.name for each in since)}
     if not is_moving:
         later |= set(_MOTION_FORMS)
         if set_name in ('development', 'sealed'):

@@ -20,6 +20,9 @@ CLASS = {
     'rest_curvature': 'shape',
     'stiffness_contrast': 'material',
     'strain_stiffening': 'material',
+    'time_offset': 'sensor',
+    'air_drag': 'load',
+    'creep': 'material',
     **OUTSIDE_CLASS,
 }
 

@@ -8,7 +8,7 @@ solved by Newton with a banded Cholesky factor that is kept while it serves. No 
 by damping (stress beta F D, D = sym(F^T dF/dt)) and by the air.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -36,12 +36,14 @@ class Forces:
         damping: beta [Pa s].
         drag: of the air.
         modulus: usual Young's modulus, to guess how stiff damping is [Pa].
+        changing: further forces [N], shape (N, 3), by the time since the release [s]; None: none.
     """
 
     loads: FloatArray
     damping: float
     drag: Drag
     modulus: float
+    changing: Callable[[float], FloatArray] | None = None
 
 
 class NoMotionError(RuntimeError):
@@ -63,6 +65,21 @@ def consistent_masses(nodes: FloatArray, body: Body, density: float) -> FloatArr
     jacobians = np.einsum('cai,gaj->cgij', nodes[body.cells], slopes)
     volumes = shares * np.linalg.det(jacobians)
     return density * np.einsum('cg,ga,gb->cab', volumes, values, values, optimize=True)
+
+
+def with_lumps(masses: FloatArray, body: Body, lumps: FloatArray) -> FloatArray:
+    """Return mass matrices of the elements with masses of single nodes beside them.
+
+    Args:
+        masses: see `consistent_masses`, shape (C, 20, 20).
+        body: of it.
+        lumps: of the nodes [kg], shape (N,); each goes to one element that has the node.
+    """
+    found = masses.copy()
+    nodes, first = np.unique(body.cells, return_index=True)
+    cell, corner = np.unravel_index(first, body.cells.shape)
+    found[cell, corner, corner] += lumps[nodes]
+    return found
 
 
 def swing(
@@ -92,8 +109,9 @@ def swing(
     for time in times:
         # Steps end where a frame is wanted: nothing is interpolated.
         count = int(np.ceil((time - now) / step * (1.0 - 1e-9)))
-        for _ in range(count):
-            positions, velocities = march.cross(positions, velocities, (time - now) / count)
+        own = (time - now) / count if count else 0.0
+        for number in range(count):
+            positions, velocities = march.cross(positions, velocities, own, now + number * own)
         now = time
         found.append(positions.copy())
     return found
@@ -113,29 +131,35 @@ class _March:
         self._scale = float(np.abs(forces.loads).sum())
 
     def cross(
-        self, positions: FloatArray, velocities: FloatArray, step: float, halvings: int = 0
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        step: float,
+        now: float,
+        halvings: int = 0,
     ) -> tuple[FloatArray, FloatArray]:
         """Take one step, or two halves of it where it does not converge."""
         try:
-            return self.advance(positions, velocities, step)
+            return self.advance(positions, velocities, step, now)
         except (NoMotionError, LinAlgError):
             if halvings == _MOST_HALVINGS:
                 raise
-        for _ in range(2):
-            positions, velocities = self.cross(positions, velocities, 0.5 * step, halvings + 1)
+        half = 0.5 * step
+        for begun in (now, now + half):
+            positions, velocities = self.cross(positions, velocities, half, begun, halvings + 1)
         return positions, velocities
 
     def advance(
-        self, positions: FloatArray, velocities: FloatArray, step: float
+        self, positions: FloatArray, velocities: FloatArray, step: float, now: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Take one step."""
-        before = self._force(positions, velocities)
+        """Take one step, from a time since the release on [s]."""
+        before = self._force(positions, velocities, now)
         place, left = positions + step * velocities, np.inf
         place[self._body.held] = positions[self._body.held]
         for _ in range(_ROUNDS):
             speed = 2.0 / step * (place - positions) - velocities
             pull = self._times_mass(speed - velocities)
-            pull -= 0.5 * step * (before + self._force(place, speed))
+            pull -= 0.5 * step * (before + self._force(place, speed, now + step))
             residual = pull.ravel()[self._body.band.numbers]
             size = float(np.abs(residual).sum()) / step
             if size < _TOLERANCE * self._scale:
@@ -162,11 +186,13 @@ class _March:
         self._factor = cholesky_banded(matrix, lower=True, check_finite=False)
         self._factored_step = step
 
-    def _force(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
+    def _force(self, positions: FloatArray, velocities: FloatArray, now: float) -> FloatArray:
         """Return loads less internal forces, damping and drag [N], shape (N, 3)."""
         force = self._forces.loads - self._body.evaluate(positions, with_stiffness=False).gradient
         force -= self._viscous(positions, velocities)
         force -= self._forces.drag.forces(velocities)
+        if self._forces.changing is not None:
+            force += self._forces.changing(now)
         return force
 
     def _viscous(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:

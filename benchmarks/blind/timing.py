@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """When a body is let go, and how long it is filmed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 LEDGE = 1e-4  # The support holds the end face: what is this near to it [m].
+# Of stamps: standard deviation, and the most [s].
+_JITTER, _MOST = 0.0002, 0.0005
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,7 @@ class Timing:
         damping: true one [Pa s].
         stated_damping: what is known of it, to a tenth [Pa s].
         is_slow: a load that is held, filmed for a while, and not a swing.
+        jitter: by how much each stamp is off, as those of all cameras are [s]; empty: by nothing.
     """
 
     release: float
@@ -28,6 +31,7 @@ class Timing:
     damping: float
     stated_damping: float
     is_slow: bool = False
+    jitter: tuple[float, ...] = ()
 
     @property
     def stamps(self) -> list[float]:
@@ -47,3 +51,10 @@ def draw_hold(random: np.random.Generator) -> Timing:
     """Draw the timing of a load that is held for some forty seconds."""
     release = round(float(random.uniform(11.0, 11.8)), 3)
     return Timing(release, 2.0, 24, 20.0, 20.0, is_slow=True)
+
+
+def jittery(timing: Timing, random: np.random.Generator) -> Timing:
+    """Return a timing whose stamps are off by some tenths of a millisecond, but for the first."""
+    off = np.clip(_JITTER * random.standard_normal(timing.frame_count), -_MOST, _MOST)
+    off[0] = 0.0
+    return replace(timing, jitter=tuple(round(float(value), 9) for value in off))

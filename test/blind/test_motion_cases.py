@@ -13,10 +13,10 @@ from benchmarks.blind.creep import held_load
 from benchmarks.blind.drag import AIR, make_drag
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.filming import moments
 from benchmarks.blind.generator import draw_case, draw_timing
 from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
+from benchmarks.blind.stamping import moments
 from benchmarks.blind.swing import consistent_masses, Forces, swing
 from benchmarks.blind.timing import draw_swing
 

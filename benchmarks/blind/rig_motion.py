@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What acts on a swinging body for a while, or changes as it swings.
+
+A body on a rig that shakes is looked at from the rig: there it is drawn by its inertia.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.rotations import rigid, rotation
+from benchmarks.blind.setups import GRAVITY, Observation
+from benchmarks.blind.shapes import FloatArray
+
+_KICK = 0.008  # How long a ledge that goes is in touch with the end face [s].
+
+
+def acting(
+    observation: Observation, faults: Faults, masses: FloatArray, end: FloatArray
+) -> Callable[[float], FloatArray] | None:
+    """Return forces on the nodes [N], shape (N, 3), by the time since the release [s].
+
+    Args:
+        observation: the pose.
+        faults: say what there is.
+        masses: of the nodes [kg], shape (N,).
+        end: share of each node in what acts on the end face, shape (N,).
+    """
+    if not (faults.tilt_time or faults.shaken or faults.kicked):
+        return None
+    object_from_world = observation.world_from_object[:3, :3].T
+
+    def forces(time: float) -> FloatArray:
+        drawn = object_from_world @ (leaned(faults, time) - rig_acceleration(faults, time))
+        kick = faults.kicked * pulse(time) * np.array(faults.kicked_way)
+        return np.asarray(masses[:, None] * drawn + end[:, None] * kick)
+
+    return forces
+
+
+def leaned(faults: Faults, time: float) -> FloatArray:
+    """Return what a table that leans over adds to gravity, world frame [m/s^2], shape (3,)."""
+    if not faults.tilt_time or time <= 0.0:
+        return np.zeros(3)
+    share = -np.expm1(-time / faults.tilt_time)
+    x, z = np.deg2rad(faults.gravity_tilt)
+    down = np.array([0.0, -GRAVITY, 0.0])
+    return np.asarray(rotation(share * np.array([x, 0.0, z])) @ down - down)
+
+
+def rig_shift(faults: Faults, time: float) -> FloatArray:
+    """Return how far a rig that shakes is from its place, world frame [m], shape (3,)."""
+    angle = 2.0 * np.pi * faults.shaken_rate * time + faults.shaken_phase
+    return np.asarray(1e-3 * faults.shaken * np.sin(angle) * np.array(faults.shaken_way))
+
+
+def rig_acceleration(faults: Faults, time: float) -> FloatArray:
+    """Return the same twice differentiated by the time [m/s^2], shape (3,)."""
+    return -((2.0 * np.pi * faults.shaken_rate) ** 2) * rig_shift(faults, time)
+
+
+def rig_at(observation: Observation, faults: Faults, time: float) -> Observation:
+    """Return a pose as it is at a time since the release [s]."""
+    if not faults.shaken:
+        return observation
+    moved = rigid(np.eye(3), rig_shift(faults, time)) @ observation.world_from_object
+    return replace(observation, world_from_object=moved)
+
+
+def pulse(time: float) -> float:
+    """Return half a wave of a sine whose integral over the time is 1 [1/s]."""
+    if not 0.0 < time < _KICK:
+        return 0.0
+    return float(0.5 * np.pi / _KICK * np.sin(np.pi * time / _KICK))

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What a camera sees of a body that moves while it looks."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.filming import positions_at
+from benchmarks.blind.observe import true_rendering
+from benchmarks.blind.renderer import Camera, Rendering
+from benchmarks.blind.rig_motion import rig_at
+from benchmarks.blind.rotations import applied
+from benchmarks.blind.setups import Observation, Setup
+from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.simulation import Specimen
+from benchmarks.blind.stamping import moments
+from benchmarks.blind.timing import Timing
+
+_ROLLS = 9  # Moments between which nodes of a rolling shutter's image are interpolated.
+_EXPOSURES = 6  # Moments whose mean an exposure is.
+_ROUNDS = 5  # Until a node's row and the moment at which that is read belong together.
+
+
+def filmed_views(
+    specimen: Specimen, setup: Setup, observation: Observation, faults: Faults, timing: Timing
+) -> list[Rendering]:
+    """Return what every frame shows, without noise."""
+    spread = _spread(faults)
+    times = np.array(moments(timing, faults))[:, None] + spread
+    found = positions_at(specimen, setup, observation, faults, timing, times.ravel())
+    count, views = len(spread), []
+    for number, around in enumerate(times):
+        places = found[number * count : (number + 1) * count]
+        if faults.stamps_form == 'rolling':
+            places = [rolled(np.array(places), setup, observation)]
+            around = around[count // 2 : count // 2 + 1]
+        views.append(
+            averaged(
+                [
+                    true_rendering(
+                        specimen, setup, rig_at(observation, faults, time), faults, place
+                    )
+                    for time, place in zip(around, places, strict=True)
+                ]
+            )
+        )
+    return views
+
+
+def _spread(faults: Faults) -> FloatArray:
+    """Return the moments that a frame is made of, from its own one [s]."""
+    half = 1e-3 * abs(faults.stamps_late)
+    if faults.stamps_form == 'rolling':
+        return np.linspace(-half, half, _ROLLS)
+    if faults.stamps_form == 'exposed':
+        return half * ((2.0 * np.arange(_EXPOSURES) + 1.0) / _EXPOSURES - 1.0)
+    return np.zeros(1)
+
+
+def rolled(places: FloatArray, setup: Setup, observation: Observation) -> FloatArray:
+    """Return where each node is when its row is read, object frame [m], shape (N, 3).
+
+    Args:
+        places: of all nodes, at even moments from the first row to the last, shape (M, N, 3).
+        setup: its camera.
+        observation: the pose.
+    """
+    to_camera = setup.depth_from_world @ observation.world_from_object
+    last, nodes = len(places) - 1, np.arange(places.shape[1])
+    seen = places[last // 2]
+    for _ in range(_ROUNDS):
+        when = last * _read(setup.camera, applied(to_camera, seen))
+        before = np.minimum(when.astype(np.int64), last - 1)
+        part = (when - before)[:, None]
+        seen = (1.0 - part) * places[before, nodes] + part * places[before + 1, nodes]
+    return np.asarray(seen)
+
+
+def _read(camera: Camera, points: FloatArray) -> FloatArray:
+    """Return which share of all rows has been read where points are seen, shape (N,)."""
+    rows = camera.project(points)[:, 1]
+    return np.asarray(np.clip(rows / (camera.height - 1.0), 0.0, 1.0))
+
+
+def averaged(views: Sequence[Rendering]) -> Rendering:
+    """Return the mean depth of what most of some views see at each sample."""
+    if len(views) == 1:
+        return views[0]
+    row, column = min(view.row for view in views), min(view.column for view in views)
+    height = max(view.row + view.depth.shape[0] for view in views) - row
+    width = max(view.column + view.depth.shape[1] for view in views) - column
+    hits = np.zeros((height, width, views[0].depth.shape[2]))
+    depth = np.zeros(hits.shape)
+    labels, facing = np.full(hits.shape, -1), np.ones(hits.shape)
+    for view in views:
+        down, across = view.row - row, view.column - column
+        there = slice(down, down + view.depth.shape[0])
+        window = there, slice(across, across + view.depth.shape[1])
+        is_hit = np.isfinite(view.depth)
+        hits[window] += is_hit
+        depth[window] += np.where(is_hit, view.depth, 0.0)
+        labels[window] = np.where(is_hit, view.labels, labels[window])
+        facing[window] = np.where(is_hit, view.facing, facing[window])
+    is_seen = 2.0 * hits > len(views)
+    mean = np.where(is_seen, depth / np.maximum(hits, 1.0), np.inf)
+    return replace(
+        views[0],
+        row=row,
+        column=column,
+        depth=mean,
+        labels=np.where(is_seen, labels, -1),
+        facing=np.where(is_seen, facing, 1.0),
+    )
