@@ -70,6 +70,7 @@ def test_a_sail_is_pressed_across_its_face_where_it_is(specimen: Specimen) -> No
     assert (np.abs(specimen.shares[felt > 0.0] - 0.8) < 0.1).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('form', ['laminar', 'sail'])
 def test_air_takes_as_much_energy_as_its_power_says(
     setup: Setup, specimen: Specimen, form: str
@@ -317,6 +318,7 @@ def usual() -> tuple[Setup, Specimen]:
     return drawn, make_specimen(softer(drawn, SOFTER), Faults())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('key', [key for key in FORMS if not key.startswith('time_offset')])
 def test_sizes_are_seen_and_the_large_one_is_about_twice_the_medium_one(
     usual: tuple[Setup, Specimen], key: str

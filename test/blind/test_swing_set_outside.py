@@ -116,6 +116,7 @@ def test_a_kick_is_an_impulse_on_the_end_face(setup: Setup, specimen: Specimen) 
     assert not changing(0.009).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', list(SWING_SET_OUTSIDE))
 def test_motions_converge_with_the_square_of_the_step(
     setup: Setup, specimen: Specimen, name: str
@@ -140,6 +141,7 @@ def test_motions_converge_with_the_square_of_the_step(
     assert np.abs(found[1] - found[2]).max() < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', list(SWING_SET_OUTSIDE))
 def test_their_sizes_are_seen_and_only_in_a_motion(name: str) -> None:
     drawn = draw_setup('beam', is_sealed=True, poses=1, random=np.random.default_rng(5))

@@ -139,6 +139,7 @@ def _sample(view: Rendering, row: int, column: int, sample: int) -> float:
     return float(view.depth[down, across, sample]) if is_inside else np.inf
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('late', [6.0, -6.0])
 def test_frames_that_take_their_time_are_late_by_half_of_it(setup: Setup, late: float) -> None:
     """A short exposure is an image of its middle; before the release all is as it lies."""
