@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison import any_form, form_ways
+from diffcal_ros.diagnosis.model_comparison import any_form, form_places
 from diffcal_ros.diagnosis.model_comparison.any_form import (
     led_by_form,
     Sight,
@@ -56,9 +56,9 @@ def _warped(hypothesis: Hypothesis, share: float) -> Refit:
     points = hypothesis.evaluator.model.views(fit.coordinates)
     more = []
     for group in fit.groups:
-        along = form_ways.along_body(hypothesis.evaluator.model, group, points[group.view].points)[
-            :, 0
-        ]
+        along = form_places.along_body(
+            hypothesis.evaluator.model, group, points[group.view].points
+        )[:, 0]
         done = group.patches.jacobian[:, places] @ fit.coordinates[places]
         more.append(share * np.cos(np.pi * along) * done)
     return _with(hypothesis, more)
@@ -206,6 +206,6 @@ def test_a_free_form_leads_the_other_parameters_back(tilted, basis):
 
 def test_the_process_has_size_one_and_is_smooth():
     places = np.linspace(0.0, 1.0, 41)[:, None]
-    modes = form_ways.interpolated(places, form_ways.ALONG)
+    modes = form_places.interpolated(places, form_places.ALONG)
     covariance = modes @ modes.T
-    assert np.allclose(covariance, form_ways.kernel(places, places), atol=0.05)
+    assert np.allclose(covariance, form_places.kernel(places, places), atol=0.05)

@@ -11,7 +11,8 @@ from diffcal_ros.diagnosis.model_comparison.any_form import Sight, Tolerated
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
-from diffcal_ros.diagnosis.model_comparison.form_ways import Places, places_of, Ways, ways_at
+from diffcal_ros.diagnosis.model_comparison.form_places import Places, places_of
+from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_at
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import Explained, explained
 from diffcal_ros.diagnosis.model_comparison.selection import _believable_first, Selection

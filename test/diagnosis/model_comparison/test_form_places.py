@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.observations.observation import Instant
-from diffcal_ros.diagnosis.model_comparison.form_ways import _likeness, Places
+from diffcal_ros.diagnosis.model_comparison.form_places import _likeness, Places
 import numpy as np
 import pytest
 
