@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.observations.observation import Observation
+from diffcal_ros.calibration.observations.observation import Observation, pose_owners
 from diffcal_ros.diagnosis.patch_fits.residual_location import nearest_nodes
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 import numpy as np
@@ -86,9 +86,9 @@ def places_of(
     """
     views = sorted({group.view for group in groups})
     seen = [model.observations[view] for view in views]
-    poses = [(one.setup_index, one.instant and one.instant.recording) for one in seen]
-    different = list(dict.fromkeys(poses))
-    parts = np.linalg.cholesky(_likeness(seen))
+    owners = pose_owners(seen)
+    poses = list(dict.fromkeys(owners))
+    parts = np.linalg.cholesky(_likeness(seen, owners))
     centers = np.concatenate([group.patches.centers for group in groups])
     low, span = centers.min(axis=0), float(np.ptp(centers, axis=0).max())
     return [
@@ -96,28 +96,27 @@ def places_of(
             along=along_body(model, group, points[group.view]),
             across=(group.patches.centers - low) / span,
             own=parts[number],
-            pose=different.index(poses[number]),
-            pose_count=len(different),
+            pose=poses.index(owners[number]),
+            pose_count=len(poses),
         )
         for group in groups
         for number in (views.index(group.view),)
     ]
 
 
-def _likeness(seen: Sequence[Observation]) -> FloatArray:
-    """Return how much views have in common of what is not the same in all, shape (v, v)."""
-    found = np.eye(len(seen))
-    for recording in {one.instant.recording for one in seen if one.instant is not None}:
-        own = [
-            (number, one.instant.time)
-            for number, one in enumerate(seen)
-            if one.instant is not None and one.instant.recording == recording
-        ]
-        numbers, times = (np.array(part) for part in zip(*own, strict=True))
-        apart = (times[:, None] - times) / max(_WHILE * float(np.ptp(times)), 1e-9)
-        lasting = _LASTING * np.exp(-(apart**2))
-        found[np.ix_(numbers, numbers)] = lasting + (1.0 - _LASTING) * np.eye(len(numbers))
-    return found
+def _likeness(seen: Sequence[Observation], owners: Sequence[int]) -> FloatArray:
+    """Return how much views have in common of what is not the same in all, shape (v, v).
+
+    Args:
+        seen: the views.
+        owners: see `pose_owners`: those of one recording, and no others, are alike.
+    """
+    times = np.array([0.0 if one.instant is None else one.instant.time for one in seen])
+    is_one_pose = np.equal.outer(owners, owners)
+    spans = np.array([np.ptp(times[own]) for own in is_one_pose])
+    apart = np.subtract.outer(times, times) / np.maximum(_WHILE * spans, 1e-9)
+    lasting = np.where(is_one_pose, _LASTING * np.exp(-(apart**2)), 0.0)
+    return np.asarray(lasting + (1.0 - _LASTING) * np.eye(len(seen)))
 
 
 def along_body(model: ForwardModel, group: PatchGroup, points: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.observations.observation import Instant
+from diffcal_ros.calibration.observations.observation import Instant, pose_owners
 from diffcal_ros.diagnosis.model_comparison.form_places import _likeness, Places
 import numpy as np
 import pytest
@@ -40,7 +40,8 @@ def test_what_differs_in_a_motion_differs_smoothly_over_time(screened):
     at_rest, times = screened[0].model.observations[0], [0.0, 0.1, 0.4, 1.0]
     stamped = [*((0, time) for time in times), (1, 0.0), (1, 2.0)]
     frames = [replace(at_rest, instant=Instant(time, number)) for number, time in stamped]
-    alike = _likeness([at_rest, *frames])
+    seen = [at_rest, *frames]
+    alike = _likeness(seen, pose_owners(seen))
     assert np.allclose(np.diag(alike), 1.0)
     assert not alike[0, 1:].any()
     assert not alike[1:5, 5:].any()
