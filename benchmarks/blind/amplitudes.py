@@ -291,6 +291,8 @@ OUTSIDE_CLASS = {
     'blocky': 'sensor',
     'ribbed': 'shape',
     'mirrored': 'sensor',
+    'rounded': 'shape',
+    'rings': 'sensor',
 }
 
 

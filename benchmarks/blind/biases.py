@@ -8,6 +8,7 @@ from benchmarks.blind.bounce import bounced_share
 from benchmarks.blind.exposure import exposure, returned_light
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flare import flared_share
+from benchmarks.blind.guard import guard_share
 from benchmarks.blind.peeling import film_share
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
@@ -17,6 +18,8 @@ from benchmarks.blind.veil import veiled
 
 _UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
 _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
+# Errors that lie elsewhere in an image in each pose.
+_IN_POSES = {'sunbeam': sunbeam_share, 'peeling': film_share}
 # Errors that go with how far away a surface is, and how bright with that.
 _BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')
 
@@ -28,10 +31,10 @@ def bias_share(
     height, width = rendering.depth.shape[:2]
     if faults.depth_form in ('radial', 'smudge', 'warped'):
         return _share_around(rendering, setup, faults)
-    if faults.depth_form == 'sunbeam':
-        return sunbeam_share(rendering, setup, observation, faults)
-    if faults.depth_form == 'peeling':
-        return film_share(rendering, setup, observation, faults)
+    if faults.depth_form in _IN_POSES:
+        return _IN_POSES[faults.depth_form](rendering, setup, observation, faults)
+    if faults.depth_form == 'splash guard':
+        return guard_share(rendering, setup, faults)
     if faults.depth_form == 'flared':
         return flared_share(rendering, faults.depth_width)
     if faults.depth_form == 'disparity':

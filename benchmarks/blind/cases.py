@@ -51,6 +51,8 @@ from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_PAIRS
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_PAIRS
+from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_PAIRS
 from benchmarks.blind.twentythird_outside import TWENTYTHIRD_OUTSIDE
 
@@ -150,6 +152,7 @@ LAWS_SETS = {
     'twentythird': Contents(TWENTYTHIRD_PAIRS, tuple(TWENTYTHIRD_OUTSIDE), 40),
     'twentyfourth': Contents(TWENTYFOURTH_PAIRS, tuple(TWENTYFOURTH_OUTSIDE), 40),
     'twentyfifth': Contents(TWENTYFIFTH_PAIRS, tuple(TWENTYFIFTH_OUTSIDE), 40),
+    'twentysixth': Contents(TWENTYSIXTH_PAIRS, tuple(TWENTYSIXTH_OUTSIDE), 40),
 }
 
 

@@ -3,13 +3,16 @@
 """Air across a bench.
 
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
-fans that blow against each other, or a curtain of air.
+fans that blow against each other, a curtain of air, or a jet that spreads.
 """
 
 import numpy as np
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.shapes import FloatArray
+
+_SPREADS = 0.107  # Of a jet's way from its mouth, over which its speed falls to a third.
+_MOUTH = 0.2  # Of the way where a jet is stated, before which it does not spread.
 
 
 def stream_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
@@ -27,6 +30,27 @@ def stream_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatAr
     beside = places - np.array(faults.tilt_point)
     squares = (beside**2).sum(axis=1) - (beside @ along) ** 2
     return np.asarray(np.exp(-squares / faults.tilt_width**2))
+
+
+def spreading_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much of a spreading jet's push is felt at places, 1 amid it where it is stated.
+
+    The speed of a round jet falls by the way from its mouth, and beside its axis by the
+    exponential of the square of the distance over a tenth of that way (Fischer et al. 1979, Mixing
+    in Inland and Coastal Waters, sec. 9.2); its pressure goes with the square of the speed.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows, world, shape (3,).
+        faults: say where its axis is, and how far from its mouth it is stated there.
+    """
+    along = way / max(float(np.linalg.norm(way)), 1e-30)
+    beside = places - np.array(faults.tilt_point)
+    ahead = beside @ along
+    from_mouth = np.maximum(faults.tilt_away + ahead, _MOUTH * faults.tilt_away)
+    squares = (beside**2).sum(axis=1) - ahead**2
+    felt = np.exp(-2.0 * squares / (_SPREADS * from_mouth) ** 2)
+    return np.asarray((faults.tilt_away / from_mouth) ** 2 * felt)
 
 
 def curtain_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:

@@ -56,8 +56,9 @@ class Faults(SwingFaults, LaterFaults):
             of what was `creased` at `contrast_creases`: by the exponential of the square of the
             way along it, of an `edged` body's four long edges: by the places along both sides,
             of two pours that are `wedged`: their border goes from `contrast_at` on the side
-            of `contrast_side` to `contrast_until` on the other one, or of a `ribbon` that winds
-            around the body's length, which is at the side of positive y at `contrast_at`.
+            of `contrast_side` to `contrast_until` on the other one, of a `ribbon` that winds
+            around the body's length, which is at the side of positive y at `contrast_at`, or of
+            what is far from where a mould is `gated`: evenly by the way from `contrast_at`.
         yeoh_ratio: C2 / C1 [-].
         stiffening_form: of `stiffening`: `gent`, `fung`, `cubic` (Yeoh's third term),
             `mooney_rivlin`, `ogden` (of power four), `veronda_westmann`, `hart_smith`,
@@ -68,14 +69,15 @@ class Faults(SwingFaults, LaterFaults):
             `threaded`: of threads along it near the surface, which are loose at first,
             `coils`: of those of a spring there, which touch once they are pressed together,
             `interlocked`: of the strips of a hose there, which have play either way, `leads`:
-            of those of a sensor along the middles of both sides, which are loose at first, or
-            `vertebrae`: of blocks along the lower side, which touch once they are pressed.
+            of those of a sensor along the middles of both sides, which are loose at first,
+            `vertebrae`: of blocks along the lower side, which touch once they are pressed, or
+            `ruffled`: of a tape on the upper side, which lies in waves until it is drawn straight.
         stiffening: 1 / Jm of Gent's law, the exponent of Fung's, of Veronda's and Westmann's or of
             Hart-Smith's, C3 / C1, the share of the shear modulus at rest that the form has, the
             modulus of all fibres, were they straight and not slack, or that at first of a braid
             along the body, or of loops whose square grew by a tenth, or of rows of beads whose
-            square fell by that, or of threads or leads once they are taut, or of coils or blocks
-            that touch, or of strips once their play is used up, over E [-].
+            square fell by that, or of threads, leads or a tape once they are taut, or of coils or
+            blocks that touch, or of strips once their play is used up, over E [-].
         mass_form: how an added mass is spread: `hat` over a tenth of the length, `ring` around
             the surface, `smear` over half the length, `point` on one side, `two` rings, the other
             one half as far out, a `coat` from there to the tip, two points on `opposite` sides,
@@ -92,8 +94,8 @@ class Faults(SwingFaults, LaterFaults):
             `oozing` along the body: in each pose at one of `mass_places`; a cord that is
             `wicking` a liquid from the clamp on: in each pose as far as one of these; a clip
             that is `hung on` there before the pose `mass_from`; `mass_drips` of glue with
-            which a body was `spattered`; or a weight that is `cradled` in two threads, from both
-            of `mass_stops`.
+            which a body was `spattered`; a weight that is `cradled` in two threads, from both
+            of `mass_stops`; or a cup that is `filling`: in each pose by `mass_shares`.
         clamp_form: how a clamp gives way: `turn` alike about all axes, `uneven` about one axis
             only, `shear` along the force [m/N], `jaw`, a soft root, or with a stiffness
             by a power of the moment, as given at the body's weight: `hardening` 0.5, `softening`
@@ -114,8 +116,8 @@ class Faults(SwingFaults, LaterFaults):
             glue`, which grows softer: in each pose by `clamp_shares` of what is given;
             `waxed` in: in each pose it flows on as is given, from where the one before left it;
             amid the crossbar of a `gantry` along the object's y, which twists as is given; on
-            the arm of a `stand`, which bends with the rod that bears it; or on a `suction` cup
-            behind it, which it shifts and turns on.
+            the arm of a `stand`, which bends with the rod that bears it; on a `suction` cup
+            behind it, which it shifts and turns on; or on a plate on four rubber `bobbins`.
         tilt_form: `tilt` of gravity, or a further force on every part in proportion to its mass,
             as `gravity_tilt` says to first order: `side_force` steady in the world, `rig_force`
             steady in the object's frame, `growing` steady in the world and in proportion to the
@@ -137,8 +139,9 @@ class Faults(SwingFaults, LaterFaults):
             that is `rocking` on a short leg: in each pose a tilt one way or back; a trolley
             with a tyre that is `deflating`: in each pose by `tilt_shares` of a tilt; two fans
             that are `opposed`: one pushes what is beyond `tilt_at` as is given, the other what is
-            before that by `tilt_back` of it the other way; or a `curtain` of air: an upright sheet
-            through `tilt_point`, as is given amid it, which falls beside that.
+            before that by `tilt_back` of it the other way; a `curtain` of air: an upright sheet
+            through `tilt_point`, as is given amid it, which falls beside that; or a `hair dryer`,
+            whose jet spreads: as is given at `tilt_point`, `tilt_away` from its mouth.
         curvature_form: `arc`, `tip` (the outer half alone), `root` (the inner one), `twist`
             about the body's length, `S` (twice as much, one way in the inner half and the other
             in the outer), `middle` (three times as much in the middle third alone), `helix`
@@ -159,8 +162,9 @@ class Faults(SwingFaults, LaterFaults):
             `curvature_again`, `jumbled`: by `curvature_parts`, each bent its own way (the tip
             moves as far as an arc's), `propped` at its tip: by the moment of its weight less
             that of a block (the tip moves as far as an arc's), `outweighed` by its holder over
-            a shelf's edge at `curvature_at` (the tip moves as far as an arc's), or `held by its
-            tip`: by the moment of its weight and its holder's (the tip moves as far as an arc's).
+            a shelf's edge at `curvature_at` (the tip moves as far as an arc's), `held by its tip`:
+            by the moment of its weight and its holder's (the tip moves as far as an arc's), or
+            `burdened` by what hung at `curvature_at` (the tip moves as far as an arc's).
         clamp_steps: whether a shift of the clamp grows from pose to pose.
         clamp_late: whether it is there in the second half of the poses only.
         contact_form: `hard`, `foam`, whose pressure grows with the square of the dent, a
@@ -203,8 +207,9 @@ class Faults(SwingFaults, LaterFaults):
             exponential of the way from that in the image; of a sensor that is `warped` to a
             saddle: by the square of the way along `depth_slant` less that across; of one that
             is `restarted` before each pose: by `depth_shares`; of a film that is `peeling` off
-            its window: of what is seen through it, beyond one of `depth_places` in each pose; or
-            of one with `two gains`: of what returns more light than `depth_full`.
+            its window: of what is seen through it, beyond one of `depth_places` in each pose; of
+            one with `two gains`: of what returns more light than `depth_full`; or of one behind a
+            bent `splash guard`: by the square of the way along `depth_slant`.
         region_from: share of the free length from which on `region_bias` is added.
         focal_scale: true focal lengths over the stated ones, less 1.
         aspect: by how much more the one across is, and the one down less.
@@ -284,13 +289,14 @@ class Faults(SwingFaults, LaterFaults):
         clamp_slid: by how much the body has slid out of its clamp along the object's x [mm].
         clamp_length: of a flexure, a post, an angle iron, half of a crossbar or a stand's arm,
             from a wrist's joint about y, of the edges of a square of foam tape, half as far
-            below the middle of what is held, or across a suction cup, as far behind that [m].
+            below the middle of what is held, across a suction cup, as far behind that, or from
+            bobbin to bobbin along x, half as far below that [m].
         region_above: whether `region_bias` is added on the upper half alone, where the object's
             z is positive.
         tilt_at: share of the free length of the place that a thread draws, or from which on the
             outer one of two fans is felt.
         curvature_at: share of the free length of the middle of a kink, a rail, a weight or an
-            inner fold or bend, or of a table's or a shelf's edge.
+            inner fold or bend, or of a table's or a shelf's edge, or where something hung.
         mass_table: how high a table lies in the world, on which a trailing cable ends [m].
         mass_drop: height above the table at which `added_mass` hangs, or by how much it is cradled
             below a body [m].
@@ -309,16 +315,16 @@ class Faults(SwingFaults, LaterFaults):
         clamp_play: turn at which a clamp with play gives way no more [deg].
         contrast_at: share of the free length above which a lamp stands, where a border lies or a
             patch or a foil begins, or where a body was bent most, or a ribbon is at one side, or
-            up to which a tube, a plug or what settled reaches.
+            up to which a tube, a plug or what settled reaches, or of a mould's gate.
         contact_step: by how much a block is lower beyond its step [mm].
         tilt_radius: distance of a turntable's axis from where the camera looks [m].
         screen: force of a charged screen on the whole free body against the world's z, where the
             camera looks [N].
         screen_reach: way along z over which that falls to a third [m].
         coarse: step between the depths that a sensor tells [mm].
-        stiffening_from: growth of a fibre's square by which it comes straight, or of a loose
-            thread's at which it comes taut, or loss of a coil's or a block's at which it touches,
-            or either of a strip's that has play [-].
+        stiffening_from: growth of a fibre's or a tape's square by which it comes straight, or of a
+            loose thread's at which it comes taut, or loss of a coil's or a block's at which it
+            touches, or either of a strip's that has play [-].
         mass_stops: shares of the free length of an inner and an outer stop of a loose ring, of the
             ends of a cloth or a sponge, of the first and the last marker, or of two threads.
         camera_scatter: further shift [mm] and turn [deg] of the camera in each pose.

@@ -3,7 +3,8 @@
 """How what a clamp stands on shifts and turns by force and moment.
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
-tape, the middle of a gantry's crossbar, the arm of a stand, or a suction cup.
+tape, the middle of a gantry's crossbar, the arm of a stand, a suction cup, or a plate on rubber
+bobbins.
 """
 
 import numpy as np
@@ -15,6 +16,8 @@ _RISES = 1.5  # Height of a stand's boss over its foot, over its arm's length.
 _STRONG = 0.25  # Bending of a thin angle iron about its strong axis over that about its weak one.
 _SHEARED = 3.0  # How much more foam tape gives way along its plane than across.
 _CUP_SHEARED = 2.0  # The same of the wall of a suction cup.
+_BOBBIN_SHEARED = 2.5  # And of a rubber bobbin.
+_APART = 0.6  # Of bobbins along y over those along x.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
@@ -148,6 +151,24 @@ def suction_compliance(by_turn: float, width: float) -> FloatArray:
     shifts = by_force * np.array([1.0, _CUP_SHEARED, _CUP_SHEARED])
     turns = by_turn * np.array([0.5 * _CUP_SHEARED, 1.0, 1.0])
     return _carried(np.diag([*shifts, *turns]), width * _ALONG)
+
+
+def bobbin_compliance(by_turn: float, length: float) -> FloatArray:
+    """Return the same of a clamp on a plate that stands on four rubber bobbins, against shaking.
+
+    They are the corners of a rectangle across the object's z, `length` apart along x and `_APART`
+    times as far along y, half the length below the clamp. Each gives way along z by what presses
+    it, and `_BOBBIN_SHEARED` times as much by what shears it.
+
+    Args:
+        by_turn: turn about y by a moment about the bobbins' middle [rad/(N m)].
+        length: from bobbin to bobbin along x [m].
+    """
+    ahead, aside = (0.5 * length) ** 2, (0.5 * _APART * length) ** 2
+    by_force = by_turn * ahead
+    shifts = by_force * np.array([_BOBBIN_SHEARED, _BOBBIN_SHEARED, 1.0])
+    turns = by_force * np.array([1.0 / aside, 1.0 / ahead, _BOBBIN_SHEARED / (ahead + aside)])
+    return _carried(np.diag([*shifts, *turns]), 0.5 * length * _UPRIGHT)
 
 
 def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:

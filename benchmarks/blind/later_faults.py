@@ -9,7 +9,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class LaterFaults:
-    """Amplitudes that came with the twelfth to the twenty-fifth set.
+    """Amplitudes that came with the twelfth to the twenty-sixth set.
 
     Attributes:
         stiffening_slant: angle between the threads of a braid and the object's x [deg].
@@ -17,7 +17,7 @@ class LaterFaults:
         contrast_until: share of the free length where a patch or a foil ends, or a wedge.
         contrast_side: sign of the object's y on whose side it is, or where a wedge is thickest, or
             of a ribbon that winds from the object's y towards z.
-        mass_shares: how much of `added_mass` a cloth still has in each pose.
+        mass_shares: how much of `added_mass` a cloth still has in each pose, or a cup has by then.
         clamp_preload: moment up to which a preloaded clamp does not give way [N m].
         contact_give: by how much a pan sinks by the force on it [m/N], or a flap turns by the
             moment on it [rad/(N m)].
@@ -61,8 +61,8 @@ class LaterFaults:
         depth_roll: by how much more of an error of depth there is at the image's lower edge than
             in its middle, as a share of what is there.
         imager_tilt: of an imager behind its lens, about its x and y [rad].
-        tilt_point: of the world, on the axis of a draught, amid a curtain, or in the mouth of an
-            extractor [m].
+        tilt_point: of the world, on the axis of a draught or a hair dryer, amid a curtain, or in
+            the mouth of an extractor [m].
         tilt_width: distance from that axis at which a draught has fallen to a third, or a
             curtain to a sixth [m].
         magnetized: density of the energy of a body that is magnetized along its x, where it
@@ -81,10 +81,11 @@ class LaterFaults:
         contrast_pours: share of `contrast` that each of some pours has, from the clamp on.
         tilt_above: how far a bench lies below where the camera looks, which slows air down [m].
         depth_spot: of the middle of a smudge in the image, or of a place amid a sunbeam in the
-            first pose, from its principal point [px].
+            first pose, or where a bent guard is met squarely, from its principal point [px].
         depth_width: way from there, or across the beam, or from a fixture that flares, at
             which its error has fallen to a third, or along a saddle's slant from the principal
-            point, at which there is all of it, or over which a film's edge is blurred [px].
+            point, at which there is all of it, as from where a bent guard is met squarely, or over
+            which a film's edge is blurred [px].
         region_wound: whether bands of tape are the turns of one that is wound around the body.
         ghost: share of the pose before in what a sensor tells where it saw something then.
         whirl: push of air that turns about an upright axis, where that is strongest [m/s^2].
@@ -129,7 +130,8 @@ class LaterFaults:
         mass_suction: height over which the water of a sponge falls to a third [m].
         tilt_scatter: further tilt about the world's x and z in each pose [deg].
         depth_slant: angle of the way in which a sunbeam wanders, or in which a saddle errs by all
-            of it, or in which a film peels off, from the image's right towards down [deg].
+            of it, or in which a film peels off, or across which a guard is bent, from the image's
+            right towards down [deg].
         depth_wander: by how much it wanders that way from pose to pose [px].
         region_sun: direction, object's y and z, from which sun bleached a body: `region_bias`
             goes with the cosine of the angle between that and a side; (0, 0): it is on all.
@@ -188,6 +190,14 @@ class LaterFaults:
         ribbed_phase: at the clamp [rad].
         mirrored: share of the depth on the other side of a place in what a sensor tells.
         mirrored_at: where that place is in the image, from its principal point [px].
+        tilt_away: how far from its mouth a hair dryer's push is stated [m].
+        region_stickers: way along each side from one to the next round sticker, on which
+            `region_bias` is, and their radius [m]; (0, 0): there are none.
+        rounded: share by which the true section is round in place of square.
+        rings: amplitude of an error that swings by the square of the way from a place [mm].
+        rings_at: where that place is in the image, from its principal point [px].
+        rings_radius: way from there over which it swings once [px].
+        rings_phase: there [rad].
     """
 
     stiffening_slant: float = 0.0
@@ -325,3 +335,10 @@ class LaterFaults:
     ribbed_phase: float = 0.0
     mirrored: float = 0.0
     mirrored_at: tuple[float, float] = (0.0, 0.0)
+    tilt_away: float = 1.0
+    region_stickers: tuple[float, float] = (0.0, 0.0)
+    rounded: float = 0.0
+    rings: float = 0.0
+    rings_at: tuple[float, float] = (0.0, 0.0)
+    rings_radius: float = 1.0
+    rings_phase: float = 0.0

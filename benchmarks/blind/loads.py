@@ -14,6 +14,7 @@ from benchmarks.blind.draught import (
     drawn_in,
     layer_share,
     opposed_share,
+    spreading_share,
     stream_share,
 )
 from benchmarks.blind.equilibrium import Load
@@ -43,10 +44,16 @@ _PUSHES = (
     'draught',
     'layer',
     'curtain',
+    'hair dryer',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
-_FELT = {'draught': stream_share, 'layer': layer_share, 'curtain': curtain_share}
+_FELT = {
+    'draught': stream_share,
+    'layer': layer_share,
+    'curtain': curtain_share,
+    'hair dryer': spreading_share,
+}
 
 
 def load_in_pose(

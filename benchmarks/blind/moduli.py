@@ -52,6 +52,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'edged': edge_share(*(2.0 * points[:, 1:].swapaxes(0, 1) / section)),
         'wedged': _wedged(setup, faults, share, points),
         'ribbon': ribbon_share(share, *(2.0 * points[:, 1:].swapaxes(0, 1) / section), faults),
+        'gated': gate_share(share, faults.contrast_at),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),
@@ -195,6 +196,18 @@ def ribbon_share(
     wound = 2.0 * np.pi * (share - faults.contrast_at) / faults.contrast_wave
     around = np.arctan2(height, across)
     return np.asarray(0.5 * (1.0 + np.cos(around - faults.contrast_side * wound)))
+
+
+def gate_share(share: FloatArray, at: float) -> FloatArray:
+    """Return how far places are from the gate through which a mould was filled, 1 where farthest.
+
+    Rubber that flowed on for longer had set the more, and healed the less where it came together.
+
+    Args:
+        share: of the free length, any shape.
+        at: that of the gate.
+    """
+    return np.asarray(np.abs(share - at) / max(at, 1.0 - at))
 
 
 def _wedged(setup: Setup, faults: Faults, share: FloatArray, points: FloatArray) -> FloatArray:

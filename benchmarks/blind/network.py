@@ -8,7 +8,8 @@ sleeve, along the body and near its surface; or rows of beads along it, which re
 threads along it and near its surface, which are loose until they are drawn taut; or the coils of
 a spring there, which touch once they are pressed together; or a hose of interlocked strips there,
 which have play either way; or the leads of a sensor along both sides, which are loose at first; or
-blocks along the lower side, like those of a spine, which touch where it is bent that way.
+blocks along the lower side, like those of a spine, which touch where it is bent that way; or a
+tape on the upper side, which was stuck on in ruffles and is drawn straight.
 On the upper side alone a fabric resists a pull, and the sides of its
 cracks a push.
 """
@@ -34,6 +35,7 @@ _ALONG = np.array([1.0, 0.0, 0.0])
 _KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads and coils as well.
 _LEADS_FROM, _LEADS_WITHIN = 0.55, 0.6  # Of the way to a side, and to its edges, for leads.
 _SPINE_BELOW = -0.5  # Of the way from the section's middle to its upper side, for blocks.
+_TAPE_ABOVE = 0.5  # Of that way, for a tape.
 _DRAWN = 0.1  # Growth of a loop's square, or loss of a row's, at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
 _SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
@@ -79,6 +81,10 @@ def reinforced(
         spine = faults.stiffening * modulus / 8.0 * (np.asarray(heights) < _SPINE_BELOW)
         touching = Fibres(spine, _ALONG, pressed=True, loose=faults.stiffening_from)
         return replace(numbers, network=(touching,))
+    if faults.stiffening_form == 'ruffled' and faults.stiffening:
+        tape = faults.stiffening * modulus / 8.0 * (np.asarray(heights) > _TAPE_ABOVE)
+        ruffles = Fibres(tape, _ALONG, slack=True, waves=faults.stiffening_from)
+        return replace(numbers, network=(ruffles,))
     if faults.stiffening_form == 'beaded' and faults.stiffening:
         rows = faults.stiffening * modulus / (24.0 * _DRAWN)
         return replace(numbers, network=(Fibres(rows, _ALONG, pressed=True, knit=True),))

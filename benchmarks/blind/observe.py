@@ -19,6 +19,7 @@ from benchmarks.blind.hexahedra import HexMesh
 from benchmarks.blind.mirrored import mirrored
 from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
+from benchmarks.blind.rings import ring_error
 from benchmarks.blind.rotations import applied, rigid, rotation
 from benchmarks.blind.sensor import expose, scan, Sensor, smooth_field
 from benchmarks.blind.setups import Observation, Setup
@@ -84,6 +85,7 @@ def _seen(
             strokes=faults.region_strokes,
             dips=faults.region_dips,
             board=faults.region_board,
+            stickers=faults.region_stickers,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -104,6 +106,7 @@ def _seen(
     depth = depth + _jump(rendering, faults) + _bleeding(rendering, faults)
     depth = depth + _trailing(rendering, faults)
     depth = depth + _flicker(rendering, setup, observation, faults)
+    depth = depth + ring_error(rendering, setup, faults)
     tip = _painted(tip_part(rendering.labels), faults) * rendering.facing**faults.region_gloss
     glows = _glowing(setup, observation, faults)
     depth = depth + 1e-3 * faults.region_bias * glows * tip

@@ -45,6 +45,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         slope=faults.unlevel,
         draft=faults.drafted,
         ribs=(faults.ribbed, faults.ribbed_waves, faults.ribbed_phase),
+        rounds=faults.rounded,
     )
 
 
@@ -241,6 +242,24 @@ def _outweighed(curvature: FloatArray, faults: Faults) -> list[tuple[float, floa
     return found
 
 
+def _burdened(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body on which something hung for long, the outer one first.
+
+    It bends the body by the way from there; what is beyond stayed straight. The tip is as far off
+    as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        faults: say at which share of the free length it hung.
+    """
+    at, found = faults.curvature_at, []
+    lever = at**2 * (0.5 - at / 6.0)
+    for number in reversed(range(_PARTS)):
+        begin, end = at * number / _PARTS, at * (number + 1) / _PARTS
+        found.append((begin, end, 0.25 / lever * (2.0 * at - begin - end) * curvature))
+    return found
+
+
 def _waves(curvature: FloatArray, count: float) -> list[tuple[float, float, FloatArray]]:
     """Return parts of a body that lay on ridges: it is bent by the sine, the outer one first.
 
@@ -314,6 +333,7 @@ _IN_PARTS = {
     'propped': _propped,
     'outweighed': _outweighed,
     'held by its tip': _held_by_tip,
+    'burdened': _burdened,
 }
 
 

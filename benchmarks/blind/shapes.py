@@ -44,6 +44,7 @@ class Shape:
         draft: share by which the section is wider at the upper side, and narrower at the lower.
         ribs: share by which the section is larger and smaller in waves, how many of these are on
             the free length, and their phase at the clamp [rad].
+        rounds: share by which the section is not square but round.
     """
 
     family: str
@@ -63,6 +64,7 @@ class Shape:
     slope: float = 0.0
     draft: float = 0.0
     ribs: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    rounds: float = 0.0
 
     @property
     def length(self) -> float:
@@ -91,6 +93,9 @@ class Shape:
         if self.ribs[0]:
             narrow = narrow * (1.0 + self.ribs[0] * ribbing(share, *self.ribs[1:]))
         points = lattice.copy()
+        if self.rounds:
+            across = points[..., 1:] / (0.5 * np.array(self.section))
+            points[..., 1:] *= 1.0 - self.rounds * rounding(share, across)
         if self.dish:
             width, height = self.section
             lacking = self.dish * hollowing(share, points[..., 1] / (0.5 * width))
@@ -132,6 +137,21 @@ def ribbing(share: FloatArray, waves: float, phase: float) -> FloatArray:
         phase: at the clamp [rad].
     """
     return np.asarray(np.minimum(share / _BRIM, 1.0) * np.sin(2.0 * np.pi * waves * share + phase))
+
+
+def rounding(share: FloatArray, across: FloatArray) -> FloatArray:
+    """Return by which shares a round section's places lie nearer to its middle, none in the clamp.
+
+    A square becomes a disk where each place is nearer by the square of the other one (Fong 2015,
+    Analytical methods for squaring the disc: the elliptical grid mapping).
+
+    Args:
+        share: of the free length, any shape.
+        across: -1 and 1 at the sides along y and z; beyond, of a crossbar, it is as there;
+            shape (..., 2).
+    """
+    squares = np.minimum(across[..., ::-1] ** 2, 1.0)
+    return np.minimum(share / _BRIM, 1.0)[..., None] * (1.0 - np.sqrt(1.0 - 0.5 * squares))
 
 
 def hollowing(share: FloatArray, across: FloatArray) -> FloatArray:

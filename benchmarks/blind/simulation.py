@@ -24,9 +24,11 @@ from benchmarks.blind.contact import friction, half_space
 from benchmarks.blind.cradle import cradled_masses
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.filling import filling_masses
 from benchmarks.blind.flap import hinge_moment
 from benchmarks.blind.flexure import (
     angle_compliance,
+    bobbin_compliance,
     flexure_compliance,
     gantry_compliance,
     post_compliance,
@@ -68,6 +70,7 @@ _BY_POSE = {
     'wicking': wick_masses,
     'hung on': hung_masses,
     'cradled': cradled_masses,
+    'filling': filling_masses,
 }
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
@@ -87,6 +90,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'gantry': lambda faults: gantry_compliance(faults.clamp_compliance, faults.clamp_length),
     'stand': lambda faults: stand_compliance(faults.clamp_compliance, faults.clamp_length),
     'suction': lambda faults: suction_compliance(faults.clamp_compliance, faults.clamp_length),
+    'bobbins': lambda faults: bobbin_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].

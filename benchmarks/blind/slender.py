@@ -64,6 +64,47 @@ def borne_way(setup: Setup, compliance: FloatArray) -> float:
     return float(np.linalg.norm(moves, axis=1).max())
 
 
+def aside_give(setup: Setup, way: FloatArray) -> float:
+    """Return by how much a body gives way across its sides at most, over that of its thinner one.
+
+    By the inverse square of how thick it is that way.
+
+    Args:
+        setup: with its poses.
+        way: of the push, world, shape (3,).
+    """
+    section = np.array(setup.shape.section)
+    gives = (section.min() / section) ** 2
+    return max(
+        float(np.linalg.norm(gives * (pose.world_from_object[:3, 1:3].T @ way)))
+        for pose in setup.observations
+    )
+
+
+def most_drawn(setup: Setup) -> float:
+    """Return by how much the square of a length grows at most near an even bar's surface."""
+    free = setup.shape.length - setup.shape.clamp
+    return 4.0 * even_sag(setup) * min(setup.shape.section) / free**2
+
+
+def side_stiffness(held: float, part: float, most: float) -> float:
+    """Return how stiff a layer along one side is, over the rest, by which a body sags less.
+
+    Args:
+        held: share of its sag by which that is less.
+        part: of the height, which the layer has.
+        most: how stiff it may be.
+    """
+    stiff = np.linspace(0.0, most, 301)
+    # Of a section whose outer part is stiffer, about its own middle of stiffness.
+    middle = 0.5 * (1.0 - part)
+    moved = stiff * part * middle / (1.0 + stiff * part)
+    bears = 1.0 + 12.0 * (
+        stiff * part * (middle**2 + part**2 / 12.0) - (1.0 + stiff * part) * moved**2
+    )
+    return float(np.interp(held, 1.0 - 1.0 / bears, stiff))
+
+
 def levers(setup: Setup) -> FloatArray:
     """Return the tip's way by a load at `SHARES`, over that by as much, alike along it, (200,).
 

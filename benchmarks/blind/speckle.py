@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Dots at random places of a surface, for a correlation of images, and a board's squares."""
+"""Dots at random places of a surface, for a correlation of images, squares, and round stickers."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,3 +34,18 @@ def on_board(points: FloatArray, edge: float) -> NDArray[np.bool_]:
         edge: of a square [m].
     """
     return np.asarray(np.floor(points / edge).astype(np.int64).sum(axis=-1) % 2 == 0)
+
+
+def stickered(points: FloatArray, axis: int, apart: float, radius: float) -> NDArray[np.bool_]:
+    """Return which points of one side lie on a round sticker of a row along its middle, (...).
+
+    Args:
+        points: before the shape's map [m], shape (..., 3).
+        axis: across which the side lies; across x, on an end, there are none.
+        apart: from sticker to sticker, the first half of that from where x is 0 [m].
+        radius: of each [m].
+    """
+    if axis == 0:
+        return np.zeros(points.shape[:-1], dtype=bool)
+    ahead = (points[..., 0] / apart) % 1.0 - 0.5
+    return np.asarray((apart * ahead) ** 2 + points[..., 3 - axis] ** 2 < radius**2)

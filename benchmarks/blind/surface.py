@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.blind.hexahedra import HexMesh, shape_functions
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.speckle import on_board, speckled
+from benchmarks.blind.speckle import on_board, speckled, stickered
 
 IntArray = NDArray[np.int64]
 
@@ -63,6 +63,7 @@ def body_triangles(
     strokes: tuple[float, ...] = (),
     dips: tuple[float, ...] = (),
     board: float = 0.0,
+    stickers: tuple[float, float] = (0.0, 0.0),
 ) -> Triangles:
     """Triangulate a body's surface.
 
@@ -89,6 +90,8 @@ def body_triangles(
         dips: shares from which on each of some coats is on it, all of which are the tip's, in
             place of a border; empty: there are none.
         board: edge of squares [m], every other of which is the root's; 0: there are none.
+        stickers: way from one to the next along each side and their radius [m]; what is between
+            them is the root's; (0, 0): all is one.
     """
     ticks = np.linspace(-1.0, 1.0, _CUTS + 1)
     square = np.stack(np.meshgrid(ticks, ticks, indexing='ij'), axis=-1).reshape(-1, 2)
@@ -119,6 +122,8 @@ def body_triangles(
             sides = np.where(speckled(middles, *speckle), sides, ROOT)
         if board:
             sides = np.where(on_board(middles, board), sides, ROOT)
+        if stickers[0]:
+            sides = np.where(stickered(middles, axis, *stickers), sides, ROOT)
         if heights is not None:
             above = (values @ heights[nodes][..., None])[:, triangles, 0].mean(axis=-1)
             sides = np.where(above > 0.0, sides, ROOT)

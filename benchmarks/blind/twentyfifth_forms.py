@@ -21,7 +21,17 @@ from benchmarks.blind.outside_forms import tip_stiffness
 from benchmarks.blind.rotations import applied, rotation
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.slender import borne_way, even_sag, levers, SHARES, softness, towards
+from benchmarks.blind.slender import (
+    aside_give,
+    borne_way,
+    even_sag,
+    levers,
+    most_drawn,
+    SHARES,
+    side_stiffness,
+    softness,
+    towards,
+)
 
 _MOVES = (0.002, 0.004, 0.010)  # Of the tip [m], by the formulas of a slender beam.
 _MOST_SOFTENED = 5.0  # By which log E of a ribbon's middle is less.
@@ -91,21 +101,11 @@ def _ribbon_moves(setup: Setup, contrasts: FloatArray, faults: Faults) -> FloatA
 
 def _vertebrae(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Cast hard blocks into a body along its lower side, which touch where it bends down."""
-    # By how much the square of a length grows at most near the surface of an even bar.
-    free = setup.shape.length - setup.shape.clamp
-    drawn = 4.0 * even_sag(setup) * min(setup.shape.section) / free**2
-    stiff = np.linspace(0.0, _MOST_STIFF, 301)
-    # Of a section whose lowest part is stiffer, about its own middle of stiffness.
-    middle = 0.5 * (1.0 - _LOWEST)
-    moved = stiff * _LOWEST * middle / (1.0 + stiff * _LOWEST)
-    bears = 1.0 + 12.0 * (
-        stiff * _LOWEST * (middle**2 + _LOWEST**2 / 12.0) - (1.0 + stiff * _LOWEST) * moved**2
-    )
     held = min(_STIFFER * _MOVES[size] * _SOFTER / even_sag(setup), _MOST_HELD)
     return {
         'stiffening_form': 'vertebrae',
-        'stiffening': number(float(np.interp(held, 1.0 - 1.0 / bears, stiff)), random),
-        'stiffening_from': round(float(random.uniform(*_APART)) * float(drawn), 5),
+        'stiffening': number(side_stiffness(held, _LOWEST, _MOST_STIFF), random),
+        'stiffening_from': round(float(random.uniform(*_APART)) * most_drawn(setup), 5),
     }
 
 
@@ -214,13 +214,7 @@ def _curtain(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
     way /= np.linalg.norm(way)
     sheet = Faults(tilt_point=point, tilt_width=width)
     felt = float((curtain_share(places[:-1], way, sheet) * levers(setup)).mean())
-    section = np.array(shape.section)
-    # A body gives way across its sides by the inverse square of how thick it is that way.
-    gives = (section.min() / section) ** 2
-    most = max(
-        float(np.linalg.norm(gives * (pose.world_from_object[:3, 1:3].T @ way)))
-        for pose in setup.observations
-    )
+    most = aside_give(setup, way)
     share = min(_MOVES[size] / (even_sag(setup) * most * felt), _MOST_BLOWN[size])
     degrees = signed(float(np.rad2deg(np.arcsin(share))), random)
     return {

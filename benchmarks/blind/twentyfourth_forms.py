@@ -17,7 +17,15 @@ from benchmarks.blind.form import apart, Form
 from benchmarks.blind.moduli import wedge_value
 from benchmarks.blind.outside_forms import tip_stiffness
 from benchmarks.blind.setups import GRAVITY, Setup
-from benchmarks.blind.slender import borne_way, even_sag, levers, SHARES, softness, towards
+from benchmarks.blind.slender import (
+    aside_give,
+    borne_way,
+    even_sag,
+    levers,
+    SHARES,
+    softness,
+    towards,
+)
 
 _MOVES = (0.002, 0.004, 0.010)  # Of the tip [m], by the formulas of a slender beam.
 _MOST_CONTRAST = 5.0  # By which log E of one pour is more than that of the other.
@@ -147,13 +155,7 @@ def _opposed(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
     border, back = (round(float(random.uniform(*ends)), 4) for ends in ((0.45, 0.6), (0.6, 1.0)))
     way = np.array([random.uniform(-0.4, 0.4), 0.0, 1.0])
     way /= np.linalg.norm(way)
-    section = np.array(setup.shape.section)
-    # A body gives way across its sides by the inverse square of how thick it is that way.
-    gives = (section.min() / section) ** 2
-    most = max(
-        float(np.linalg.norm(gives * (pose.world_from_object[:3, 1:3].T @ way)))
-        for pose in setup.observations
-    )
+    most = aside_give(setup, way)
     felt = float((levers(setup) * opposed_share(SHARES, border, back)).mean())
     share = min(_MOVES[size] / (even_sag(setup) * most * felt), _MOST_BLOWN[size])
     degrees = signed(float(np.rad2deg(np.arcsin(share))), random)

@@ -51,6 +51,8 @@ from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS, TWENTYFOURTH
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS, TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_FORMS, TWENTYSIXTH_PAIRS
+from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS, TWENTYTHIRD_PAIRS
 from benchmarks.blind.twentythird_outside import TWENTYTHIRD_OUTSIDE
 
@@ -75,6 +77,7 @@ COUNTS = {
     'twentythird': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyfourth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyfifth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentysixth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -170,6 +173,13 @@ OWN = {
         TWENTYFIFTH_FORMS,
         TWENTYFIFTH_PAIRS,
         TWENTYFIFTH_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'twentysixth': Own(
+        TWENTYSIXTH_FORMS,
+        TWENTYSIXTH_PAIRS,
+        TWENTYSIXTH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
     ),

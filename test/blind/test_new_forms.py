@@ -50,6 +50,8 @@ from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_FORMS
+from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS
 from benchmarks.blind.twentythird_outside import TWENTYTHIRD_OUTSIDE
 
@@ -149,6 +151,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'compliant_clamp/suction': {'clamp_form': 'turn'},
     'clamp_offset/misgraded': {'clamp_scatter': ()},
     'gravity_tilt/curtain': {'tilt_form': 'tilt'},
+    'added_mass/filling': {'mass_form': 'hat'},
+    'stiffness_contrast/gated': {'contrast_mode': 'split'},
+    'compliant_clamp/bobbins': {'clamp_form': 'turn'},
+    'clamp_offset/homed': {'clamp_scatter': ()},
+    'gravity_tilt/hair dryer': {'tilt_form': 'tilt'},
+    'rest_curvature/burdened': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -204,6 +212,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/two gains': {'depth_form': 'affine'},
     'depth_bias_by_region/checkered': {'region_board': 0.0},
     'camera_offset/desk lamp': {'camera_scatter': ()},
+    'depth_affine/splash guard': {'depth_form': 'affine'},
+    'depth_bias_by_region/stickers': {'region_stickers': (0.0, 0.0)},
+    'camera_offset/rolled': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -241,6 +252,7 @@ OTHERS = {
     'strain_stiffening/knitted',
     'strain_stiffening/leads',
     'strain_stiffening/recruited',
+    'strain_stiffening/ruffled',
     'strain_stiffening/threaded',
     'strain_stiffening/veronda_westmann',
     'strain_stiffening/vertebrae',
@@ -265,6 +277,7 @@ CAUSES = {
     **TWENTYTHIRD_OUTSIDE,
     **TWENTYFOURTH_OUTSIDE,
     **TWENTYFIFTH_OUTSIDE,
+    **TWENTYSIXTH_OUTSIDE,
 }
 
 
@@ -278,6 +291,7 @@ def test_every_form_is_checked_here() -> None:
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
+    newest = (*newest, *TWENTYSIXTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -300,6 +314,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYTHIRD_FORMS, {'clamp_offset'}),
         (TWENTYFOURTH_FORMS, {'strain_stiffening'}),
         (TWENTYFIFTH_FORMS, {'rest_curvature'}),
+        (TWENTYSIXTH_FORMS, {'contact_plane'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

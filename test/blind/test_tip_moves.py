@@ -171,6 +171,17 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentysixth': (
+        (
+            'added_mass/filling',
+            'stiffness_contrast/gated',
+            'compliant_clamp/bobbins',
+            'clamp_offset/homed',
+            'gravity_tilt/hair dryer',
+            'rest_curvature/burdened',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 CASES = [
     pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
