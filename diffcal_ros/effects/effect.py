@@ -55,6 +55,11 @@ class Component:
     nominal_std: float | None = None
     where: str = ''
 
+    @property
+    def usual_size(self) -> float:
+        """How large it may well be where it is looked for: no less than a fit allows."""
+        return max(self.scale, self.nominal_std or 0.0)
+
     def shown(self, value: float) -> str:
         """Return an amount [SI] in words."""
         amount = f'{self.shown_factor * value:.2g} {self.shown_unit}'

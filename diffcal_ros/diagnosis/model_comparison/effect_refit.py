@@ -15,7 +15,6 @@ from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.starts import more_starts
-from diffcal_ros.effects.effect import Component
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -181,9 +180,9 @@ def _with_amplitudes(
     more = make_parameters(scene, tuple(names), with_edge_bias=False).parameters
     wanted = {name for candidate in added for name in candidate.names}
     usual = {
-        name: _usual_size(candidate.effect.component(component))
+        name: candidate.size * part.usual_size
         for candidate in added
-        for name, component in zip(candidate.names, candidate.components, strict=True)
+        for name, part in zip(candidate.names, candidate.parts, strict=True)
     }
     chosen = tuple(
         replace(p, quantity=replace(p.quantity, prior_mean=0.0, prior_std=usual[p.name]))
@@ -193,11 +192,6 @@ def _with_amplitudes(
         if p.name in wanted
     )
     return ParameterSet((*nominal.parameters, *chosen), nominal.pose_covariances)
-
-
-def _usual_size(part: Component) -> float:
-    """Return how large an amplitude may well be that is looked for: no less than a fit allows."""
-    return max(part.scale, part.nominal_std or 0.0)
 
 
 def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> FloatArray:

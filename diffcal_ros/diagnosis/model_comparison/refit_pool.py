@@ -12,9 +12,10 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.processes import fit_here, Processes
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest, Task
-from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import Refit, weighed_anew
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
+from diffcal_ros.diagnosis.screening.usual_sizes import sized
 
 Progress = Callable[[str], None]
 
@@ -130,10 +131,11 @@ class RefitPool:
             )
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
-        fits = self._fits([*requests, *tasks])
+        sized_requests = [of_likely_size(request) for request in requests]
+        fits = self._fits([*sized_requests, *tasks])
         begun = [
             self._hypothesis(request, fit)
-            for request, fit in zip(requests, fits, strict=False)
+            for request, fit in zip(sized_requests, fits, strict=False)
             if fit is not None
         ]
         ended = [
@@ -144,8 +146,12 @@ class RefitPool:
 
     def _hypothesis(self, request: RefitRequest, fit: Refit) -> Hypothesis:
         added = request.added
-        scene, evaluator = with_effects(self.nominal, self.base, added, request.freed)
-        return Hypothesis(added, scene, evaluator, fit)
+        values = fit.values_by_name()
+        likely = tuple(sized(candidate, values) for candidate in added)
+        scene, evaluator = with_effects(self.nominal, self.base, likely, request.freed)
+        if [own.size for own in likely] != [own.size for own in added]:
+            fit = weighed_anew(fit, evaluator)
+        return Hypothesis(likely, scene, evaluator, fit)
 
     def _fits(self, tasks: Sequence[Task]) -> list[Refit | None]:
         found: list[Refit | None] = []
@@ -180,3 +186,9 @@ class RefitPool:
             self._report('a process died (was there memory enough?): going on in one')
             self.__exit__()
             self._jobs = 1
+
+
+def of_likely_size(request: RefitRequest) -> RefitRequest:
+    """Return a request whose effects are as large as is likeliest where they start."""
+    added = tuple(sized(candidate, request.starts) for candidate in request.added)
+    return replace(request, added=added)

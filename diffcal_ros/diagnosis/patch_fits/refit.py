@@ -11,7 +11,7 @@ from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, Pace, PatchFit,
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import Part, Whitened
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten, Whitened
 import numpy as np
 from numpy.typing import NDArray
 
@@ -174,6 +174,25 @@ def ended(
         evaluations=evaluations,
         is_converged=is_converged,
         pace=pace,
+    )
+
+
+def weighed_anew(fit: Refit, evaluator: PatchEvaluator) -> Refit:
+    """Return a fit where it stands, with what is known beforehand by another evaluator.
+
+    Args:
+        fit: not at rest any more where that moves it.
+        evaluator: of a model with the same parameters.
+    """
+    return ended(
+        evaluator,
+        fit.coordinates,
+        fit.groups,
+        whiten(fit.groups, Part.FIT),
+        promise=fit.promise,
+        evaluations=fit.evaluations,
+        is_converged=False,
+        pace=fit.pace,
     )
 
 

@@ -3,10 +3,10 @@
 """The ways in which each effect of the library may be present."""
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.effects.effect import Effect
+from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Scene
@@ -25,11 +25,14 @@ class Candidate:
         components: names of the amplitudes that are free.
         at: place along the body, or relaxation time [s], for an effect that has one; None for the
             usual one.
+        size: how many times as large as usual it may well be, see `usual_sizes`; no part of what
+            it is.
     """
 
     identifier: str
     components: tuple[str, ...]
     at: float | None = None
+    size: float = field(default=1.0, compare=False)
 
     @property
     def effect(self) -> Effect:
@@ -47,9 +50,14 @@ class Candidate:
         return tuple(map(self.effect.amplitude_name, self.components))
 
     @property
+    def parts(self) -> tuple[Component, ...]:
+        """Its amplitudes."""
+        return tuple(map(self.effect.component, self.components))
+
+    @property
     def scales(self) -> FloatArray:
         """Usual sizes of its amplitudes, SI units, shape (a,)."""
-        return np.array([self.effect.component(name).scale for name in self.components])
+        return np.array([part.scale for part in self.parts])
 
     @property
     def screened(self) -> dict[str, float]:

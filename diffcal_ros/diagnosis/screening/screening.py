@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.patches.patch_group import columns_of, PatchGroup, Ro
 from diffcal_ros.diagnosis.patches.whitened import tangent_slack
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
 from diffcal_ros.diagnosis.screening.screen_sight import ScreenSight, seen_through
+from diffcal_ros.diagnosis.screening.usual_sizes import sized
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.scene.model import Scene
@@ -28,6 +29,8 @@ from scipy.optimize import nnls
 FloatArray = NDArray[np.float64]
 
 _DETECTABLE_SIGMAS = 4.0
+# The size of an effect and its amplitudes are found by turns.
+_SIZINGS = 3
 
 
 @dataclass(frozen=True)
@@ -209,7 +212,8 @@ def _score(candidate: Candidate, sight: ScreenSight) -> Score:
     if not candidate.effect.has_tangent:
         return _one_sided_score(candidate, sight)
     own = sight.of(candidate)
-    scales = candidate.scales
+    candidate = _as_large_as_seen(candidate, own, sight.residual)
+    scales = candidate.size * candidate.scales
     information = own.T @ own + np.diag(1.0 / scales**2)
     amplitudes = expected_amplitudes(candidate, own, sight.residual)
     gain = float(gains(candidate, own, sight.residual))
@@ -231,6 +235,19 @@ def _score(candidate: Candidate, sight: ScreenSight) -> Score:
     )
 
 
+def _as_large_as_seen(
+    candidate: Candidate, columns: FloatArray, residual: FloatArray
+) -> Candidate:
+    """Return a candidate of the size that is likeliest for what it explains."""
+    for _ in range(_SIZINGS):
+        amplitudes = expected_amplitudes(candidate, columns, residual)
+        larger = sized(candidate, dict(zip(candidate.names, amplitudes, strict=True)))
+        if larger.size <= candidate.size:
+            break
+        candidate = larger
+    return candidate
+
+
 def _gain_by_pose(candidate: Candidate, own: FloatArray, sight: ScreenSight) -> float:
     """Return how much chi-square falls with amplitudes of its own in each pose.
 
@@ -239,8 +256,7 @@ def _gain_by_pose(candidate: Candidate, own: FloatArray, sight: ScreenSight) -> 
     views = np.unique(sight.views)
     if candidate.effect.most_by_pose < 1.0 or len(views) < 2:
         return float(gains(candidate, own, sight.residual))
-    scales = candidate.scales
-    scaled = own * scales
+    scaled = own * (candidate.size * candidate.scales)
     apart = np.hstack([scaled, *(scaled * (sight.views == view)[:, None] for view in views)])
     information = apart.T @ apart + np.eye(apart.shape[1])
     pull = apart.T @ sight.residual
@@ -261,8 +277,8 @@ def expected_amplitudes(
     Returns:
         SI units, shape (k, ...).
     """
-    parts = [candidate.effect.component(name) for name in candidate.components]
-    precision = np.diag([1.0 / part.scale**2 for part in parts])
+    parts = candidate.parts
+    precision = np.diag(1.0 / (candidate.size * candidate.scales) ** 2)
     found = np.linalg.solve(columns.T @ columns + precision, columns.T @ residuals)
     if len(parts) == 1 or parts[0].lower == 0.0:
         found[0] = np.clip(found[0], parts[0].lower, parts[0].upper)
@@ -271,8 +287,7 @@ def expected_amplitudes(
 
 def gains(candidate: Candidate, columns: FloatArray, residuals: FloatArray) -> FloatArray:
     """Return how much chi-square falls with the expected amplitudes, shape (...)."""
-    parts = [candidate.effect.component(name) for name in candidate.components]
-    scales = np.array([part.scale for part in parts])
+    scales = candidate.size * candidate.scales
     amplitudes = expected_amplitudes(candidate, columns, residuals)
     left = residuals - columns @ amplitudes
     price = ((amplitudes.T / scales).T ** 2).sum(axis=0)

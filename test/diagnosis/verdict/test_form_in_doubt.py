@@ -95,6 +95,23 @@ def test_two_witnesses_speak_for_an_form_in_doubt(
     assert found.confidence == (SURE if is_sure else IN_DOUBT)
 
 
+@pytest.mark.parametrize(
+    ('closure', 'sure', 'confidence'),
+    [(0.96, 0.995, 0.7), (0.96, 0.985, IN_DOUBT), (0.94, 0.995, IN_DOUBT), (0.96, 0.3, 0.3)],
+)
+def test_what_closes_the_gap_in_the_librarys_form_and_stands_alone_has_its_name(
+    clearly_screened, tilted, monkeypatch, closure, sure, confidence
+):
+    """Without fields that speak for it: no other effect comes near."""
+    monkeypatch.setattr(form_in_doubt, 'closed_by', lambda *_: closure)
+    _, nominal, _ = clearly_screened
+    model = with_judgement(tilted, fraction=0.3)
+    witness = witness_of(clearly_screened, load=40.0, shape=60.0)
+    found = with_form_in_doubt(_chosen(model, sure), nominal, witness)
+    assert found.confidence == confidence
+    assert bool(found.unsure) == (confidence < 0.7)
+
+
 def _concluded(screened: tuple, model: Hypothesis, monkeypatch) -> Diagnosis:
     """Return the verdict on a gap that matters, where a model was chosen and not doubted."""
     monkeypatch.setattr(naming, 'doubts_about', lambda *_: ())
