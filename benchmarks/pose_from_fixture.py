@@ -39,13 +39,14 @@ from benchmarks import rigid_parts
 from benchmarks.blind.bag import write_bag
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.observe import record
+from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.renderer import render
 from benchmarks.blind.scene_file import scene_text
 from benchmarks.blind.sensor import DRAWN, smooth_field
 from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.simulation import settle as come_to_rest
-from benchmarks.blind.surface import body_triangles, FIXTURE, joined, moved, Triangles
+from benchmarks.blind.surface import body_triangles, joined, moved, Triangles
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.measuring import write
 

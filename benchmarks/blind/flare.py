@@ -6,9 +6,9 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks.blind.fattening import grid_pixels, sample_grid
+from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.renderer import Rendering, SAMPLES
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.surface import FIXTURE
 
 
 def flared_share(view: Rendering, width: float) -> FloatArray:

@@ -17,6 +17,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
 from benchmarks.blind.hexahedra import HexMesh
 from benchmarks.blind.mirrored import mirrored
+from benchmarks.blind.paint import FIXTURE, Paint, tip_part
 from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
 from benchmarks.blind.rings import ring_error
@@ -25,14 +26,7 @@ from benchmarks.blind.sensor import expose, scan, Sensor, smooth_field
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import settle, Specimen
-from benchmarks.blind.surface import (
-    body_triangles,
-    box_triangles,
-    FIXTURE,
-    joined,
-    moved,
-    tip_part,
-)
+from benchmarks.blind.surface import body_triangles, box_triangles, joined, moved
 from benchmarks.blind.trailing import trailing_share
 
 FRAMES = 8
@@ -72,20 +66,8 @@ def _seen(
             mesh,
             positions,
             along,
-            _border(setup, observation, faults),
-            faults.region_ramp,
-            faults.region_until,
+            _paint(_border(setup, observation, faults), faults),
             _covered(mesh, setup, faults),
-            faults.region_bands,
-            is_wound=faults.region_wound,
-            speckle=(faults.region_dot, faults.region_cover, faults.region_seed),
-            decay=faults.region_decay,
-            sun=faults.region_sun,
-            second=faults.region_second,
-            strokes=faults.region_strokes,
-            dips=faults.region_dips,
-            board=faults.region_board,
-            stickers=faults.region_stickers,
         ),
         box_triangles(*setup.fixture, FIXTURE),
     )
@@ -184,6 +166,25 @@ def _painted(tip: FloatArray, faults: Faults) -> FloatArray:
     if not faults.region_second:
         return tip
     return np.where((tip > 0.0) & (tip < 1.0), -faults.region_back, tip)
+
+
+def _paint(border: float, faults: Faults) -> Paint:
+    """Return what is the tip's of a surface, from a share of the free length on."""
+    return Paint(
+        tip_from=border,
+        ramp=faults.region_ramp,
+        tip_until=faults.region_until,
+        bands=faults.region_bands,
+        is_wound=faults.region_wound,
+        speckle=(faults.region_dot, faults.region_cover, faults.region_seed),
+        decay=faults.region_decay,
+        sun=faults.region_sun,
+        second=faults.region_second,
+        strokes=faults.region_strokes,
+        dips=faults.region_dips,
+        board=faults.region_board,
+        stickers=faults.region_stickers,
+    )
 
 
 def _covered(mesh: HexMesh, setup: Setup, faults: Faults) -> FloatArray | None:

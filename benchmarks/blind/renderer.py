@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.blind.paint import IntArray
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.surface import IntArray, Triangles
+from benchmarks.blind.surface import Triangles
 
 SAMPLES = 3  # Along each side of a pixel; odd, so that one lies in its centre.
 _MARGIN = 6  # Pixels around the body, for what the sensor smears.

@@ -21,11 +21,11 @@ from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.masses import tip_direction
 from benchmarks.blind.moduli import settled_share
 from benchmarks.blind.observe import jostled, true_camera, true_rendering
+from benchmarks.blind.paint import FIXTURE, tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import FIXTURE, tip_part
 
 
 def test_a_tool_has_its_middle_ahead_of_the_tip(setup: Setup) -> None:

@@ -19,13 +19,13 @@ from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.material import constants, respond, stiffened
 from benchmarks.blind.observe import true_camera, true_rendering
+from benchmarks.blind.paint import tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
 from benchmarks.blind.springs import foam_stiffness
-from benchmarks.blind.surface import tip_part
 
 Depths = Callable[[Faults, int], np.ndarray]
 

@@ -21,11 +21,11 @@ from benchmarks.blind.loose import ring_masses, ring_place
 from benchmarks.blind.material import constants, softened
 from benchmarks.blind.network import AXES, reinforced
 from benchmarks.blind.observe import jostled, true_rendering
+from benchmarks.blind.paint import FIXTURE, ROOT
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
 from benchmarks.blind.rotations import applied, rotation
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
-from benchmarks.blind.surface import FIXTURE, ROOT
 
 Depths = Callable[[Faults, int], np.ndarray]
 STIFF = Faults(stiffening_form='recruited', stiffening=3.0, stiffening_from=0.02)

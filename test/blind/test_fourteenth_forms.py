@@ -18,13 +18,13 @@ from benchmarks.blind.fourteenth_outside import FOURTEENTH_OUTSIDE
 from benchmarks.blind.jaws import pinched
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.observe import true_rendering
+from benchmarks.blind.paint import tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rope import rope_force, rope_give
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import tip_part
 from benchmarks.blind.veil import veiled
 from benchmarks.blind.wear import strains, worn
 

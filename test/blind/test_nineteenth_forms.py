@@ -22,13 +22,13 @@ from benchmarks.blind.flap import turned_flap
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.marbling import marbled_value
 from benchmarks.blind.observe import true_rendering
+from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import FIXTURE
 
 
 def _chain_end(pull: np.ndarray, length: float, count: int) -> np.ndarray:

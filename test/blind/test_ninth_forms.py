@@ -16,12 +16,12 @@ from benchmarks.blind.heights import by_height
 from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import true_rendering
+from benchmarks.blind.paint import TIP
 from benchmarks.blind.renderer import Camera
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
-from benchmarks.blind.surface import TIP
 
 Depths = Callable[[Faults, int], np.ndarray]
 CAMERA = Camera(640, 480, 600.0, 620.0, 321.0, 238.0)

@@ -20,12 +20,12 @@ from benchmarks.blind.flexure import wrist_compliance
 from benchmarks.blind.jaws import bowed
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import jostled, true_camera, true_rendering
+from benchmarks.blind.paint import FIXTURE, tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.setups import draw_setup, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.speckle import speckled
-from benchmarks.blind.surface import FIXTURE, tip_part
 
 
 def test_markers_have_their_masses_on_their_stalks(setup: Setup) -> None:

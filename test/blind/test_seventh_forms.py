@@ -14,13 +14,13 @@ from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import true_rendering
+from benchmarks.blind.paint import ROOT, TIP
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.seventh_outside import SEVENTH_OUTSIDE
 from benchmarks.blind.simulation import make_specimen, Specimen
-from benchmarks.blind.surface import ROOT, TIP
 
 Depths = Callable[[Faults, int], np.ndarray]
 

@@ -20,12 +20,13 @@ from benchmarks.blind.flexure import angle_compliance
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.moduli import pour_value
 from benchmarks.blind.observe import jostled, true_camera, true_rendering
+from benchmarks.blind.paint import FIXTURE, Paint, TIP, tip_part, turned_share
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.slender import even_sag, levers, SHARES, softness
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import body_triangles, FIXTURE, TIP, tip_part, turned_share
+from benchmarks.blind.surface import body_triangles
 
 
 @pytest.mark.parametrize('step', STEPS)
@@ -194,9 +195,7 @@ def test_a_wound_tape_goes_on_by_its_distance_in_a_turn(setup: Setup, plain: Spe
         plain.mesh,
         plain.mesh.nodes,
         plain.shares,
-        begin,
-        bands=(distance, 0.5),
-        is_wound=True,
+        Paint(begin, bands=(distance, 0.5), is_wound=True),
     )
     middles = surface.corners.mean(axis=1)
     share = (middles[:, 0] - setup.shape.clamp) / (setup.shape.length - setup.shape.clamp)

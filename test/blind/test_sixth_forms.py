@@ -12,10 +12,10 @@ from support.blind_rests import COARSE, rest_of
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import mesh_hexahedra
 from benchmarks.blind.observe import true_camera, true_rendering
+from benchmarks.blind.paint import BETWEEN, PARTS, ROOT, TIP, tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
-from benchmarks.blind.surface import BETWEEN, PARTS, ROOT, TIP, tip_part
 
 BEND = (3.0, 4.0)
 Depths = Callable[[Faults, int], np.ndarray]

@@ -13,13 +13,13 @@ from benchmarks.blind.drag import make_drag
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import positions_at
 from benchmarks.blind.laying import softer
+from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.rig_motion import acting, pulse, rig_acceleration, rig_at, rig_shift
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import draw_setup, Setup
 from benchmarks.blind.shutter import filmed_views
 from benchmarks.blind.simulation import make_specimen, Specimen
 from benchmarks.blind.stamping import moments
-from benchmarks.blind.surface import FIXTURE
 from benchmarks.blind.swing import consistent_masses, Forces, swing
 from benchmarks.blind.swing_set_outside import SOFTER, SWING_SET_OUTSIDE
 from benchmarks.blind.timing import draw_swing, Timing

@@ -19,6 +19,7 @@ from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.heights import by_height
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.observe import true_rendering
+from benchmarks.blind.paint import tip_part
 from benchmarks.blind.pane import apparent
 from benchmarks.blind.pool import channel, pooled
 from benchmarks.blind.renderer import Camera
@@ -26,7 +27,6 @@ from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import tip_part
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 
 CRAZED = Faults(crazed=0.6)

@@ -20,13 +20,14 @@ from benchmarks.blind.flexure import tape_compliance
 from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.moduli import overbent_share
 from benchmarks.blind.observe import jostled, true_camera
+from benchmarks.blind.paint import Paint, tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import draw_setup, Setup
 from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.sponge import sponge_masses
-from benchmarks.blind.surface import body_triangles, tip_part
+from benchmarks.blind.surface import body_triangles
 
 
 @pytest.mark.parametrize('pose', range(4))
@@ -188,9 +189,9 @@ def test_what_is_bleached_goes_with_how_a_side_faced_the_sun(
     setup: Setup, plain: Specimen
 ) -> None:
     faults = Faults(region_from=0.3, region_sun=(0.6, -0.8))
-    arguments = (plain.mesh, plain.mesh.nodes, plain.shares, faults.region_from)
-    found = body_triangles(*arguments, sun=faults.region_sun)
-    whole = tip_part(body_triangles(*arguments).labels)
+    where = (plain.mesh, plain.mesh.nodes, plain.shares)
+    found = body_triangles(*where, Paint(faults.region_from, sun=faults.region_sun))
+    whole = tip_part(body_triangles(*where, Paint(faults.region_from)).labels)
     a, b, c = found.corners.swapaxes(0, 1)
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1)[:, None]

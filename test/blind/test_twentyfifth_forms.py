@@ -22,12 +22,13 @@ from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.loads import load_in_pose
 from benchmarks.blind.moduli import ribbon_share
 from benchmarks.blind.observe import jostled, true_camera
+from benchmarks.blind.paint import Paint, tip_part
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.speckle import on_board
-from benchmarks.blind.surface import body_triangles, tip_part
+from benchmarks.blind.surface import body_triangles
 
 
 @pytest.mark.parametrize('slope', [0.0, 20.0, -35.0, 40.0])
@@ -318,7 +319,7 @@ def test_a_board_is_on_the_outer_part_and_dark_on_half_of_it(
     setup: Setup, plain: Specimen
 ) -> None:
     nodes = plain.mesh.nodes
-    painted = body_triangles(plain.mesh, nodes, plain.shares, 0.3, board=0.009)
+    painted = body_triangles(plain.mesh, nodes, plain.shares, Paint(0.3, board=0.009))
     middles = painted.corners.mean(axis=1)
     free = setup.shape.length - setup.shape.clamp
     outer = (middles[:, 0] - setup.shape.clamp) / free > 0.3

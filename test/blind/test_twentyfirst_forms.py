@@ -24,12 +24,13 @@ from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.moduli import soaked_share
 from benchmarks.blind.observe import jostled, true_camera, true_rendering
 from benchmarks.blind.ooze import oozed_masses
+from benchmarks.blind.paint import FIXTURE, HALFWAY, Paint, ROOT, TIP
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import body_triangles, FIXTURE, HALFWAY, ROOT, TIP
+from benchmarks.blind.surface import body_triangles
 
 
 @pytest.mark.parametrize('pose', range(4))
@@ -202,8 +203,8 @@ def test_nothing_flares_where_no_fixture_is_seen(
 
 
 def test_two_paints_lie_one_beyond_the_other(setup: Setup, plain: Specimen) -> None:
-    painted = body_triangles(plain.mesh, plain.mesh.nodes, plain.shares, 0.7, second=0.25)
-    plainly = body_triangles(plain.mesh, plain.mesh.nodes, plain.shares, 0.7)
+    painted = body_triangles(plain.mesh, plain.mesh.nodes, plain.shares, Paint(0.7, second=0.25))
+    plainly = body_triangles(plain.mesh, plain.mesh.nodes, plain.shares, Paint(0.7))
     assert np.array_equal(painted.labels == TIP, plainly.labels == TIP)
     free = setup.shape.length - setup.shape.clamp
     share = (painted.corners[..., 0].mean(axis=1) - setup.shape.clamp) / free

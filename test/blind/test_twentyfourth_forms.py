@@ -19,12 +19,13 @@ from benchmarks.blind.laying import lay_on_plane
 from benchmarks.blind.loads import load_in_pose
 from benchmarks.blind.moduli import wedge_value
 from benchmarks.blind.observe import jostled, true_camera
+from benchmarks.blind.paint import Paint, tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import body_triangles, tip_part
+from benchmarks.blind.surface import body_triangles
 
 
 def _gauss_places(setup: Setup, specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
@@ -258,7 +259,7 @@ def test_a_film_peels_off_farther_from_pose_to_pose(family: str) -> None:
 
 def test_coats_add_up_to_the_tip(setup: Setup, plain: Specimen) -> None:
     dips = (0.2, 0.5, 0.55, 0.8)
-    painted = body_triangles(plain.mesh, plain.mesh.nodes, plain.shares, dips=dips)
+    painted = body_triangles(plain.mesh, plain.mesh.nodes, plain.shares, Paint(dips=dips))
     free = setup.shape.length - setup.shape.clamp
     places = (painted.corners[..., 0].mean(axis=1) - setup.shape.clamp) / free
     parts = tip_part(painted.labels)

@@ -19,12 +19,12 @@ from benchmarks.blind.fibres import Fibres
 from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.laying import lay_on_plane, softer
 from benchmarks.blind.moduli import crease_share
+from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.pipe import pipe
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import FIXTURE
 from benchmarks.blind.wick import wick_masses
 
 

@@ -22,13 +22,14 @@ from benchmarks.blind.laying import softer
 from benchmarks.blind.loads import load_in_pose
 from benchmarks.blind.moduli import gate_share
 from benchmarks.blind.observe import jostled, true_camera
+from benchmarks.blind.paint import FIXTURE, Paint, tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.slender import aside_give, side_stiffness
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.speckle import stickered
-from benchmarks.blind.surface import body_triangles, FIXTURE, tip_part
+from benchmarks.blind.surface import body_triangles
 
 
 def test_a_cup_fills_as_fast_all_the_time() -> None:
@@ -261,7 +262,7 @@ def test_round_stickers_are_in_a_row_along_the_middle_of_each_side() -> None:
 
 def test_stickers_are_on_the_outer_part_of_a_body(setup: Setup, plain: Specimen) -> None:
     painted = body_triangles(
-        plain.mesh, plain.mesh.nodes, plain.shares, 0.25, stickers=(0.017, 0.008)
+        plain.mesh, plain.mesh.nodes, plain.shares, Paint(0.25, stickers=(0.017, 0.008))
     )
     middles = painted.corners.mean(axis=1)
     outer = (middles[:, 0] - setup.shape.clamp) / (setup.shape.length - setup.shape.clamp) > 0.25

@@ -23,12 +23,13 @@ from benchmarks.blind.moduli import edge_share
 from benchmarks.blind.network import beside_middle
 from benchmarks.blind.observe import jostled, true_camera
 from benchmarks.blind.packing import packing
+from benchmarks.blind.paint import FIXTURE, Paint, tip_part
 from benchmarks.blind.rest_shape import stress_free_nodes
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import body_triangles, FIXTURE, tip_part
+from benchmarks.blind.surface import body_triangles
 
 
 @pytest.mark.parametrize('pose', range(4))
@@ -247,7 +248,7 @@ def test_a_restarted_sensor_has_another_zero_in_each_pose(
 def test_strokes_of_a_brush_err_each_by_its_own(setup: Setup, plain: Specimen) -> None:
     strokes = (0.5, 1.0, 0.25, 0.75)
     shares = plain.shares
-    painted = body_triangles(plain.mesh, plain.mesh.nodes, shares, 0.6, strokes=strokes)
+    painted = body_triangles(plain.mesh, plain.mesh.nodes, shares, Paint(0.6, strokes=strokes))
     free = setup.shape.length - setup.shape.clamp
     places = (painted.corners[..., 0].mean(axis=1) - setup.shape.clamp) / free
     parts = tip_part(painted.labels)

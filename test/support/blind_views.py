@@ -8,10 +8,10 @@ import pytest
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.observe import true_rendering
+from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.surface import FIXTURE
 
 
 def with_and_without(
