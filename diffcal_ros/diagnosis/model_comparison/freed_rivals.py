@@ -12,7 +12,12 @@ from diffcal_ros.diagnosis.model_comparison.freedom import (
     LEAST_SHARE,
     with_refits,
 )
-from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import (
+    AS_WELL,
+    Hypothesis,
+    LEAST_LEANING,
+    USUAL_FORM,
+)
 from diffcal_ros.diagnosis.model_comparison.judged_models import judged
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
@@ -79,10 +84,17 @@ def _may_come_near(rival: Hypothesis, first: Hypothesis) -> bool:
         return False
     if first.freed and rival.level > least_level(first):
         return True
+    if _is_in_doubt(first) and rival.leaning > LEAST_LEANING:
+        return True
     left = max(judged.chi_square - judged.freedom, 0.0)
     led_on = rival.level + _LED_ON * max(rival.leaning, 0.0)
     at_most = max(led_on, rival.log_evidence + 0.5 * left)
     return at_most > first.level - AS_WELL * max(1.0, first.chi_square_per_patch)
+
+
+def _is_in_doubt(model: Hypothesis) -> bool:
+    """Tell whether data want a model in another form, so that it says little against others."""
+    return model.judged is not None and model.judged.fraction > USUAL_FORM
 
 
 def with_halves_freed(

@@ -30,6 +30,8 @@ AS_WELL = 5.0
 LEAST_LEANING = 50.0
 # What is off from the library's form by more of what it does is another thing.
 FARTHEST_FORM = 0.5
+# A tenth is usual. What is expected off by more, between the shares that are tried, is in doubt.
+USUAL_FORM = 0.125
 # What is left is small beside its noise where noise leaves as much with this chance.
 _AS_NOISE = 0.05
 # An effect whose usual size moves no patch by more than this is idle [m].

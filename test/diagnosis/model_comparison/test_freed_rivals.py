@@ -25,7 +25,7 @@ def test_the_rival_of_one_that_is_free_is_free_as_well(
     screened, basis, monkeypatch, behind, gain, is_asked
 ):
     monkeypatch.setattr(freedom, 'judged', lambda models, *_, **__: list(models))
-    camera = judged_model(screened, basis, 'camera_offset', 0.05, 0.4)
+    camera = judged_model(screened, basis, 'camera_offset', 0.05, 0.1)
     first = with_parts(camera, freeing_request(camera).freed)
     scale = max(1.0, first.chi_square_per_patch)
     # Data say next to nothing of its form.
@@ -61,7 +61,7 @@ def test_a_rival_is_free_where_a_form_that_is_fitted_may_bring_it_near(
 ):
     """By 0.4 of what it owes to forms to first order, or as far as leaving noise alone would."""
     monkeypatch.setattr(freedom, 'judged', lambda models, *_, **__: list(models))
-    first = judged_model(screened, basis, 'camera_offset', 0.05, 0.4)
+    first = judged_model(screened, basis, 'camera_offset', 0.05, 0.1)
     scale = max(1.0, first.chi_square_per_patch)
     bend = judged_model(screened, basis, 'rest_curvature', 0.02, 0.03, leaning=leaning * scale)
     rival = likelier(bend, first.level - scale * behind - bend.level)
@@ -73,6 +73,25 @@ def test_a_rival_is_free_where_a_form_that_is_fitted_may_bring_it_near(
     assert refits.asked == (['rest_curvature', 'camera_offset'] if is_asked else [])
     best = ('rest_curvature',) if is_asked else ('camera_offset',)
     assert found[0].identifiers == best
+
+
+@pytest.mark.parametrize(
+    ('fraction', 'leaning', 'is_asked'),
+    [(0.12, 80.0, False), (0.13, 80.0, True), (0.4, 49.0, False), (0.4, 51.0, True)],
+)
+def test_beside_a_form_in_doubt_whatever_owes_much_to_forms_is_looked_at_in_its_own(
+    screened, basis, monkeypatch, fraction, leaning, is_asked
+):
+    """However far behind: to first order a body that was stored bent explains little as an arc."""
+    monkeypatch.setattr(freedom, 'judged', lambda models, *_, **__: list(models))
+    first = judged_model(screened, basis, 'clamp_offset', 0.05, fraction)
+    bend = judged_model(screened, basis, 'rest_curvature', 0.02, 0.03, leaning=leaning)
+    rival = likelier(bend, first.level - 600.0 - bend.level)
+    quiet = replace(rival, judged=replace(rival.judged, chi_square=rival.judged.freedom))
+    refits = RefitsOf({'rest_curvature': (quiet, 650.0), 'clamp_offset': (first, -1.0)})
+    found = with_its_rival_freed(refits, [first, quiet], basis)
+    assert ('rest_curvature' in refits.asked) == is_asked
+    assert (found[0].identifiers == ('rest_curvature',)) == is_asked
 
 
 @pytest.mark.parametrize(('gain', 'is_first'), [(30.0, True), (5.0, False)])

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.form_parameters import form_parameters
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
@@ -110,6 +110,17 @@ def test_what_closes_the_gap_in_the_librarys_form_and_stands_alone_has_its_name(
     found = with_form_in_doubt(_chosen(model, sure), nominal, witness)
     assert found.confidence == confidence
     assert bool(found.unsure) == (confidence < 0.7)
+
+
+def test_what_is_another_one_in_each_pose_closes_any_gap(clearly_screened, tilted, monkeypatch):
+    monkeypatch.setattr(form_in_doubt, 'closed_by', lambda *_: 1.0)
+    _, nominal, _ = clearly_screened
+    model = with_judgement(tilted, fraction=0.3)
+    names = model.fit.parameters.names
+    own = model.fit.parameters.parameters[names.index(model.added[0].names[0])]
+    for parts, confidence in (([], 0.7), ([posture_parameter(own, 0, 0.1)], IN_DOUBT)):
+        found = with_form_in_doubt(_chosen(with_parts(model, parts), 0.999), nominal)
+        assert found.confidence == confidence
 
 
 def _concluded(screened: tuple, model: Hypothesis, monkeypatch) -> Diagnosis:
