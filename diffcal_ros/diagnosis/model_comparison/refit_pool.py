@@ -131,7 +131,7 @@ class RefitPool:
             )
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
-        sized_requests = [of_likely_size(request) for request in requests]
+        sized_requests = [_of_likely_size(request) for request in requests]
         fits = self._fits([*sized_requests, *tasks])
         begun = [
             self._hypothesis(request, fit)
@@ -188,7 +188,7 @@ class RefitPool:
             self._jobs = 1
 
 
-def of_likely_size(request: RefitRequest) -> RefitRequest:
+def _of_likely_size(request: RefitRequest) -> RefitRequest:
     """Return a request whose effects are as large as is likeliest where they start."""
     added = tuple(sized(candidate, request.starts) for candidate in request.added)
     return replace(request, added=added)
