@@ -3,8 +3,8 @@
 """How many times as large as usual an effect is: its amplitudes' sizes have a heavy tail.
 
 A usual size says how likely an effect is, and not how large this one is. Taken for a standard
-deviation it costs half the square of how many there are: the sail of a fin that swings, of sixty
-usual areas, 1,800 in log evidence, more than any data give back. So the size of an effect is one
+deviation it costs half the square of how many there are: the sail of a fin that swings, of seventy
+usual areas, over 2,000 in log evidence, more than data give back. So the size of an effect is one
 more unknown, with a half Cauchy prior about the usual one (Gelman, Bayesian Analysis 1, 2006), and
 the likeliest is taken, as for the forms of effects (`form_sizes`).
 """
