@@ -12,17 +12,13 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, USUAL_FORM
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.verdict.doubts import is_spoken_for, NEARLY_ALL, off_in_form
+from diffcal_ros.diagnosis.verdict.doubts import is_spoken_for, off_in_form
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.verdict_figures import closed_by
 
 # Of twelve names that were given so in eight sealed sets six were right (of sixty others 55), and
 # three of three that were kept back since: by the rule of succession 10 of 17.
 _RIGHT = 0.59
-# Of three that as fitted leave next to nothing on patches that no fit has seen, and that no other
-# effect comes near in log evidence (so sure by that alone), all were right: by the rule of
-# succession four of five. Chosen by the same sets, so less is said.
-_ALONE, _RIGHT_ALONE = 0.99, 0.7
 
 
 def with_form_in_doubt(
@@ -39,28 +35,15 @@ def with_form_in_doubt(
     share = _may_be_off_by(hypothesis)
     if share <= USUAL_FORM:
         return choice
-    closed = closed_by(nominal, hypothesis)
-    if is_spoken_for(hypothesis, closed, witness):
+    if is_spoken_for(hypothesis, closed_by(nominal, hypothesis), witness):
         return choice
-    if closed >= NEARLY_ALL and choice.confidence > _ALONE and _is_same_in_all(hypothesis):
-        # It owes nothing to other forms where no fit has seen, and nothing comes near.
-        return _no_surer(choice, _RIGHT_ALONE)
     unsure = (
         f'{" with ".join(hypothesis.identifiers)} came nearest, in a form that may be off by '
         f'{share:.0%} of what it does: of fifteen names like this nine were right, so that it may '
         'be something else'
     )
-    return replace(_no_surer(choice, _RIGHT), unsure=unsure)
-
-
-def _no_surer(choice: Choice, most: float) -> Choice:
-    confidences = {name: min(own, most) for name, own in choice.confidences.items()}
-    return replace(choice, confidences=confidences)
-
-
-def _is_same_in_all(hypothesis: Hypothesis) -> bool:
-    """Tell whether it is the same in all poses: what is another one in each closes any gap."""
-    return all(part.posture is None for part in hypothesis.freed)
+    confidences = {name: min(own, _RIGHT) for name, own in choice.confidences.items()}
+    return replace(choice, confidences=confidences, unsure=unsure)
 
 
 def _may_be_off_by(hypothesis: Hypothesis) -> float:

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
+from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
@@ -93,34 +93,6 @@ def test_two_witnesses_speak_for_an_form_in_doubt(
     choice = _chosen(with_judgement(tilted, fraction=0.3))
     found = with_form_in_doubt(choice, nominal, witness_of(clearly_screened, **predictions))
     assert found.confidence == (SURE if is_sure else IN_DOUBT)
-
-
-@pytest.mark.parametrize(
-    ('closure', 'sure', 'confidence'),
-    [(0.96, 0.995, 0.7), (0.96, 0.985, IN_DOUBT), (0.94, 0.995, IN_DOUBT), (0.96, 0.3, 0.3)],
-)
-def test_what_closes_the_gap_in_the_librarys_form_and_stands_alone_has_its_name(
-    clearly_screened, tilted, monkeypatch, closure, sure, confidence
-):
-    """Without fields that speak for it: no other effect comes near."""
-    monkeypatch.setattr(form_in_doubt, 'closed_by', lambda *_: closure)
-    _, nominal, _ = clearly_screened
-    model = with_judgement(tilted, fraction=0.3)
-    witness = witness_of(clearly_screened, load=40.0, shape=60.0)
-    found = with_form_in_doubt(_chosen(model, sure), nominal, witness)
-    assert found.confidence == confidence
-    assert bool(found.unsure) == (confidence < 0.7)
-
-
-def test_what_is_another_one_in_each_pose_closes_any_gap(clearly_screened, tilted, monkeypatch):
-    monkeypatch.setattr(form_in_doubt, 'closed_by', lambda *_: 1.0)
-    _, nominal, _ = clearly_screened
-    model = with_judgement(tilted, fraction=0.3)
-    names = model.fit.parameters.names
-    own = model.fit.parameters.parameters[names.index(model.added[0].names[0])]
-    for parts, confidence in (([], 0.7), ([posture_parameter(own, 0, 0.1)], IN_DOUBT)):
-        found = with_form_in_doubt(_chosen(with_parts(model, parts), 0.999), nominal)
-        assert found.confidence == confidence
 
 
 def _concluded(screened: tuple, model: Hypothesis, monkeypatch) -> Diagnosis:
