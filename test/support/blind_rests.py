@@ -11,9 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import integrate, mesh_hexahedra
+from benchmarks.blind.laying import softer
 from benchmarks.blind.rest_shape import true_shape
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, settle, Specimen
+from support.blind_draws import draw_faults, draw_sealed
 
 COARSE = 0.5
 
@@ -128,3 +130,25 @@ def turn_of(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     sine = 0.5 * np.linalg.norm(axis)
     return np.asarray(0.5 * axis * np.arcsin(sine) / max(sine, 1e-30))
+
+
+def moved_by_what_stiffens(name: str, family: str) -> list[float]:
+    """Return how far two sizes of what stiffens one side hold a soft body's tip back [m].
+
+    It holds where that side is strained, and as good as not upside down.
+
+    Args:
+        name: of a form of `strain_stiffening`.
+        family: of the body.
+    """
+    drawn = draw_sealed(family)
+    soft, moves = softer(drawn, 0.3), []
+    tip = make_specimen(soft, Faults(), COARSE).shares > 0.99
+    bare = [rest_of(soft, Faults(), pose)[tip].mean(axis=0) for pose in (0, 3)]
+    for size in (1, 2):
+        faults = draw_faults(name, drawn, size)
+        held = [rest_of(soft, faults, pose)[tip].mean(axis=0) for pose in (0, 3)]
+        level, over = np.linalg.norm(np.subtract(held, bare), axis=1)
+        assert over < 0.1 * level
+        moves.append(float(level))
+    return moves

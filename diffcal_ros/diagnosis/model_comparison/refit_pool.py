@@ -15,7 +15,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, 
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, weighed_anew
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
-from diffcal_ros.diagnosis.screening.usual_sizes import sized
+from diffcal_ros.diagnosis.screening.usual_sizes import all_sized
 
 Progress = Callable[[str], None]
 
@@ -131,7 +131,10 @@ class RefitPool:
             )
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
-        sized_requests = [_of_likely_size(request) for request in requests]
+        sized_requests = [
+            replace(request, added=all_sized(request.added, request.starts))
+            for request in requests
+        ]
         fits = self._fits([*sized_requests, *tasks])
         begun = [
             self._hypothesis(request, fit)
@@ -146,8 +149,7 @@ class RefitPool:
 
     def _hypothesis(self, request: RefitRequest, fit: Refit) -> Hypothesis:
         added = request.added
-        values = fit.values_by_name()
-        likely = tuple(sized(candidate, values) for candidate in added)
+        likely = all_sized(added, fit.values_by_name())
         scene, evaluator = with_effects(self.nominal, self.base, likely, request.freed)
         if [own.size for own in likely] != [own.size for own in added]:
             fit = weighed_anew(fit, evaluator)
@@ -186,9 +188,3 @@ class RefitPool:
             self._report('a process died (was there memory enough?): going on in one')
             self.__exit__()
             self._jobs = 1
-
-
-def _of_likely_size(request: RefitRequest) -> RefitRequest:
-    """Return a request whose effects are as large as is likeliest where they start."""
-    added = tuple(sized(candidate, request.starts) for candidate in request.added)
-    return replace(request, added=added)

@@ -60,6 +60,11 @@ class Candidate:
         return np.array([part.scale for part in self.parts])
 
     @property
+    def likely_scales(self) -> FloatArray:
+        """How large its amplitudes may well be, of its size, SI units, shape (a,)."""
+        return self.size * self.scales
+
+    @property
     def screened(self) -> dict[str, float]:
         """The amplitude that its place or time is, by name; empty where that is a setting."""
         own = self.effect

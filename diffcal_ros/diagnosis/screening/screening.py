@@ -213,7 +213,7 @@ def _score(candidate: Candidate, sight: ScreenSight) -> Score:
         return _one_sided_score(candidate, sight)
     own = sight.of(candidate)
     candidate = _as_large_as_seen(candidate, own, sight.residual)
-    scales = candidate.size * candidate.scales
+    scales = candidate.likely_scales
     information = own.T @ own + np.diag(1.0 / scales**2)
     amplitudes = expected_amplitudes(candidate, own, sight.residual)
     gain = float(gains(candidate, own, sight.residual))
@@ -256,7 +256,7 @@ def _gain_by_pose(candidate: Candidate, own: FloatArray, sight: ScreenSight) -> 
     views = np.unique(sight.views)
     if candidate.effect.most_by_pose < 1.0 or len(views) < 2:
         return float(gains(candidate, own, sight.residual))
-    scaled = own * (candidate.size * candidate.scales)
+    scaled = own * candidate.likely_scales
     apart = np.hstack([scaled, *(scaled * (sight.views == view)[:, None] for view in views)])
     information = apart.T @ apart + np.eye(apart.shape[1])
     pull = apart.T @ sight.residual
@@ -278,7 +278,7 @@ def expected_amplitudes(
         SI units, shape (k, ...).
     """
     parts = candidate.parts
-    precision = np.diag(1.0 / (candidate.size * candidate.scales) ** 2)
+    precision = np.diag(1.0 / candidate.likely_scales**2)
     found = np.linalg.solve(columns.T @ columns + precision, columns.T @ residuals)
     if len(parts) == 1 or parts[0].lower == 0.0:
         found[0] = np.clip(found[0], parts[0].lower, parts[0].upper)
@@ -287,7 +287,7 @@ def expected_amplitudes(
 
 def gains(candidate: Candidate, columns: FloatArray, residuals: FloatArray) -> FloatArray:
     """Return how much chi-square falls with the expected amplitudes, shape (...)."""
-    scales = candidate.size * candidate.scales
+    scales = candidate.likely_scales
     amplitudes = expected_amplitudes(candidate, columns, residuals)
     left = residuals - columns @ amplitudes
     price = ((amplitudes.T / scales).T ** 2).sum(axis=0)

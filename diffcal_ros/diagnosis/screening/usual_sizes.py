@@ -9,7 +9,7 @@ more unknown, with a half Cauchy prior about the usual one (Gelman, Bayesian Ana
 the likeliest is taken, as for the forms of effects (`form_sizes`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.screening.candidates import Candidate
@@ -52,3 +52,8 @@ def sized(candidate: Candidate, values: Mapping[str, float]) -> Candidate:
         if part.has_prior
     ]
     return replace(candidate, size=likeliest_size(np.array(amounts)))
+
+
+def all_sized(added: Sequence[Candidate], values: Mapping[str, float]) -> tuple[Candidate, ...]:
+    """Return effects with the sizes that are likeliest for their amplitudes; see `sized`."""
+    return tuple(sized(candidate, values) for candidate in added)
