@@ -16,6 +16,7 @@ from diffcal_ros.diagnosis.detection.disagreement import (
     Disagreement,
     measure_disagreement,
 )
+from diffcal_ros.diagnosis.detection.find_spots import find_spots
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
 from diffcal_ros.diagnosis.detection.material_bands import find_bands
 from diffcal_ros.diagnosis.detection.material_boundary import (
@@ -23,6 +24,7 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
     with_borders,
     with_material_boundary,
     with_parts,
+    with_spots,
 )
 from diffcal_ros.diagnosis.detection.material_parts import find_parts
 from diffcal_ros.diagnosis.model_comparison.choice import choose
@@ -30,6 +32,7 @@ from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
+from diffcal_ros.diagnosis.model_comparison.settled_spots import settled_spots
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.noise_model import noise_of
@@ -43,6 +46,8 @@ from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.form_in_doubt import with_form_in_doubt
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
+from diffcal_ros.effects import bands
+from diffcal_ros.effects.surface_parts import parts_of, SeenPart
 from diffcal_ros.one_blas_thread import blas_on_one_thread
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -242,6 +247,10 @@ def _with_borders(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchEvalu
     scene = evaluator.model.scene
     found, left = find_bands(evaluator, nominal)
     parts = find_parts(evaluator, nominal, left)
+    maps = find_spots(evaluator, nominal, parts or _between(found))
+    if maps:
+        read = [_knowing(with_spots(scene, cells), evaluator, nominal) for cells in maps]
+        return _knowing(with_spots(scene, settled_spots(read)), evaluator, nominal)
     if parts:
         known = _knowing(with_parts(scene, parts), evaluator, nominal)
         return _knowing(with_parts(scene, settled_parts(*known, parts)), evaluator, nominal)
@@ -252,6 +261,11 @@ def _with_borders(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchEvalu
         found = (at,)
     placed = placed_by_pixels(evaluator, nominal.coordinates, found)
     return _knowing(with_borders(scene, placed), evaluator, nominal)
+
+
+def _between(borders: Sequence[float]) -> tuple[SeenPart, ...]:
+    """Return the bands between borders as parts of the surface."""
+    return parts_of(bands.band_settings(borders)) if borders else ()
 
 
 def _knowing(

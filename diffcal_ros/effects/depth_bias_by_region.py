@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.effects import bands, surface_parts
+from diffcal_ros.effects import bands, spots, surface_parts
 from diffcal_ros.effects.along_body import at_share, hat
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import FitsSeen, SeenPixels, Site
@@ -63,6 +63,7 @@ class DepthBiasByRegion(Effect):
     settles = ('both materials flat on one plane',)
     twins = ('camera_offset', 'clamp_offset')
     settings = {**bands.SETTINGS, **surface_parts.SETTINGS}  # noqa: RUF012
+    map_pattern = spots.PATTERN
     has_boundary = True
     form = 'the error is another one along and across the body'
     forms = _FORMS

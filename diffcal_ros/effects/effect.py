@@ -81,6 +81,8 @@ class Effect:
         outside_twins: causes outside the library that do, in words.
         settings: fixed numbers that go with it, with their defaults.
         setting_limits: what each of them may be; see `limits_of`.
+        map_pattern: what names of settings are like that are numbers of a map, too many to list;
+            empty: there are none.
         fit_name: what a fit calls it; its identifier by default.
         kind: what its parameters act on, for a fit.
         form_kind: what those of its forms act on.
@@ -127,6 +129,7 @@ class Effect:
     form = ''
     settings: Numbers = MappingProxyType({})
     setting_limits: tuple[float, float] = (0.0, 1.0)
+    map_pattern = ''
     kind = form_kind = 'effect'
     is_fitted_whole = False
     is_of_recording = False

@@ -6,13 +6,14 @@ Bands, strips, faces, stickers: each part is one stretch of `bands`, and may be 
 body by settings of its own, shares of the width from one side to the other by the body's axes
 across it: `a_from` and `a_until`, `b_from` and `b_until`, with `_2` and so on of the next ones.
 `times_2` says how many times as much a further part adds to what is read as the first; where two
-overlap both do.
+overlap both do. Where a map of `spots` is stated, that is the part, and there is no other.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.effects import bands
+from diffcal_ros.effects import bands, spots
+from diffcal_ros.effects.spots import Spots
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,11 +36,14 @@ _TIMES = {_named('times', number): 1.0 for number in _NUMBERS[1:]}
 SETTINGS = {
     **{_named(name, number): usual for number in _NUMBERS for name, usual in _ACROSS.items()},
     **_TIMES,
+    **spots.SETTINGS,
 }
 
 
 def setting_limits(name: str) -> tuple[float, float]:
     """Return what a setting may be."""
+    if name in spots.SETTINGS:
+        return (0.0, spots.LARGEST)
     return (-_MOST_TIMES, _MOST_TIMES) if name in _TIMES else (0.0, 1.0)
 
 
@@ -77,13 +81,26 @@ class SurfacePart:
         return np.asarray(is_along & ((across > low) & (across <= high)).all(axis=-1))
 
     @property
+    def borders(self) -> tuple[float, ...]:
+        """Where it begins and ends along the body, but for clamp and tip."""
+        return tuple(end for end in (self.begin, self.end) if 0.0 < end < 1.0)
+
+    @property
     def limits_across(self) -> list[list[float]]:
         """Limits across each axis that are on the faces there, and not at their edges."""
         return [[limit for limit in way if abs(limit) < FACE] for way in self.limits.tolist()]
 
 
-def parts_of(settings: Mapping[str, float]) -> tuple[SurfacePart, ...]:
+SeenPart = SurfacePart | Spots
+
+
+def parts_of(settings: Mapping[str, float]) -> tuple[SeenPart, ...]:
     """Return the parts that settings state, those that begin at the tip left out."""
+    found = spots.spots_of(settings)
+    return _stretches_of(settings) if found is None else (found,)
+
+
+def _stretches_of(settings: Mapping[str, float]) -> tuple[SurfacePart, ...]:
     stated = {**bands.SETTINGS, **SETTINGS, **settings}
     found = []
     for number in _NUMBERS:
@@ -125,7 +142,11 @@ def without_unused(numbers: Mapping[str, float]) -> dict[str, float]:
 
 def in_words(settings: Mapping[str, float]) -> str:
     """Say which parts those are, such as `0.3 to the tip, across b 0 to 0.6 of the width`."""
-    parts = parts_of(settings)
+    spotted = spots.spots_of(settings)
+    if spotted is not None:
+        begin, end = spotted.reach
+        return f'spots between {begin:.2g} and {end:.2g} of the length'
+    parts = _stretches_of(settings)
     if not any(_is_limited(part) for part in parts):
         return f'{bands.in_words(settings)} of the length'
     return ' and '.join(_words_of(part) for part in parts)

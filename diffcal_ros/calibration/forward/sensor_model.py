@@ -9,7 +9,7 @@ from diffcal_ros.depth.trace import Trace
 from diffcal_ros.effects.effect import Numbers
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels
-from diffcal_ros.effects.surface_parts import SurfacePart
+from diffcal_ros.effects.surface_parts import SeenPart
 import numpy as np
 from numpy.typing import NDArray
 
@@ -62,7 +62,7 @@ class SurfacePlaces:
     is_second: NDArray[np.bool_]
     corners: FloatArray | None = None
     sides: FloatArray | None = None
-    parts: tuple[SurfacePart, ...] = ()
+    parts: tuple[SeenPart, ...] = ()
 
     @property
     def places(self) -> FloatArray | None:

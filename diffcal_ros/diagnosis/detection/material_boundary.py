@@ -9,6 +9,7 @@ from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
 from diffcal_ros.effects.registry import boundary_effects, seen_boundary
+from diffcal_ros.effects.spots import spot_settings
 from diffcal_ros.effects.surface_parts import part_settings, SurfacePart
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
@@ -80,6 +81,17 @@ def with_parts(scene: Scene, parts: Sequence[SurfacePart]) -> Scene:
     found = with_borders(scene, ends)
     own = {seen_boundary().identifier: part_settings(parts)}
     return replace(found, effects={**found.effects, **own})
+
+
+def with_spots(scene: Scene, cells: BoolArray) -> Scene:
+    """Return a scene whose depth camera reads spots of the surface otherwise.
+
+    Args:
+        scene: that knows of no border.
+        cells: which of the surface are in spots, see `effects.spots`, shape (ROWS, ROUND).
+    """
+    own = {seen_boundary().identifier: spot_settings(cells)}
+    return replace(scene, effects={**scene.effects, **own})
 
 
 def placed_by_pixels(

@@ -13,7 +13,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.residuals.robust_residual import Residuals, ViewComparer
 from diffcal_ros.effects.registry import boundary_effects
-from diffcal_ros.effects.surface_parts import SurfacePart
+from diffcal_ros.effects.surface_parts import SeenPart
 from diffcal_ros.scene.model import Scene
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -87,7 +87,7 @@ def knows_boundary(scene: Scene) -> bool:
     )
 
 
-def _beside_limits(places: FloatArray, parts: Sequence[SurfacePart], share: float) -> BoolArray:
+def _beside_limits(places: FloatArray, parts: Sequence[SeenPart], share: float) -> BoolArray:
     """Tell which points are beside the strips along the limits of parts, shape (n,).
 
     Args:
@@ -103,10 +103,9 @@ def _beside_limits(places: FloatArray, parts: Sequence[SurfacePart], share: floa
     return clear
 
 
-def _borders(parts: Sequence[SurfacePart]) -> list[float]:
+def _borders(parts: Sequence[SeenPart]) -> list[float]:
     """Return where parts begin and end along a body, ascending."""
-    ends = {end for part in parts for end in (part.begin, part.end)}
-    return sorted(end for end in ends if 0.0 < end < 1.0)
+    return sorted({place for part in parts for place in part.borders})
 
 
 def _narrowest(borders: Sequence[float], begin: float = 0.0) -> float:

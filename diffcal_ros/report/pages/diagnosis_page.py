@@ -12,9 +12,11 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import DiagnosisTrace
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
-from diffcal_ros.effects.registry import EFFECTS, what_settles
+from diffcal_ros.effects.registry import EFFECTS, seen_boundary, what_settles
+from diffcal_ros.effects.spots import spots_of
 from diffcal_ros.report.figures.diagnosis_figure import residual_figure, score_figure
 from diffcal_ros.report.figures.figure_png import data_uri, png_bytes
+from diffcal_ros.report.figures.spot_figure import spot_figure
 from diffcal_ros.report.naming import shown, title
 from diffcal_ros.report.pages.page_style import document
 from diffcal_ros.report.tables.page_tables import plain, table
@@ -44,6 +46,7 @@ def write_diagnosis_page(path: Path, name: str, trace: DiagnosisTrace) -> None:
     sections = [
         _headline(name, diagnosis),
         _pictures(trace),
+        _spots(trace),
         _gap_table(trace),
         _effects_table(diagnosis),
         _parameters(diagnosis),
@@ -73,6 +76,21 @@ def _pictures(trace: DiagnosisTrace) -> str:
         '<h2>What is left</h2>\n<figure><img alt="measured depth and residuals" '
         f'src="{picture}"><figcaption>One scale for all residuals. The last column is with the '
         'best model found, whether it was named or not.</figcaption></figure>\n'
+    )
+
+
+def _spots(trace: DiagnosisTrace) -> str:
+    """Show the map of what the camera reads otherwise, where one was found."""
+    stated = trace.evaluator.model.scene.effects.get(seen_boundary().identifier, {})
+    spots = spots_of(stated)
+    if spots is None:
+        return ''
+    picture = data_uri(png_bytes(spot_figure(spots)))
+    return (
+        '<h2>What is read otherwise</h2>\n<figure><img alt="map of spots on the surface" '
+        f'src="{picture}"><figcaption>The surface of the body, unrolled: the camera reads what is '
+        'dark too far or too near. It was told from what all poses have in common there; what '
+        'none of them sees is left white.</figcaption></figure>\n'
     )
 
 

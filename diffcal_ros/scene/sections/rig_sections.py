@@ -5,6 +5,7 @@
 from collections.abc import Iterator, Mapping
 from functools import cache
 import math
+import re
 
 from diffcal_ros.camera import PinholeCamera, SHORTEST_FOCAL_LENGTH
 from diffcal_ros.effects import bands, surface_parts
@@ -102,16 +103,23 @@ def _effect_shape(effect: Effect) -> Keys:
     settings: dict[str, Shape] = {
         name: Number(f'default {usual:g}', Interval(*effect.limits_of(name)))
         for name, usual in effect.settings.items()
+        if not _is_of_map(effect, name)
     }
     about = effect.sentence
-    if not effect.forms:
+    patterns = [*filter(None, [effect.map_pattern]), *(part.name for part in effect.forms)]
+    if not patterns:
         return Keys({**amplitudes, **settings}, about=about)
+    found = 'part of another form, or of a map' if effect.map_pattern else 'part of another form'
     return Keys(
         {**amplitudes, **settings},
         about=about,
-        named=Number('part of another form, as a diagnosis found it'),
-        name_pattern='|'.join(part.name for part in effect.forms),
+        named=Number(f'{found}, as a diagnosis found it'),
+        name_pattern='|'.join(patterns),
     )
+
+
+def _is_of_map(effect: Effect, name: str) -> bool:
+    return bool(effect.map_pattern) and re.fullmatch(effect.map_pattern, name) is not None
 
 
 class _EffectShapes(Mapping[str, Shape]):
@@ -277,7 +285,8 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
             for part in effect.components
         }
         for name, usual in effect.settings.items():
-            numbers[name] = entry.number(name, default=usual)
+            reach = Interval(*effect.limits_of(name))
+            numbers[name] = entry.number(name, default=usual, allowed=reach)
         for part in effect.forms:
             if part.name in entry.names:
                 reach = Interval(part.lower, part.upper)

@@ -8,6 +8,8 @@ import re
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.effects.spots import OF_SIDE, ROUND, ROWS, spot_settings, Spots
+from diffcal_ros.report.figures.spot_figure import spot_figure
 from diffcal_ros.report.pages.diagnosis_page import write_diagnosis_page
 from diffcal_ros.report.tables.verdict_text import verdict_lines
 import numpy as np
@@ -61,3 +63,22 @@ def test_it_says_what_may_have_drawn_a_modulus_where_nothing_shows() -> None:
     sure = replace(diagnosis, drawn={'youngs_modulus': {'added_mass': 1e-9}})
     assert not any(line.startswith('DRAWN') for line in verdict_lines(sure))
     assert diagnosis.drawn['youngs_modulus']['added_mass'] > 0.1
+
+
+def test_a_map_of_spots_is_shown_where_one_is_stated(tmp_path) -> None:
+    """The picture has dark what the map has, side by side from below, from the clamp on."""
+    cells = np.zeros((ROWS, ROUND), dtype=bool)
+    cells[: ROWS // 2, :OF_SIDE] = True
+    panel = spot_figure(Spots(cells)).axes[0]
+    (image,) = panel.get_images()
+    assert image.origin == 'lower'
+    shown = np.asarray(image.get_array(), dtype=bool)
+    assert shown[:OF_SIDE, : ROWS // 2].all()
+    assert shown.sum() == cells.sum()
+    pages = []
+    for number, effects in enumerate(({}, {'depth_bias_by_region': spot_settings(cells)})):
+        scene = replace(beam_scene((6, 2, 2)), effects=effects)
+        path = tmp_path / f'{number}.html'
+        write_diagnosis_page(path, 'beam', diagnose(scene, [watched(seed=1)]))
+        pages.append(path.read_text())
+    assert ['map of spots' in page for page in pages] == [False, True]
