@@ -23,7 +23,7 @@ _SETS = (
     *('second', 'third', 'fourth', 'fifth', 'sixth', 'seventh', 'eighth', 'ninth', 'tenth'),
     *('eleventh', 'twelfth', 'thirteenth', 'fourteenth', 'fifteenth', 'sixteenth'),
     *('seventeenth', 'eighteenth', 'nineteenth', 'twentieth', 'twentyfirst', 'twentysecond'),
-    *('twentythird', 'twentyfourth', 'twentyfifth', 'twentysixth'),
+    *('twentythird', 'twentyfourth', 'twentyfifth', 'twentysixth', 'twentyseventh'),
 )
 _BEGIN, _END = '<!-- python -m benchmarks.blind.all_sets -->\n', '<!-- end -->\n'
 # Outcomes of single effects, in the order of their columns.

@@ -293,6 +293,8 @@ OUTSIDE_CLASS = {
     'mirrored': 'sensor',
     'rounded': 'shape',
     'rings': 'sensor',
+    'joggled': 'shape',
+    'moire': 'sensor',
 }
 
 

@@ -14,12 +14,15 @@ from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.sunbeam import sunbeam_share
+from benchmarks.blind.taps import tap_share
 from benchmarks.blind.veil import veiled
 
 _UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
 _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
 # Errors that lie elsewhere in an image in each pose.
 _IN_POSES = {'sunbeam': sunbeam_share, 'peeling': film_share}
+# Those that are the same in all, by place alone.
+_IN_IMAGE = {'splash guard': guard_share, 'two taps': tap_share}
 # Errors that go with how far away a surface is, and how bright with that.
 _BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')
 
@@ -33,8 +36,8 @@ def bias_share(
         return _share_around(rendering, setup, faults)
     if faults.depth_form in _IN_POSES:
         return _IN_POSES[faults.depth_form](rendering, setup, observation, faults)
-    if faults.depth_form == 'splash guard':
-        return guard_share(rendering, setup, faults)
+    if faults.depth_form in _IN_IMAGE:
+        return _IN_IMAGE[faults.depth_form](rendering, setup, faults)
     if faults.depth_form == 'flared':
         return flared_share(rendering, faults.depth_width)
     if faults.depth_form == 'disparity':

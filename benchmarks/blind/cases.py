@@ -51,6 +51,8 @@ from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_PAIRS
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_PAIRS
+from benchmarks.blind.twentyseventh_outside import TWENTYSEVENTH_OUTSIDE
 from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_PAIRS
 from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_PAIRS
@@ -153,6 +155,7 @@ LAWS_SETS = {
     'twentyfourth': Contents(TWENTYFOURTH_PAIRS, tuple(TWENTYFOURTH_OUTSIDE), 40),
     'twentyfifth': Contents(TWENTYFIFTH_PAIRS, tuple(TWENTYFIFTH_OUTSIDE), 40),
     'twentysixth': Contents(TWENTYSIXTH_PAIRS, tuple(TWENTYSIXTH_OUTSIDE), 40),
+    'twentyseventh': Contents(TWENTYSEVENTH_PAIRS, tuple(TWENTYSEVENTH_OUTSIDE), 40),
 }
 
 

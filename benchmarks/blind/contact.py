@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.blind.air_table import air_table
 from benchmarks.blind.brush import brush
+from benchmarks.blind.corrugated import corrugated, corrugated_tops
 from benchmarks.blind.crate import crate, crate_tops
 from benchmarks.blind.dish import dish, dish_tops
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
@@ -35,6 +36,8 @@ _RACK = 0.008  # Of the bars of a drying rack [m].
 _BARS = 6  # Of a rack to either side of the one below a body's outer part.
 # Share of the free length at which what lies below the outer part alone begins.
 OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4, 'pipe': 0.4}
+# What waves below all of a body.
+_WAVED = {'crate': crate, 'corrugated': corrugated}
 # Half-spaces that push by a force which is told, and by a length.
 _PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table, 'packing': packing}
 # Radius of what is round, along the world's z [m].
@@ -71,10 +74,10 @@ def contact_laws(
         below = shares > OUTER[faults.contact_form]
         round_law = pipe if faults.contact_form == 'pipe' else dish
         return (round_law(observation, faults, stiffness * below),)
-    if faults.contact_form in ('knob', 'crate'):
-        is_knob = faults.contact_form == 'knob'
-        law = knob(faults, stiffness) if is_knob else crate(observation, faults, stiffness)
-        return (law,)
+    if faults.contact_form == 'knob':
+        return (knob(faults, stiffness),)
+    if faults.contact_form in _WAVED:
+        return (_WAVED[faults.contact_form](observation, faults, stiffness),)
     normal, height = half_space(observation, faults)
     if faults.contact_form == 'shelf':
         stiffness = stiffness * (shares > 0.55)
@@ -150,6 +153,8 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
         return dish_tops(points, faults)
     if faults.contact_form == 'crate':
         return crate_tops(points, faults)
+    if faults.contact_form == 'corrugated':
+        return corrugated_tops(points, faults)
     if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))
     radius = ROUND[faults.contact_form]

@@ -2,12 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The foam of a crate for eggs, which waves along two ways, as a penalty in the object frame."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
+
+# How high a surface is over its crests at places of the world, and its two derivatives by these.
+Waves = Callable[[FloatArray, Faults], tuple[FloatArray, FloatArray, FloatArray]]
 
 
 def crate_tops(points: FloatArray, faults: Faults) -> FloatArray:
@@ -28,13 +33,20 @@ def crate(observation: Observation, faults: Faults, stiffness: FloatArray) -> Po
         faults: as above, and how high its crests are.
         stiffness: force by dent, upright, at each node [N/m], shape (N,).
     """
+    return waved(observation, faults, stiffness, _waves)
+
+
+def waved(
+    observation: Observation, faults: Faults, stiffness: FloatArray, waves: Waves
+) -> PotentialLaw:
+    """Return a surface that waves, without friction; the arguments are those of `crate`."""
     assert faults.contact_height is not None
     height, matrix = faults.contact_height, observation.world_from_object
     turn, shift = matrix[:3, :3], matrix[:3, 3]
 
     def penalty(positions: FloatArray) -> Potential:
         points = positions @ turn.T + shift
-        high, slope, curve = _waves(points, faults)
+        high, slope, curve = waves(points, faults)
         dent = np.maximum(height + high - points[:, 1], 0.0)
         slope = (slope - np.array([0.0, 1.0, 0.0])) @ turn
         push, touched = stiffness * dent, stiffness * (dent > 0.0)

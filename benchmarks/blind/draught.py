@@ -3,7 +3,8 @@
 """Air across a bench.
 
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
-fans that blow against each other, a curtain of air, or a jet that spreads.
+fans that blow against each other, a curtain of air, a jet that spreads, or what a grille lets
+through.
 """
 
 import numpy as np
@@ -113,3 +114,17 @@ def drawn_in(places: FloatArray, side: FloatArray, faults: Faults) -> FloatArray
     distance = np.linalg.norm(ahead, axis=1)[:, None]
     push = float(np.linalg.norm(side)) * (np.linalg.norm(mouth) / distance) ** 4
     return np.asarray(push * ahead / distance)
+
+
+def louvre_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much of a push is felt behind a grille of upright slats, 1 amid two, shape (N,).
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows, level, world, shape (3,).
+        faults: say amid which slats air comes through, and how far these are apart.
+    """
+    along = way / max(float(np.linalg.norm(way)), 1e-30)
+    aside = np.cross(along, [0.0, 1.0, 0.0])
+    slats = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_wave
+    return np.asarray(np.cos(np.pi * slats) ** 2)

@@ -9,11 +9,12 @@ to the tip. "Body's centre" is the middle of the nominal mesh's bounding box as 
 from dataclasses import dataclass
 
 from benchmarks.blind.later_faults import LaterFaults, Vector
+from benchmarks.blind.recent_faults import RecentFaults
 from benchmarks.blind.swing_faults import SwingFaults
 
 
 @dataclass(frozen=True)
-class Faults(SwingFaults, LaterFaults):
+class Faults(SwingFaults, LaterFaults, RecentFaults):
     """Amplitudes of all effects, those of the last sets aside.
 
     Attributes:

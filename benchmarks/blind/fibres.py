@@ -96,7 +96,7 @@ class Fibres:
         if self.steep:
             grown = np.exp(np.minimum(self.steep * g**2, _MOST))
             curve = (2.0 + 4.0 * self.steep * g**2) * grown
-            return (grown - 1.0) / self.steep, 2.0 * g * grown, curve * (g > 0.0)
+            return (grown - 1.0) / self.steep, 2.0 * g * grown, curve * (g != 0.0)
         if not w:
             # What is not resisted has grown by 0.
             is_part = self.slack or self.pressed

@@ -48,6 +48,7 @@ from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_FORMS
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
+from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_FORMS
 from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_FORMS
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS
 
@@ -213,6 +214,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'twentyfourth': TWENTYFOURTH_FORMS,
     'twentyfifth': TWENTYFIFTH_FORMS,
     'twentysixth': TWENTYSIXTH_FORMS,
+    'twentyseventh': TWENTYSEVENTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -75,6 +75,7 @@ from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentyseventh_outside import TWENTYSEVENTH_OUTSIDE
 from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
 from benchmarks.blind.twentythird_outside import TWENTYTHIRD_OUTSIDE
 
@@ -128,7 +129,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     newest = {**SEVENTEENTH_OUTSIDE, **EIGHTEENTH_OUTSIDE}
     newest = {**newest, **NINETEENTH_OUTSIDE, **TWENTIETH_OUTSIDE, **TWENTYFIRST_OUTSIDE}
     newest = {**newest, **TWENTYSECOND_OUTSIDE, **TWENTYTHIRD_OUTSIDE, **TWENTYFOURTH_OUTSIDE}
-    newest = {**newest, **TWENTYFIFTH_OUTSIDE, **TWENTYSIXTH_OUTSIDE}
+    newest = {**newest, **TWENTYFIFTH_OUTSIDE, **TWENTYSIXTH_OUTSIDE, **TWENTYSEVENTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **newest, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

@@ -11,6 +11,7 @@ from benchmarks.blind.amplitudes import Effect, OUTSIDE_CLASS
 from benchmarks.blind.cases import Case
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.later_faults import LaterFaults
+from benchmarks.blind.recent_faults import RecentFaults
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.swing_faults import SwingFaults
@@ -76,7 +77,7 @@ def told(faults: Faults, set_name: str, *, is_moving: bool) -> dict[str, Any]:
         is_moving: whether its body is filmed after its release.
     """
     names = [field.name for field in fields(Faults)]
-    since = (*fields(LaterFaults), *fields(SwingFaults))
+    since = (*fields(LaterFaults), *fields(SwingFaults), *fields(RecentFaults))
     later = {*names[names.index(_LAST_SEALED) + 1 :], *(each.name for each in since)}
     if not is_moving:
         later |= set(_MOTION_FORMS)

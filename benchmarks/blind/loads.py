@@ -13,6 +13,7 @@ from benchmarks.blind.draught import (
     curtain_share,
     drawn_in,
     layer_share,
+    louvre_share,
     opposed_share,
     spreading_share,
     stream_share,
@@ -45,6 +46,7 @@ _PUSHES = (
     'layer',
     'curtain',
     'hair dryer',
+    'louvred',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
@@ -53,6 +55,7 @@ _FELT = {
     'layer': layer_share,
     'curtain': curtain_share,
     'hair dryer': spreading_share,
+    'louvred': louvre_share,
 }
 
 

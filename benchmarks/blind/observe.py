@@ -17,6 +17,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
 from benchmarks.blind.hexahedra import HexMesh
 from benchmarks.blind.mirrored import mirrored
+from benchmarks.blind.moire import moire_error
 from benchmarks.blind.paint import FIXTURE, Paint, tip_part
 from benchmarks.blind.pane import through_pane
 from benchmarks.blind.renderer import Camera, render, Rendering
@@ -88,7 +89,7 @@ def _seen(
     depth = depth + _jump(rendering, faults) + _bleeding(rendering, faults)
     depth = depth + _trailing(rendering, faults)
     depth = depth + _flicker(rendering, setup, observation, faults)
-    depth = depth + ring_error(rendering, setup, faults)
+    depth = depth + ring_error(rendering, setup, faults) + moire_error(rendering, setup, faults)
     tip = _painted(tip_part(rendering.labels), faults) * rendering.facing**faults.region_gloss
     glows = _glowing(setup, observation, faults)
     depth = depth + 1e-3 * faults.region_bias * glows * tip
@@ -184,6 +185,7 @@ def _paint(border: float, faults: Faults) -> Paint:
         dips=faults.region_dips,
         board=faults.region_board,
         stickers=faults.region_stickers,
+        net=faults.region_net,
     )
 
 

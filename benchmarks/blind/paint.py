@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.shapes import FloatArray
-from benchmarks.blind.speckle import on_board, speckled, stickered
+from benchmarks.blind.speckle import netted, on_board, speckled, stickered
 
 IntArray = NDArray[np.int64]
 
@@ -45,6 +45,8 @@ class Paint:
         board: edge of squares [m], every other of which is the root's; 0: there are none.
         stickers: way from one to the next along each side and their radius [m]; what is between
             them is the root's; (0, 0): all is one.
+        net: way from knot to knot along it [m], and which share of that a thread covers; what is
+            in the meshes is the root's; (0, 0): there are none.
     """
 
     tip_from: float = 0.5
@@ -60,6 +62,7 @@ class Paint:
     dips: tuple[float, ...] = ()
     board: float = 0.0
     stickers: tuple[float, float] = (0.0, 0.0)
+    net: tuple[float, float] = (0.0, 0.0)
 
 
 PLAIN = Paint()
@@ -143,13 +146,15 @@ def _dipped(labels: IntArray, side: Side, paint: Paint) -> IntArray:
 
 
 def _in_spots(labels: IntArray, side: Side, paint: Paint) -> IntArray:
-    """Return labels of what is in dots, dark squares or stickers; all else is the root's."""
+    """Return labels of what is in dots, dark squares, stickers or nets; all else is the root's."""
     if paint.speckle[0]:
         labels = np.where(speckled(side.points, *paint.speckle), labels, ROOT)
     if paint.board:
         labels = np.where(on_board(side.points, paint.board), labels, ROOT)
     if paint.stickers[0]:
         labels = np.where(stickered(side.points, side.axis, *paint.stickers), labels, ROOT)
+    if paint.net[0]:
+        labels = np.where(netted(side.points, side.axis, *paint.net), labels, ROOT)
     return labels
 
 

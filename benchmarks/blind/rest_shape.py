@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.hammock import catenary_lever, catenary_rate
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
 
@@ -46,6 +47,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         draft=faults.drafted,
         ribs=(faults.ribbed, faults.ribbed_waves, faults.ribbed_phase),
         rounds=faults.rounded,
+        jog=(1e-3 * faults.joggled, faults.joggled_at, faults.joggled_way),
     )
 
 
@@ -206,6 +208,13 @@ def _held_by_tip(curvature: FloatArray, faults: Faults) -> list[tuple[float, flo
     )
 
 
+def _hammock(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that was hung up by both ends; its tip is as far off as an arc's."""
+    at, sag = faults.curvature_at, faults.curvature_sag
+    lever = catenary_lever(at, sag)
+    return _by_moments(curvature, lever, lambda middle: catenary_rate(middle, at, sag))
+
+
 def _by_moments(
     curvature: FloatArray, lever: float, moment: Callable[[float], float]
 ) -> list[tuple[float, float, FloatArray]]:
@@ -334,6 +343,7 @@ _IN_PARTS = {
     'outweighed': _outweighed,
     'held by its tip': _held_by_tip,
     'burdened': _burdened,
+    'hammock': _hammock,
 }
 
 

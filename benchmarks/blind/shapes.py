@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.blind.jogging import jogging
+
 FloatArray = NDArray[np.float64]
 
 _RACKED = 0.15  # Share of the free length over which a racked mould leaves its square end.
@@ -45,6 +47,8 @@ class Shape:
         ribs: share by which the section is larger and smaller in waves, how many of these are on
             the free length, and their phase at the clamp [rad].
         rounds: share by which the section is not square but round.
+        jog: by how much the outer part lies to one side [m], the share of the free length amid
+            the bend where it goes over to that, and which way, from y towards z [deg].
     """
 
     family: str
@@ -65,6 +69,7 @@ class Shape:
     draft: float = 0.0
     ribs: tuple[float, float, float] = (0.0, 1.0, 0.0)
     rounds: float = 0.0
+    jog: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def length(self) -> float:
@@ -114,6 +119,8 @@ class Shape:
         points[..., 1] *= 1.0 + self.flat * share
         points[..., 2] /= 1.0 + self.flat * share
         points[..., 1] += self.rack * np.minimum(share / _RACKED, 1.0) * points[..., 2]
+        if self.jog[0]:
+            points[..., 1:] += jogging(share, *self.jog)
         return bend(points, self.clamp, np.array([0.0, 0.0, self.arch]))
 
 

@@ -54,6 +54,7 @@ from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.seventh_outside import warmed
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.slider import slider_masses
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.sponge import sponge_masses
 from benchmarks.blind.wear import worn
@@ -71,6 +72,7 @@ _BY_POSE = {
     'hung on': hung_masses,
     'cradled': cradled_masses,
     'filling': filling_masses,
+    'sliding': slider_masses,
 }
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {

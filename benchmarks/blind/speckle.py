@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Dots at random places of a surface, for a correlation of images, squares, and round stickers."""
+"""Dots at random places of a surface, for a correlation of images, squares, stickers, nets."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,3 +49,19 @@ def stickered(points: FloatArray, axis: int, apart: float, radius: float) -> NDA
         return np.zeros(points.shape[:-1], dtype=bool)
     ahead = (points[..., 0] / apart) % 1.0 - 0.5
     return np.asarray((apart * ahead) ** 2 + points[..., 3 - axis] ** 2 < radius**2)
+
+
+def netted(points: FloatArray, axis: int, apart: float, cover: float) -> NDArray[np.bool_]:
+    """Return which points of one side lie below a thread of a net, shape (...).
+
+    Its threads go at 45 degrees to the body's length, either way.
+
+    Args:
+        points: before the shape's map [m], shape (..., 3).
+        axis: across which the side lies.
+        apart: from knot to knot along the body [m].
+        cover: which share of that a thread covers.
+    """
+    ahead, aside = np.moveaxis(np.delete(points, axis, axis=-1), -1, 0)
+    one, other = (ahead + aside) / apart % 1.0, (ahead - aside) / apart % 1.0
+    return np.asarray((one < cover) | (other < cover))

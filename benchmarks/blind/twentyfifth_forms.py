@@ -18,7 +18,8 @@ from benchmarks.blind.flexure import suction_compliance
 from benchmarks.blind.form import Form
 from benchmarks.blind.moduli import ribbon_share
 from benchmarks.blind.outside_forms import tip_stiffness
-from benchmarks.blind.rotations import applied, rotation
+from benchmarks.blind.pitching import pitched_on, stated_pitches
+from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import GRAVITY, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.slender import (
@@ -122,18 +123,9 @@ def _suction(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
 
 def _misgraded(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     """Pitch jaws about a hinge behind the body by a protractor whose degrees are not as long."""
-    aheads = [pose.world_from_object[:3, 0] for pose in setup.observations]
-    pitches = np.array([np.arcsin(ahead[1]) for ahead in aheads])
+    pitches = stated_pitches(setup)
     wrong = signed(_MOVES[size] / setup.shape.length / float(np.abs(pitches).max()), random)
-    middle, found = 500.0 * setup.shape.clamp * np.array([1.0, 0.0, 0.0]), []
-    for pose, ahead, pitch in zip(setup.observations, aheads, pitches, strict=True):
-        # From ahead towards up.
-        level = np.cross(ahead, [0.0, 1.0, 0.0])
-        axis = pose.world_from_object[:3, :3].T @ level / np.linalg.norm(level)
-        turn = wrong * float(pitch) * axis
-        shift = rotation(turn) @ middle - middle
-        found.append(tuple(round(float(value), 4) for value in (*shift, *np.rad2deg(turn))))
-    return {'clamp_scatter': tuple(found)}
+    return {'clamp_scatter': pitched_on(setup, [wrong * float(pitch) for pitch in pitches])}
 
 
 def _jack(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:

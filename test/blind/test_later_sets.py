@@ -51,6 +51,8 @@ from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS, TWENTYFOURTH
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS, TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_FORMS, TWENTYSEVENTH_PAIRS
+from benchmarks.blind.twentyseventh_outside import TWENTYSEVENTH_OUTSIDE
 from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_FORMS, TWENTYSIXTH_PAIRS
 from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS, TWENTYTHIRD_PAIRS
@@ -78,6 +80,7 @@ COUNTS = {
     'twentyfourth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyfifth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentysixth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentyseventh': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -180,6 +183,13 @@ OWN = {
         TWENTYSIXTH_FORMS,
         TWENTYSIXTH_PAIRS,
         TWENTYSIXTH_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'twentyseventh': Own(
+        TWENTYSEVENTH_FORMS,
+        TWENTYSEVENTH_PAIRS,
+        TWENTYSEVENTH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
     ),

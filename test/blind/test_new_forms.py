@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forms of the later sets are of some size, and not the library's; so are causes outside it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -50,6 +50,8 @@ from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
+from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_FORMS
+from benchmarks.blind.twentyseventh_outside import TWENTYSEVENTH_OUTSIDE
 from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_FORMS
 from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
 from benchmarks.blind.twentythird_forms import TWENTYTHIRD_FORMS
@@ -157,6 +159,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/homed': {'clamp_scatter': ()},
     'gravity_tilt/hair dryer': {'tilt_form': 'tilt'},
     'rest_curvature/burdened': {'curvature_form': 'arc'},
+    'added_mass/sliding': {'mass_form': 'hat'},
+    'stiffness_contrast/dosed': {'contrast_mode': 'split'},
+    'clamp_offset/backlash': {'clamp_scatter': ()},
+    'gravity_tilt/louvred': {'tilt_form': 'tilt'},
+    'rest_curvature/hammock': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -215,6 +222,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/splash guard': {'depth_form': 'affine'},
     'depth_bias_by_region/stickers': {'region_stickers': (0.0, 0.0)},
     'camera_offset/rolled': {'camera_scatter': ()},
+    'depth_affine/two taps': {'depth_form': 'affine'},
+    'depth_bias_by_region/netted': {'region_net': (0.0, 0.0)},
+    'camera_offset/mirror': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -226,6 +236,7 @@ OTHERS = {
     'contact_plane/rig',
     'camera_offset/pane',
     'contact_plane/brush',
+    'contact_plane/corrugated',
     'contact_plane/crate',
     'contact_plane/cushion',
     'contact_plane/dish',
@@ -247,6 +258,7 @@ OTHERS = {
     'strain_stiffening/beaded',
     'strain_stiffening/braided',
     'strain_stiffening/coils',
+    'strain_stiffening/foam strip',
     'strain_stiffening/hart_smith',
     'strain_stiffening/interlocked',
     'strain_stiffening/knitted',
@@ -278,11 +290,20 @@ CAUSES = {
     **TWENTYFOURTH_OUTSIDE,
     **TWENTYFIFTH_OUTSIDE,
     **TWENTYSIXTH_OUTSIDE,
+    **TWENTYSEVENTH_OUTSIDE,
 }
 
 
 def _drawn(key: str, setup: Setup) -> Faults:
     return Faults(**BY_KEY[key].draw(2, setup, np.random.default_rng(8)))
+
+
+def _params(keys: Iterable[str]) -> list[Any]:
+    """Return keys of forms as parameters; of what tests of its own check as well, slow ones."""
+    slow = {form.key for form in TWENTYSEVENTH_FORMS}
+    return [
+        pytest.param(key, marks=(pytest.mark.slow,) if key in slow else ()) for key in sorted(keys)
+    ]
 
 
 def test_every_form_is_checked_here() -> None:
@@ -291,7 +312,7 @@ def test_every_form_is_checked_here() -> None:
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
-    newest = (*newest, *TWENTYSIXTH_FORMS)
+    newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -315,12 +336,13 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYFOURTH_FORMS, {'strain_stiffening'}),
         (TWENTYFIFTH_FORMS, {'rest_curvature'}),
         (TWENTYSIXTH_FORMS, {'contact_plane'}),
+        (TWENTYSEVENTH_FORMS, {'compliant_clamp'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking
 
 
-@pytest.mark.parametrize('key', sorted(ON_THE_BODY))
+@pytest.mark.parametrize('key', _params(ON_THE_BODY))
 def test_a_form_moves_the_body_and_not_as_the_library_does(
     setup: Setup, rests: list[np.ndarray], key: str
 ) -> None:
@@ -335,7 +357,7 @@ def test_a_form_moves_the_body_and_not_as_the_library_does(
     assert max(apart) > 0.0005
 
 
-@pytest.mark.parametrize('key', sorted(ON_THE_SENSOR))
+@pytest.mark.parametrize('key', _params(ON_THE_SENSOR))
 def test_a_form_changes_what_is_seen_and_not_as_the_library_does(
     setup: Setup, depths: Depths, key: str
 ) -> None:

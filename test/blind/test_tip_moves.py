@@ -182,9 +182,23 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentyseventh': (
+        (
+            'added_mass/sliding',
+            'stiffness_contrast/dosed',
+            'clamp_offset/backlash',
+            'gravity_tilt/louvred',
+            'rest_curvature/hammock',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
+# What tests of their own check of these forms as well.
+_SLOW = ('twentyseventh',)
 CASES = [
-    pytest.param(key, limits, id=key) for keys, limits in ON_THE_BODY.values() for key in keys
+    pytest.param(key, limits, id=key, marks=(pytest.mark.slow,) if name in _SLOW else ())
+    for name, (keys, limits) in ON_THE_BODY.items()
+    for key in keys
 ]
 
 

@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Jaws that are pitched about a level hinge behind the body, by other angles than stated."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from benchmarks.blind.rotations import rotation
+from benchmarks.blind.setups import Setup
+from benchmarks.blind.shapes import FloatArray
+
+
+def stated_pitches(setup: Setup) -> FloatArray:
+    """Return by how much a body points up in each pose [rad], shape (P,)."""
+    return np.array([np.arcsin(pose.world_from_object[1, 0]) for pose in setup.observations])
+
+
+def pitched_on(setup: Setup, angles: Iterable[float]) -> tuple[tuple[float, ...], ...]:
+    """Return shift [mm] and turn [deg] of a clamp in each pose, whose jaws are pitched farther up.
+
+    Args:
+        setup: with its poses; the hinge goes through the object's origin.
+        angles: by which they are, in each pose [rad].
+    """
+    middle, found = 500.0 * setup.shape.clamp * np.array([1.0, 0.0, 0.0]), []
+    for pose, angle in zip(setup.observations, angles, strict=True):
+        # From ahead towards up.
+        level = np.cross(pose.world_from_object[:3, 0], [0.0, 1.0, 0.0])
+        axis = pose.world_from_object[:3, :3].T @ level / np.linalg.norm(level)
+        turn = angle * axis
+        shift = rotation(turn) @ middle - middle
+        found.append(tuple(round(float(value), 4) for value in (*shift, *np.rad2deg(turn))))
+    return tuple(found)
