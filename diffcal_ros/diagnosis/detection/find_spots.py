@@ -13,6 +13,7 @@ from diffcal_ros.diagnosis.detection.depth_discontinuity import jumps_seen, OF_S
 from diffcal_ros.diagnosis.detection.material_boundary import LEFT, seen_places
 from diffcal_ros.diagnosis.detection.spot_map import (
     left_beside,
+    left_by_map,
     left_by_smooth,
     spot_map,
     SpotMap,
@@ -67,7 +68,7 @@ def find_spots(
     is_there = (
         is_of_all_poses([v.beside(found) for v in views], [postures[number] for number in own])
         and _is_sharp(views, found)
-        and _left(views, _on(views, found.levels)) < LEFT * _left(views, held)
+        and left_by_map(views, found.levels) < LEFT * _left(views, held)
     )
     return _as_read(evaluator, nominal, found) if is_there else []
 
@@ -104,14 +105,10 @@ def _size(left: FloatArray) -> float:
     return float(np.abs(left).sum())
 
 
-def _on(views: Sequence[SpottedView], levels: FloatArray) -> list[FloatArray]:
-    return [view.on(levels) for view in views]
-
-
 def _is_sharp(views: Sequence[SpottedView], found: SpotMap) -> bool:
     """Tell whether levels that go over into each other leave more: waves of a surface do."""
     soft = _softened(found.is_spot.reshape(ROWS, ROUND), found.is_seen.reshape(ROWS, ROUND))
-    return _left(views, _on(views, found.levels)) < OF_SMOOTH * _left(views, _on(views, soft))
+    return left_by_map(views, found.levels) < OF_SMOOTH * left_by_map(views, soft)
 
 
 def _softened(is_spot: BoolArray, is_seen: BoolArray) -> FloatArray:

@@ -151,6 +151,16 @@ def left_by_smooth(view: SpottedView) -> FloatArray:
     return left_beside(view, np.zeros((len(view.left), 0)))[0]
 
 
+def left_by_map(views: Sequence[SpottedView], levels: FloatArray) -> float:
+    """Return the sum of absolute residuals that a map and what is smooth leave of views [m].
+
+    Args:
+        views: pixels.
+        levels: of the cells, shape (CELLS,).
+    """
+    return sum(float(np.abs(left_beside(view, view.on(levels))[0]).sum()) for view in views)
+
+
 def _about_the_middle(view: SpottedView) -> FloatArray:
     """Return what a view is off by from the middle of two levels [m], shape (n,)."""
     rough = left_by_smooth(view)

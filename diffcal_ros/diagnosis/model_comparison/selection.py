@@ -98,10 +98,9 @@ class Selection:
         if needed is None or not self.is_measured:
             return None
         one, two = self._best_of_each()
-        is_part = set(one.identifiers) <= set(two.identifiers)
         doubt = PAIR_GAIN * self.noise_scale + FORM_DOUBT * one.leaning
         is_clear = two.level - one.level > doubt
-        return None if is_part or is_clear or one.chance_of_noise < ALPHA else needed
+        return None if _is_half(one, two) or is_clear or one.chance_of_noise < ALPHA else needed
 
     def _best_of_each(self) -> tuple[Hypothesis, Hypothesis]:
         """Return the best model of one effect and the best of two."""
@@ -113,8 +112,7 @@ class Selection:
             return None
         one, two = self._best_of_each()
         # What is in doubt of the one speaks against a second one beside it.
-        is_part = set(one.identifiers) <= set(two.identifiers)
-        level = max(one.level, one.log_evidence) if is_part else one.level
+        level = max(one.level, one.log_evidence) if _is_half(one, two) else one.level
         is_more = two.level - level > PAIR_GAIN * self.noise_scale
         transfer = np.inf
         if self.added is not None:
@@ -254,6 +252,11 @@ def _believable_first(pairs: Sequence[Hypothesis], scale: float) -> list[Hypothe
 
 def _is_believable(pair: Hypothesis) -> bool:
     return not (pair.is_unlike_itself or pair.is_free_in_everything)
+
+
+def _is_half(one: Hypothesis, two: Hypothesis) -> bool:
+    """Tell whether a model of two effects has that of another one."""
+    return set(one.identifiers) <= set(two.identifiers)
 
 
 def _is_poor(pool: RefitPool, hypothesis: Hypothesis, basis: FormBasis | None) -> bool:

@@ -9,7 +9,11 @@ right is told by what is left of them.
 from collections.abc import Sequence
 
 from diffcal_ros.diagnosis.detection.material_boundary import seen_places
-from diffcal_ros.diagnosis.detection.spot_map import nearer_the_second, SpottedView
+from diffcal_ros.diagnosis.detection.spot_map import (
+    left_by_map,
+    nearer_the_second,
+    SpottedView,
+)
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -49,7 +53,10 @@ def settled_spots(known: Sequence[tuple[PatchEvaluator, Refit]]) -> BoolArray:
         SpottedView.of(left + height * spots.holds(places), places)
         for left, places in seen_places(best.evaluator, best.fit.coordinates)
     ]
-    return nearer_the_second(views, height).reshape(ROWS, ROUND)
+    anew = nearer_the_second(views, height)
+    left = [left_by_map(views, own.astype(np.float64)) for own in (anew, spots.cells.ravel())]
+    # What else is missing may be smooth, and far larger than spots: then the first map stands.
+    return anew.reshape(ROWS, ROUND) if left[0] < left[1] else spots.cells
 
 
 def _map_of(evaluator: PatchEvaluator) -> Spots:

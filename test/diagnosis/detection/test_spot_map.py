@@ -6,6 +6,7 @@ from diffcal_ros.diagnosis.detection.find_spots import _is_sharp, is_of_all_pose
 from diffcal_ros.diagnosis.detection.spot_map import (
     CELLS,
     left_beside,
+    left_by_map,
     left_by_smooth,
     middle_of_two,
     nearer_the_second,
@@ -142,3 +143,11 @@ def test_cells_are_of_the_nearer_level(random):
     halved = nearer_the_second([hidden], -HEIGHT)
     odd = np.arange(CELLS) % 2 == 1
     assert np.mean(halved[odd & seen] == spots[odd & seen]) > 0.85
+
+
+def test_beside_something_large_and_smooth_a_map_by_levels_alone_leaves_more(random):
+    spots = _dots(random)
+    views = [_view(random, _painted(spots), offset=own) for own in (0.02, -0.03, 0.01)]
+    by_levels = nearer_the_second(views, HEIGHT).astype(float)
+    assert np.mean(by_levels == spots) < 0.8
+    assert left_by_map(views, spots.astype(float)) < 0.5 * left_by_map(views, by_levels)
