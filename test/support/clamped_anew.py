@@ -3,6 +3,7 @@
 """A beam in several poses, as it was clamped in each."""
 
 from dataclasses import replace
+from functools import cache
 
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.fem.elements.element import Element
@@ -39,6 +40,16 @@ _SITS = (
 def clamped_anew():
     """Return a scene of three poses that knows of no offset, and what was seen of them."""
     return rolled(_ROLLS, _SITS, (10, 3, 3))
+
+
+@cache
+def beam_in_two_poses(layers: int):
+    """Return a scene of the beam as it is and rolled by 0.8, and what was seen of it, found once.
+
+    Args:
+        layers: of elements along the scene's mesh.
+    """
+    return rolled((0.0, 0.8), np.zeros((2, 6)), (layers, 2, 2))
 
 
 def rolled(rolls, sits, counts):

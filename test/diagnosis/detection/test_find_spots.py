@@ -13,12 +13,20 @@ from diffcal_ros.effects.spots import cells_of, ROUND, ROWS, spot_settings, spot
 from diffcal_ros.effects.surface_parts import parts_of
 import numpy as np
 import pytest
-from support.clamped_anew import rolled
+from support.clamped_anew import beam_in_two_poses
 from support.scenes import MODULUS
 from support.watched import with_part
 
 HEIGHT = -0.006
-SCENE, SEEN = rolled((0.0, 0.8), np.zeros((2, 6)), (16, 2, 2))
+LAYERS = 16
+
+
+def _scene():
+    return beam_in_two_poses(LAYERS)[0]
+
+
+def _seen():
+    return beam_in_two_poses(LAYERS)[1]
 
 
 def _print(kind):
@@ -35,12 +43,12 @@ def _print(kind):
 
 
 def _printed(cells, height=HEIGHT):
-    return [with_part(seen, spot_settings(cells), height, SCENE) for seen in SEEN]
+    return [with_part(seen, spot_settings(cells), height, _scene()) for seen in _seen()]
 
 
 def _fitted(seen):
     """Return the evaluator of the model as it is, and the map that its scene states."""
-    evaluator, nominal = fit_nominal(SCENE, seen, None)
+    evaluator, nominal = fit_nominal(_scene(), seen, None)
     stated = evaluator.model.scene.effects.get('depth_bias_by_region', {})
     return evaluator, nominal, spots_of(stated)
 
@@ -81,19 +89,22 @@ def test_spots_are_read_the_right_way_round_where_they_are_most_of_the_body():
 @pytest.mark.parametrize(
     'seen',
     [
-        pytest.param(SEEN, id='nothing'),
-        pytest.param([_printed(_print('dots'))[0], SEEN[1]], id='before one of two'),
-        pytest.param(_printed(_print('dots'))[:1], id='one pose'),
-        pytest.param([with_part(s, {'at': 0.4}, HEIGHT, SCENE) for s in SEEN], id='one step'),
+        pytest.param(_seen, id='nothing'),
+        pytest.param(lambda: [_printed(_print('dots'))[0], _seen()[1]], id='before one of two'),
+        pytest.param(lambda: _printed(_print('dots'))[:1], id='one pose'),
+        pytest.param(
+            lambda: [with_part(own, {'at': 0.4}, HEIGHT, _scene()) for own in _seen()],
+            id='one step',
+        ),
     ],
 )
 def test_what_are_no_spots_are_not_taken_for_some(seen):
-    assert _fitted(seen)[2] is None
+    assert _fitted(seen())[2] is None
 
 
 def test_spots_leave_far_less_than_what_was_found_before():
     cells = _print('squares')
-    scene = replace(SCENE, effects={'depth_bias_by_region': {'at': 0.5}})
+    scene = replace(_scene(), effects={'depth_bias_by_region': {'at': 0.5}})
     evaluator, nominal = fit_nominal(scene, _printed(cells), None)
     one, other = find_spots(evaluator, nominal, ())
     assert not (one & other).any()
@@ -103,7 +114,7 @@ def test_spots_leave_far_less_than_what_was_found_before():
 
 def test_of_two_readings_the_one_that_explains_more_is_placed_anew():
     cells = _print('stickers')
-    scene = replace(SCENE, effects={'depth_bias_by_region': {'at': 0.5}})
+    scene = replace(_scene(), effects={'depth_bias_by_region': {'at': 0.5}})
     evaluator, nominal = fit_nominal(scene, _printed(cells), None)
     # Of one reading a tenth of the cells is wrong, of the other all others are.
     rough = cells ^ (np.random.default_rng(1).random(cells.shape) < 0.1)
@@ -115,7 +126,7 @@ def test_of_two_readings_the_one_that_explains_more_is_placed_anew():
 
 @pytest.mark.slow
 def test_stickers_are_named_and_the_modulus_heals():
-    diagnosis = diagnose(SCENE, _printed(_print('stickers'))).diagnosis
+    diagnosis = diagnose(_scene(), _printed(_print('stickers'))).diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE
     (named,) = diagnosis.effects
     assert named.identifier == 'depth_bias_by_region'

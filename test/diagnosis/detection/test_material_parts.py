@@ -13,21 +13,29 @@ from diffcal_ros.effects import bands, surface_parts
 from diffcal_ros.effects.surface_parts import in_words, part_settings, parts_of, SurfacePart
 import numpy as np
 import pytest
-from support.clamped_anew import rolled
+from support.clamped_anew import beam_in_two_poses
 from support.scenes import MODULUS
 from support.watched import with_part
 
 HEIGHT = -0.004
-SCENE, SEEN = rolled((0.0, 0.8), np.zeros((2, 6)), (16, 2, 2))
+LAYERS = 16
 STICKER = {'at': 0.3, 'until': 0.7, 'a_until': 0.55}
 
 
+def _scene():
+    return beam_in_two_poses(LAYERS)[0]
+
+
+def _seen():
+    return beam_in_two_poses(LAYERS)[1]
+
+
 def _with(part, height=HEIGHT):
-    return [with_part(seen, part, height, SCENE) for seen in SEEN]
+    return [with_part(seen, part, height, _scene()) for seen in _seen()]
 
 
 def _stated(seen):
-    evaluator, _ = fit_nominal(SCENE, seen, None)
+    evaluator, _ = fit_nominal(_scene(), seen, None)
     return evaluator.model.scene.effects.get('depth_bias_by_region', {})
 
 
@@ -35,9 +43,13 @@ def _stated(seen):
     'part',
     [
         pytest.param({'at': 0.25, 'a_from': 0.6}, id='to the tip, on one side'),
-        pytest.param({'at': 0.0, 'a_from': 0.3, 'a_until': 0.7}, id='all along, in the middle'),
+        pytest.param(
+            {'at': 0.0, 'a_from': 0.3, 'a_until': 0.7},
+            marks=pytest.mark.slow,
+            id='all along, in the middle',
+        ),
         pytest.param(STICKER, id='a sticker'),
-        pytest.param({'at': 0.3, 'b_from': 0.985}, id='a painted face'),
+        pytest.param({'at': 0.3, 'b_from': 0.985}, marks=pytest.mark.slow, id='a painted face'),
     ],
 )
 def test_a_part_is_found_where_it_is(part):
@@ -50,29 +62,29 @@ def test_a_part_is_found_where_it_is(part):
 
 def _leaning(height, steps=16):
     """Let what is read lean from side to side."""
-    found = SEEN
+    found = _seen()
     for share in np.linspace(0.05, 0.95, steps):
         part = {'at': 0.0, 'a_from': share}
-        found = [with_part(seen, part, height / steps, SCENE) for seen in found]
+        found = [with_part(seen, part, height / steps, _scene()) for seen in found]
     return found
 
 
 @pytest.mark.parametrize(
     'seen',
     [
-        pytest.param(SEEN, id='nothing'),
-        pytest.param(_leaning(0.006), id='leaning'),
-        pytest.param(_with({'at': 0.3}), id='one step'),
-        pytest.param([_with(STICKER)[0], SEEN[1]], id='before one of two'),
-        pytest.param(_with(STICKER)[:1], id='one pose'),
+        pytest.param(_seen, id='nothing'),
+        pytest.param(lambda: _leaning(0.006), id='leaning'),
+        pytest.param(lambda: _with({'at': 0.3}), id='one step'),
+        pytest.param(lambda: [_with(STICKER)[0], _seen()[1]], id='before one of two'),
+        pytest.param(lambda: _with(STICKER)[:1], id='one pose'),
     ],
 )
 def test_what_is_no_part_is_not_taken_for_one(seen):
-    assert not set(surface_parts.SETTINGS) & set(_stated(seen))
+    assert not set(surface_parts.SETTINGS) & set(_stated(seen()))
 
 
 def test_a_part_stands_out_from_what_bands_leave():
-    scene = replace(SCENE, effects={'depth_bias_by_region': {'at': 0.5}})
+    scene = replace(_scene(), effects={'depth_bias_by_region': {'at': 0.5}})
     evaluator, nominal = fit_nominal(scene, _with({'at': 0.25, 'a_from': 0.6}), None)
     (part,) = find_parts(evaluator, nominal, np.inf)
     assert part_settings([part]).keys() == {'at', 'a_from'}
@@ -92,8 +104,8 @@ def test_a_part_stands_out_from_what_bands_leave():
 def test_two_parts_are_found_with_how_high_each_is(further, times):
     first = {'at': 0.6} if times < 0.0 else {'at': 0.25, 'a_from': 0.6}
     parts = [*parts_of(first), replace(parts_of(further)[0], times=times)]
-    seen = [with_part(own, first, 0.008, SCENE) for own in SEEN]
-    seen = [with_part(own, further, times * 0.008, SCENE) for own in seen]
+    seen = [with_part(own, first, 0.008, _scene()) for own in _seen()]
+    seen = [with_part(own, further, times * 0.008, _scene()) for own in seen]
     found = parts_of(_stated(seen))
     assert len(found) == 2
     order = np.argsort([-abs(own.times) for own in parts])
@@ -106,8 +118,8 @@ def test_two_parts_are_found_with_how_high_each_is(further, times):
 
 
 def test_two_paints_meet_where_one_ends():
-    seen = [with_part(own, {'at': 0.3, 'until': 0.7}, -0.003, SCENE) for own in SEEN]
-    seen = [with_part(own, {'at': 0.7}, 0.005, SCENE) for own in seen]
+    seen = [with_part(own, {'at': 0.3, 'until': 0.7}, -0.003, _scene()) for own in _seen()]
+    seen = [with_part(own, {'at': 0.7}, 0.005, _scene()) for own in seen]
     outer, inner = parts_of(_stated(seen))
     assert (outer.begin, outer.end) == (pytest.approx(0.7, abs=0.02), 1.0)
     assert (inner.begin, inner.end) == pytest.approx((0.3, 0.7), abs=0.02)
@@ -196,7 +208,7 @@ def test_the_best_rectangle_is_the_one_that_was_hidden(random):
 
 @pytest.mark.slow
 def test_a_sticker_is_named_and_the_modulus_heals():
-    diagnosis = diagnose(SCENE, _with(STICKER)).diagnosis
+    diagnosis = diagnose(_scene(), _with(STICKER)).diagnosis
     assert diagnosis.verdict is Verdict.DISAGREE
     (effect,) = diagnosis.effects
     assert effect.identifier == 'depth_bias_by_region'
