@@ -29,6 +29,7 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
 from diffcal_ros.diagnosis.detection.material_parts import find_parts
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
+from diffcal_ros.diagnosis.model_comparison.processes import all_set_aside
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
 from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
@@ -139,7 +140,8 @@ def diagnose(
     listed = candidates(evaluator.model.scene, settings.without, settings.fit)
     seconds = time.perf_counter() - begun
     # They begin while this process looks at what is off.
-    with processes_begun(evaluator, nominal, seconds, settings.jobs) as processes:
+    begun_beside = processes_begun(evaluator, nominal, seconds, settings.jobs)
+    with begun_beside as processes, all_set_aside():
         report(f'screening {len(listed)} candidates')
         evaluator, nominal = with_smooth_error(evaluator, nominal)
         judged = _judge(evaluator, nominal, listed, settings.margin)
