@@ -10,30 +10,21 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.answers import Verdict
-from diffcal_ros.diagnosis.detection.depth_discontinuity import find_depth_discontinuity
+from diffcal_ros.diagnosis.borders_seen import with_borders_seen, with_spots_seen_beside
 from diffcal_ros.diagnosis.detection.disagreement import (
     beside_a_model,
     Disagreement,
     measure_disagreement,
 )
-from diffcal_ros.diagnosis.detection.find_spots import find_spots
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
-from diffcal_ros.diagnosis.detection.material_bands import find_bands
 from diffcal_ros.diagnosis.detection.material_boundary import (
-    placed_by_pixels,
-    with_borders,
     with_material_boundary,
-    with_parts,
-    with_spots,
 )
-from diffcal_ros.diagnosis.detection.material_parts import find_parts
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
-from diffcal_ros.diagnosis.model_comparison.processes import all_set_aside
+from diffcal_ros.diagnosis.model_comparison.processes import all_set_aside, Processes
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
-from diffcal_ros.diagnosis.model_comparison.selection import select, Selection
-from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
-from diffcal_ros.diagnosis.model_comparison.settled_spots import settled_spots
+from diffcal_ros.diagnosis.model_comparison.selection import begin, Begun, select, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.noise_model import noise_of
@@ -47,8 +38,6 @@ from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.form_in_doubt import with_form_in_doubt
 from diffcal_ros.diagnosis.verdict.sure_part import with_sure_part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
-from diffcal_ros.effects import bands
-from diffcal_ros.effects.surface_parts import parts_of, SeenPart
 from diffcal_ros.one_blas_thread import blas_on_one_thread
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -137,28 +126,17 @@ def diagnose(
     begun = time.perf_counter()
     report('fitting the model as it is')
     evaluator, nominal = fit_nominal(scene, observations, settings.fit)
-    listed = candidates(evaluator.model.scene, settings.without, settings.fit)
     seconds = time.perf_counter() - begun
     # They begin while this process looks at what is off.
     begun_beside = processes_begun(evaluator, nominal, seconds, settings.jobs)
     with begun_beside as processes, all_set_aside():
-        report(f'screening {len(listed)} candidates')
-        evaluator, nominal = with_smooth_error(evaluator, nominal)
-        judged = _judge(evaluator, nominal, listed, settings.margin)
-        judged, outliers = _without_local_outliers(judged, listed, settings.margin, report)
-        evaluator, nominal = judged.evaluator, judged.nominal
+        judged = _examined(evaluator, nominal, settings, report)
         selection = choice = None
-        witness = FieldWitness(evaluator, nominal)
         if judged.disagreement.is_worth_naming:
-            jobs = settings.jobs
-            with RefitPool(evaluator, nominal, report, jobs=jobs, processes=processes) as pool:
-                # A gap that does not matter has no name, and no second one.
-                selection = select(
-                    pool,
-                    judged.scores,
-                    with_pairs=judged.disagreement.verdict is Verdict.DISAGREE,
-                    in_any_form=judged.disagreement.may_matter,
-                )
+            judged, selection = _selected(judged, settings, report, processes)
+        evaluator, nominal = judged.evaluator, judged.nominal
+        witness = FieldWitness(evaluator, nominal)
+        if selection is not None:
             choice = choose(selection, evaluator, nominal)
             if choice is not None:
                 choice = with_sure_part(choice, selection, nominal, witness)
@@ -172,19 +150,39 @@ def diagnose(
         choice = replace(choice, hypothesis=refitted_there(choice.hypothesis))
     seconds = time.perf_counter() - begun
     diagnosis = conclude(
-        evaluator, nominal, scores, disagreement, selection, choice, seconds, outliers, witness
+        evaluator,
+        nominal,
+        scores,
+        disagreement,
+        selection,
+        choice,
+        seconds,
+        judged.outliers,
+        witness,
     )
     return DiagnosisTrace(evaluator, nominal, scores, disagreement, selection, diagnosis)
 
 
 @dataclass(frozen=True)
 class _Judged:
-    """A nominal fit with its scores and what they say."""
+    """A nominal fit with its scores, what they say, and what was left out as the body's."""
 
     evaluator: PatchEvaluator
     nominal: Refit
     scores: Screen
     disagreement: Disagreement
+    outliers: tuple[LocalOutlier, ...] = ()
+
+
+def _examined(
+    evaluator: PatchEvaluator, nominal: Refit, settings: DiagnosisSettings, report: Progress
+) -> _Judged:
+    """Score all candidates beside a nominal fit, with the smooth error that the sensor shows."""
+    listed = candidates(evaluator.model.scene, settings.without, settings.fit)
+    report(f'screening {len(listed)} candidates')
+    evaluator, nominal = with_smooth_error(evaluator, nominal)
+    judged = _judge(evaluator, nominal, listed, settings.margin)
+    return _without_local_outliers(judged, listed, settings.margin, report)
 
 
 def _judge(
@@ -200,7 +198,7 @@ def _judge(
 
 def _without_local_outliers(
     judged: _Judged, listed: Sequence[Candidate], margin: float, report: Progress
-) -> tuple[_Judged, tuple[LocalOutlier, ...]]:
+) -> _Judged:
     """Leave out what is off in one place only, as long as the rest is said to be off, too."""
     outliers: list[LocalOutlier] = []
     while judged.disagreement.is_worth_naming and len(outliers) < _MOST_OUTLIERS:
@@ -212,7 +210,38 @@ def _without_local_outliers(
         evaluator = judged.evaluator.without(judged.evaluator.left_out | found.patches)
         nominal = _fit_patches(evaluator, judged.nominal.coordinates)
         judged = _judge(evaluator, nominal, listed, margin)
-    return judged, tuple(outliers)
+    return replace(judged, outliers=tuple(outliers))
+
+
+def _selected(
+    judged: _Judged,
+    settings: DiagnosisSettings,
+    report: Progress,
+    processes: Processes | None,
+) -> tuple[_Judged, Selection]:
+    """Refit models; once more, where spots show beside one of them."""
+    with RefitPool(
+        judged.evaluator, judged.nominal, report, jobs=settings.jobs, processes=processes
+    ) as pool:
+        begun = begin(pool, judged.scores, in_any_form=judged.disagreement.may_matter)
+        known = with_spots_seen_beside(begun.singles, judged.evaluator, judged.nominal)
+        if known is None:
+            return judged, _select(pool, judged, begun)
+    report('parts of the surface are read otherwise: once more, with a map of them')
+    again = _examined(*known, settings, report)
+    with RefitPool(again.evaluator, again.nominal, report, jobs=settings.jobs) as pool:
+        return again, _select(pool, again)
+
+
+def _select(pool: RefitPool, judged: _Judged, begun: Begun | None = None) -> Selection:
+    """Select models; a gap that does not matter has no name, and no second one."""
+    return select(
+        pool,
+        judged.scores,
+        begun,
+        with_pairs=judged.disagreement.verdict is Verdict.DISAGREE,
+        in_any_form=judged.disagreement.may_matter,
+    )
 
 
 def fit_nominal(
@@ -241,47 +270,7 @@ def fit_nominal(
     nominal = _fit_patches(evaluator, robust, _BRIEF if is_brief else MAX_ITERATIONS)
     if knows_boundary(scene):
         return evaluator, nominal
-    return _with_borders(evaluator, nominal)
-
-
-def _with_borders(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchEvaluator, Refit]:
-    """Return evaluator and fit of a scene that knows where materials end, if patches show that."""
-    scene = evaluator.model.scene
-    found, left = find_bands(evaluator, nominal)
-    parts = find_parts(evaluator, nominal, left)
-    maps = find_spots(evaluator, nominal, parts or _between(found))
-    if maps:
-        read = [_knowing(with_spots(scene, cells), evaluator, nominal) for cells in maps]
-        return _knowing(with_spots(scene, settled_spots(read)), evaluator, nominal)
-    if parts:
-        known = _knowing(with_parts(scene, parts), evaluator, nominal)
-        return _knowing(with_parts(scene, settled_parts(*known, parts)), evaluator, nominal)
-    if not found:
-        at = find_depth_discontinuity(evaluator, nominal)
-        if at is None:
-            return evaluator, nominal
-        found = (at,)
-    placed = placed_by_pixels(evaluator, nominal.coordinates, found)
-    return _knowing(with_borders(scene, placed), evaluator, nominal)
-
-
-def _between(borders: Sequence[float]) -> tuple[SeenPart, ...]:
-    """Return the bands between borders as parts of the surface."""
-    return parts_of(bands.band_settings(borders)) if borders else ()
-
-
-def _knowing(
-    scene: Scene, evaluator: PatchEvaluator, nominal: Refit
-) -> tuple[PatchEvaluator, Refit]:
-    """Return evaluator and fit of a scene that knows where materials end.
-
-    The model stays what it is, and so does its fit: no effect is in it yet.
-    """
-    model = evaluator.model.with_parameters(scene, evaluator.model.parameters)
-    # What few patches show of a band beside its borders is no strange thing before the body.
-    found = make_patch_evaluator(model, nominal.coordinates).without(evaluator.left_out)
-    # Along the border nothing is compared from now on.
-    return found, refit(found, nominal.coordinates, max_iterations=1)
+    return with_borders_seen(evaluator, nominal)
 
 
 def _are_watched(scene: Scene, observations: Sequence[Observation]) -> bool:

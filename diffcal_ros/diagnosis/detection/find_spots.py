@@ -30,8 +30,8 @@ from scipy.ndimage import distance_transform_edt, uniform_filter
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-# They are looked for where patches are off by so much, chi-square each.
-_OFF = 2.0
+# They are looked for where patches are off by so much, chi-square each; less is as good as noise.
+OFF = 2.0
 _LEAST_POSTURES, _LEAST_PIXELS = 2, 200
 # A spot's usual half width is that of its middle.
 _MIDDLE = 0.9
@@ -52,7 +52,7 @@ def find_spots(
         None where there are no spots; else the likeliest one, and the one of all that it has not,
         as tangents do not tell the two apart where a fit has followed the spots.
     """
-    if not evaluator.is_measured or nominal.chi_square_per_patch < _OFF:
+    if not evaluator.is_measured or nominal.chi_square_per_patch < OFF:
         return []
     seen = seen_places(evaluator, nominal.coordinates)
     postures = [observation.setup_index for observation in evaluator.model.observations]

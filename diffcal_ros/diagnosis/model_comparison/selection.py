@@ -157,18 +157,21 @@ class Selection:
         return max(variants, key=lambda h: h.amplitude_count, default=leader)
 
 
-def select(
-    pool: RefitPool, scores: Screen, *, with_pairs: bool = True, in_any_form: bool = True
-) -> Selection:
-    """Refit candidates, and pairs where no single one is enough.
+@dataclass(frozen=True)
+class Begun:
+    """Models with one effect each as they were refitted first.
 
-    Args:
-        pool: who refit, and what the nominal model is.
-        scores: of all candidates.
-        with_pairs: whether two effects may be named; else only which one comes nearest is asked.
-        in_any_form: whether effects are fitted in forms that the library does not have, too; else
-            only which one comes nearest in the library's.
+    Attributes:
+        singles: those, best first.
+        basis: of the nominal model; None where models are judged as they are.
     """
+
+    singles: tuple[Hypothesis, ...]
+    basis: FormBasis | None
+
+
+def begin(pool: RefitPool, scores: Screen, *, in_any_form: bool = True) -> Begun:
+    """Refit the best candidates; see `select`."""
     basis = nominal_basis(pool)
     judge = judge_by(basis)
     singles = refitted_singles(pool, scores, judge)
@@ -176,10 +179,34 @@ def select(
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = refitted_singles(pool, with_tangents(scores), judge)
     singles, basis = judged_singles(pool, singles, basis)
+    if in_any_form:
+        singles = with_those_freed(pool, singles, basis)
+    return Begun(tuple(singles), basis)
+
+
+def select(
+    pool: RefitPool,
+    scores: Screen,
+    begun: Begun | None = None,
+    *,
+    with_pairs: bool = True,
+    in_any_form: bool = True,
+) -> Selection:
+    """Refit candidates, and pairs where no single one is enough.
+
+    Args:
+        pool: who refit, and what the nominal model is.
+        scores: of all candidates.
+        begun: what was refitted already; None: nothing.
+        with_pairs: whether two effects may be named; else only which one comes nearest is asked.
+        in_any_form: whether effects are fitted in forms that the library does not have, too; else
+            only which one comes nearest in the library's.
+    """
+    begun = begun or begin(pool, scores, in_any_form=in_any_form)
+    singles, basis = list(begun.singles), begun.basis
     if not in_any_form:
         return compared(pool, singles, [], basis)
     judge = judge_by(basis)
-    singles = with_those_freed(pool, singles, basis)
     others = [] if judge is None else others_in_any_form(pool, scores, singles, judge)
     if others:
         others = with_those_freed(pool, judged(others, basis, is_brief=True), basis, singles)

@@ -15,6 +15,7 @@ from diffcal_ros.diagnosis.detection.spot_map import (
     SpottedView,
 )
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate
@@ -30,33 +31,57 @@ _MOST_EVALUATIONS = 6
 _LEAST_HEIGHT = 0.0005
 
 
-def settled_spots(known: Sequence[tuple[PatchEvaluator, Refit]]) -> BoolArray:
-    """Return the map of the scene that explains most, placed anew, shape (ROWS, ROUND).
+def settled_spots(
+    known: Sequence[tuple[PatchEvaluator, Refit]], beside: Hypothesis | None = None
+) -> tuple[BoolArray, float]:
+    """Return the map of the scene that explains most, made anew, and what it left as it was.
+
+    A map, shape (ROWS, ROUND), and chi-square per patch.
 
     Args:
         known: evaluators of the nominal model, each of a scene with another map, and its fit.
+        beside: model beside whose effects the spots were seen; None: the nominal one.
     """
     effect = seen_boundary()
     (height_name,) = (part.name for part in effect.components)
-    added = [Candidate(effect.identifier, (height_name,))]
     maps = [_map_of(evaluator) for evaluator, _ in known]
-    found = [try_effects(*own, added, {}, max_iterations=_MOST_EVALUATIONS) for own in known]
+    found = [
+        _refitted(*own, Candidate(effect.identifier, (height_name,)), beside) for own in known
+    ]
     likely = [-np.inf if own is None else own.fit.log_evidence for own in found]
     number = int(np.argmax(likely))
     best, spots = found[number], maps[number]
     if best is None:
-        return spots.cells
+        return spots.cells, np.inf
+    left = best.fit.chi_square_per_patch
     height = best.fit.values_by_name()[effect.amplitude_name(height_name)]
     if abs(height) < _LEAST_HEIGHT:
-        return spots.cells
+        return spots.cells, left
     views = [
         SpottedView.of(left + height * spots.holds(places), places)
         for left, places in seen_places(best.evaluator, best.fit.coordinates)
     ]
     anew = nearer_the_second(views, height)
-    left = [left_by_map(views, own.astype(np.float64)) for own in (anew, spots.cells.ravel())]
+    were, are = (left_by_map(views, own.astype(np.float64)) for own in (spots.cells.ravel(), anew))
     # What else is missing may be smooth, and far larger than spots: then the first map stands.
-    return anew.reshape(ROWS, ROUND) if left[0] < left[1] else spots.cells
+    return (anew.reshape(ROWS, ROUND) if are < were else spots.cells), left
+
+
+def _refitted(
+    evaluator: PatchEvaluator, nominal: Refit, spots: Candidate, beside: Hypothesis | None
+) -> Hypothesis | None:
+    """Return a model with spots, and with what another one has; None where it finds no rest."""
+    if beside is None:
+        return try_effects(evaluator, nominal, [spots], {}, max_iterations=_MOST_EVALUATIONS)
+    own = {name for one in beside.added for name in one.names} | {f.name for f in beside.freed}
+    return try_effects(
+        evaluator,
+        nominal,
+        [*beside.added, spots],
+        {name: v for name, v in beside.fit.values_by_name().items() if name in own},
+        max_iterations=_MOST_EVALUATIONS,
+        freed=beside.freed,
+    )
 
 
 def _map_of(evaluator: PatchEvaluator) -> Spots:

@@ -5,12 +5,14 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.answers import Verdict
-from diffcal_ros.diagnosis.detection.find_spots import find_spots
+from diffcal_ros.diagnosis.borders_seen import knowing
+from diffcal_ros.diagnosis.detection.find_spots import find_spots, OFF
 from diffcal_ros.diagnosis.detection.material_boundary import with_spots
-from diffcal_ros.diagnosis.diagnose import _knowing, diagnose, fit_nominal
+from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
 from diffcal_ros.diagnosis.model_comparison.settled_spots import settled_spots
 from diffcal_ros.effects.spots import cells_of, ROUND, ROWS, spot_settings, spots_of
 from diffcal_ros.effects.surface_parts import parts_of
+from diffcal_ros.rigid_transform import transform
 import numpy as np
 import pytest
 from support.clamped_anew import beam_in_two_poses
@@ -118,10 +120,12 @@ def test_of_two_readings_the_one_that_explains_more_is_placed_anew():
     evaluator, nominal = fit_nominal(scene, _printed(cells), None)
     # Of one reading a tenth of the cells is wrong, of the other all others are.
     rough = cells ^ (np.random.default_rng(1).random(cells.shape) < 0.1)
-    read = [_knowing(with_spots(scene, own), evaluator, nominal) for own in (~rough, rough)]
-    found = settled_spots(read)
+    read = [knowing(with_spots(scene, own), evaluator, nominal) for own in (~rough, rough)]
+    found, left = settled_spots(read)
     assert _alike(rough, cells, evaluator, nominal) == pytest.approx(0.9, abs=0.02)
     assert _alike(found, cells, evaluator, nominal) > 0.97
+    # Read the wrong way round they leave more than noise.
+    assert left < OFF < settled_spots(read[:1])[1]
 
 
 @pytest.mark.slow
@@ -133,3 +137,23 @@ def test_stickers_are_named_and_the_modulus_heals():
     assert named.amplitude['bias'] == pytest.approx(1e3 * HEIGHT, abs=0.3)
     after = diagnosis.parameters['after']['youngs_modulus']['value']
     assert abs(after / MODULUS - 1.0) < 0.03
+
+
+@pytest.mark.slow
+def test_spots_show_beside_a_body_that_is_elsewhere_in_each_pose():
+    """Of a body that is elsewhere than its model cells of one pose are not those of another."""
+    cells = _print('stickers')
+    seen = _printed(cells)
+    setups = [
+        replace(
+            own, world_from_object=own.world_from_object @ transform(np.eye(3), (off, 0.0, 0.0))
+        )
+        for own, off in zip(_scene().observations, (0.006, -0.006), strict=True)
+    ]
+    scene = replace(_scene(), observations=tuple(setups))
+    evaluator, _ = fit_nominal(scene, seen, None)
+    assert not evaluator.model.scene.effects
+    trace = diagnose(scene, seen)
+    found = spots_of(trace.evaluator.model.scene.effects['depth_bias_by_region'])
+    assert _alike(found.cells, cells, trace.evaluator, trace.nominal) > 0.85
+    assert 'depth_bias_by_region' in trace.selection.best.identifiers
