@@ -82,6 +82,12 @@ def test_what_is_no_part_of_a_map_is_refused(write_scene, wrong):
         load_scene(write_scene({'effects': {'depth_bias_by_region': wrong}}))
 
 
+def test_who_misspells_a_key_is_not_told_of_all_numbers_of_a_map(write_scene):
+    with pytest.raises(InputError, match='did you mean `until`') as told:
+        load_scene(write_scene({'effects': {'depth_bias_by_region': {'untill': 0.5}}}))
+    assert 'spots' not in str(told.value)
+
+
 def test_words_say_from_where_to_where_there_are_spots():
     cells = np.zeros((ROWS, ROUND), dtype=bool)
     cells[16, 3] = cells[47, 60] = True

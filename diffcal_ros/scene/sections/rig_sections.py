@@ -285,6 +285,9 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
             for part in effect.components
         }
         for name, usual in effect.settings.items():
+            # A map has too many numbers to tell whoever misspelt a key of all of them.
+            if _is_of_map(effect, name) and name not in entry.names:
+                continue
             reach = Interval(*effect.limits_of(name))
             numbers[name] = entry.number(name, default=usual, allowed=reach)
         for part in effect.forms:
