@@ -58,8 +58,9 @@ def settled_spots(
     if abs(height) < _LEAST_HEIGHT:
         return spots.cells, left
     views = [
-        SpottedView.of(left + height * spots.holds(places), places)
-        for left, places in seen_places(best.evaluator, best.fit.coordinates)
+        SpottedView.of(off + height * spots.holds(places), places)
+        for off, places in seen_places(best.evaluator, best.fit.coordinates)
+        if len(off)
     ]
     anew = nearer_the_second(views, height)
     were, are = (left_by_map(views, own.astype(np.float64)) for own in (spots.cells.ravel(), anew))
