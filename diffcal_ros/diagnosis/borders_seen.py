@@ -5,9 +5,10 @@
 from collections.abc import Sequence
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import find_depth_discontinuity
-from diffcal_ros.diagnosis.detection.find_spots import find_spots, OFF
+from diffcal_ros.diagnosis.detection.find_spots import find_spots
 from diffcal_ros.diagnosis.detection.material_bands import find_bands
 from diffcal_ros.diagnosis.detection.material_boundary import (
+    OFF,
     placed_by_pixels,
     with_borders,
     with_parts,

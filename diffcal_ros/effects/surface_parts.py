@@ -100,6 +100,17 @@ def parts_of(settings: Mapping[str, float]) -> tuple[SeenPart, ...]:
     return _stretches_of(settings) if found is None else (found,)
 
 
+def held_by(parts: Sequence[SeenPart], places: FloatArray) -> FloatArray:
+    """Return which parts hold points, shape (M, p).
+
+    Args:
+        parts: of the surface.
+        places: see `BodyAxes.on_surface`, shape (M, 3).
+    """
+    held = [part.holds(places) for part in parts]
+    return np.array(held, dtype=np.float64).reshape(len(parts), len(places)).T
+
+
 def _stretches_of(settings: Mapping[str, float]) -> tuple[SurfacePart, ...]:
     stated = {**bands.SETTINGS, **SETTINGS, **settings}
     found = []

@@ -10,19 +10,23 @@ from collections.abc import Sequence
 from itertools import product
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import jumps_seen, OF_SMOOTH, with_jumps
-from diffcal_ros.diagnosis.detection.material_boundary import LEFT, seen_places
+from diffcal_ros.diagnosis.detection.material_boundary import (
+    LEAST_POSTURES,
+    LEFT,
+    may_show_parts,
+    seen_places,
+)
 from diffcal_ros.diagnosis.detection.spot_map import (
-    left_beside,
     left_by_map,
-    left_by_smooth,
     spot_map,
     SpotMap,
     SpottedView,
+    sum_left,
 )
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects.spots import cells_of, OF_SIDE, ROUND, ROWS, SIDES
-from diffcal_ros.effects.surface_parts import SeenPart
+from diffcal_ros.effects.surface_parts import held_by, SeenPart
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, uniform_filter
@@ -30,9 +34,8 @@ from scipy.ndimage import distance_transform_edt, uniform_filter
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-# They are looked for where patches are off by so much, chi-square each; less is as good as noise.
-OFF = 2.0
-_LEAST_POSTURES, _LEAST_PIXELS = 2, 200
+# Of a view that shows fewer nothing is told.
+_LEAST_PIXELS = 200
 # A spot's usual half width is that of its middle.
 _MIDDLE = 0.9
 _SIDE_OF_CELL = np.arange(ROWS * ROUND) % ROUND // OF_SIDE
@@ -52,23 +55,20 @@ def find_spots(
         None where there are no spots; else the likeliest one, and the one of all that it has not,
         as tangents do not tell the two apart where a fit has followed the spots.
     """
-    if not evaluator.is_measured or nominal.chi_square_per_patch < OFF:
+    if not may_show_parts(evaluator, nominal):
         return []
     seen = seen_places(evaluator, nominal.coordinates)
     postures = [observation.setup_index for observation in evaluator.model.observations]
     own = [number for number, (left, _) in enumerate(seen) if len(left) >= _LEAST_PIXELS]
-    if len({postures[number] for number in own}) < _LEAST_POSTURES:
+    if len({postures[number] for number in own}) < LEAST_POSTURES:
         return []
     views = [SpottedView.of(*seen[number]) for number in own]
     found = spot_map(views)
-    held = [
-        np.array([part.holds(seen[number][1]) for part in parts], dtype=np.float64).T
-        for number in own
-    ]
+    held = [held_by(parts, seen[number][1]) for number in own]
     is_there = (
         is_of_all_poses([v.beside(found) for v in views], [postures[number] for number in own])
         and _is_sharp(views, found)
-        and left_by_map(views, found.levels) < LEFT * _left(views, held)
+        and left_by_map(views, found.levels) < LEFT * sum_left(views, held)
     )
     return _as_read(evaluator, nominal, found) if is_there else []
 
@@ -88,21 +88,9 @@ def is_of_all_poses(views: Sequence[SpottedView], postures: Sequence[int]) -> bo
             known = view.where(map_of_others.is_known[view.cells])
             if own != posture or len(known.left) < _LEAST_PIXELS:
                 continue
-            before += _size(left_by_smooth(known))
-            after += _size(left_beside(known, known.on(map_of_others.levels))[0])
+            before += sum_left([known], [np.zeros((len(known.left), 0))])
+            after += left_by_map([known], map_of_others.levels)
     return after < LEFT * before
-
-
-def _left(views: Sequence[SpottedView], columns: Sequence[FloatArray]) -> float:
-    """Return the sum of absolute residuals that something leaves of views [m]."""
-    return sum(
-        _size(left_beside(view, own.reshape(len(view.left), -1))[0])
-        for view, own in zip(views, columns, strict=True)
-    )
-
-
-def _size(left: FloatArray) -> float:
-    return float(np.abs(left).sum())
 
 
 def _is_sharp(views: Sequence[SpottedView], found: SpotMap) -> bool:

@@ -5,6 +5,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
@@ -27,6 +28,9 @@ _MIDDLE = 0.5
 LEAST_STEP = 0.005
 LEFT, _LEFT_OF_MIDDLE = 0.5, 0.7
 _ROUNDING = 1e-6
+# Parts of a surface are looked for where patches are off by so much, chi-square each: less is as
+# good as noise. One pose does not tell a part of the body from something before it.
+OFF, LEAST_POSTURES = 2.0, 2
 # How far pixels move a border that patches tell, as a share of the free length, and by what steps.
 _FARTHEST, _OFFERED = 0.03, 25
 
@@ -131,6 +135,13 @@ def best_nearby(
         own, along = residuals[near], shares[near]
         left += [_left_by_jump(own, along > at) for at in offered]
     return float(offered[left.argmin()].round(4))
+
+
+def may_show_parts(evaluator: PatchEvaluator, nominal: Refit) -> bool:
+    """Tell whether parts of a body's surface that are read otherwise can be told by a fit."""
+    postures = {observation.setup_index for observation in evaluator.model.observations}
+    is_known = evaluator.is_measured and len(postures) >= LEAST_POSTURES
+    return is_known and nominal.chi_square_per_patch >= OFF
 
 
 def seen_places(

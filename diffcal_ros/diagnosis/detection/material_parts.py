@@ -12,7 +12,7 @@ from functools import partial
 from itertools import pairwise
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps, jumps_seen, with_jumps
-from diffcal_ros.diagnosis.detection.material_boundary import LEFT, seen_places
+from diffcal_ros.diagnosis.detection.material_boundary import LEFT, may_show_parts, seen_places
 from diffcal_ros.diagnosis.detection.rectangles import (
     best_rectangle,
     FROM,
@@ -30,18 +30,14 @@ from diffcal_ros.diagnosis.detection.sharp_limits import (
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
-from diffcal_ros.effects.surface_parts import SurfacePart
+from diffcal_ros.effects.surface_parts import held_by, SurfacePart
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# They are looked for where patches are off by so much, chi-square each: else nothing is to be
-# found.
-_OFF = 2.0
-# One pose does not tell a part of the body from something before it. In each it is at least so
-# high, of what is usual.
-_LEAST_POSTURES, _LEAST_OF_HEIGHT = 2, 0.5
+# In each pose a part is at least so high, of what is usual.
+_LEAST_OF_HEIGHT = 0.5
 
 
 def find_parts(
@@ -54,10 +50,7 @@ def find_parts(
         nominal: its fit.
         otherwise: chi-square that the best bands of one height leave, which end along it alone.
     """
-    postures = {observation.setup_index for observation in evaluator.model.observations}
-    if not evaluator.is_measured or len(postures) < _LEAST_POSTURES:
-        return ()
-    if nominal.chi_square_per_patch < _OFF:
+    if not may_show_parts(evaluator, nominal):
         return ()
     found = _one_after_the_other(jumps_seen(with_jumps(evaluator, nominal, jumps_of), nominal))
     if not found:
@@ -121,15 +114,9 @@ def _beyond_limits(
     part: SurfacePart, others: Sequence[SurfacePart], way: int, places: FloatArray
 ) -> FloatArray:
     """Return what is in other parts, and in a part beyond each limit across an axis, (M, s)."""
-    beside = _held(others, places)
+    beside = held_by(others, places)
     own = part.holds(places)[:, None] & (places[:, 1 + way, None] > FROM)
     return np.hstack([beside, own.astype(np.float64)])
-
-
-def _held(parts: Sequence[SurfacePart], places: FloatArray) -> FloatArray:
-    """Return which parts hold points, shape (M, p)."""
-    held = [part.holds(places) for part in parts]
-    return np.array(held, dtype=np.float64).reshape(len(parts), len(places)).T
 
 
 def as_stretches(parts: Sequence[SurfacePart]) -> list[SurfacePart]:
@@ -151,7 +138,7 @@ def _with_heights(
 
     With them the chi-square that they leave together.
     """
-    jumps = jumps_seen(with_jumps(evaluator, nominal, partial(_held, parts)), nominal)
+    jumps = jumps_seen(with_jumps(evaluator, nominal, partial(held_by, parts)), nominal)
     jumps, parts = _that_pay(jumps, parts)
     heights, left = jumps.heights()
     order = np.argsort(-np.abs(heights))

@@ -158,7 +158,13 @@ def left_by_map(views: Sequence[SpottedView], levels: FloatArray) -> float:
         views: pixels.
         levels: of the cells, shape (CELLS,).
     """
-    return sum(float(np.abs(left_beside(view, view.on(levels))[0]).sum()) for view in views)
+    return sum_left(views, [view.on(levels) for view in views])
+
+
+def sum_left(views: Sequence[SpottedView], columns: Sequence[FloatArray]) -> float:
+    """Return the same for anything else, of each view by columns, shape (n, p) [m]."""
+    pairs = zip(views, columns, strict=True)
+    return sum(float(np.abs(left_beside(view, own)[0]).sum()) for view, own in pairs)
 
 
 def _about_the_middle(view: SpottedView) -> FloatArray:
