@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.blind_draws import draw_sealed, SEALED
 from support.blind_rests import rubber_volumes, tip_moves
-from support.blind_views import with_and_without
+from support.blind_views import spread_of_what_stays, with_and_without
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.moire import moire_error
@@ -81,13 +81,6 @@ def test_a_moire_is_the_same_in_all_poses(
     for size, most in ((1, 7.2), (2, 17.0)):
         faults, found, told = _drawn('moire', setup, size), [], {}
         for pose in (0, 2):
-            view, right, there = with_and_without(plain, setup, faults, pose, rests[pose])
-            errors = np.zeros(there.shape)
-            errors[there] = 1e3 * (view.depth[there] - right.depth[there])
-            found.append(float(np.ptp(errors[there])))
-            rows, columns, samples = np.nonzero(there)
-            for row, column, sample in zip(rows[::50], columns[::50], samples[::50], strict=True):
-                place = (row + view.row, column + view.column)
-                error = errors[row, column, sample]
-                assert told.setdefault(place, error) == pytest.approx(error, abs=1e-9)
+            seen = with_and_without(plain, setup, faults, pose, rests[pose])
+            found.append(spread_of_what_stays(seen, told))
         assert 0.7 * most < max(found) < 1.16 * most

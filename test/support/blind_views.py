@@ -49,3 +49,26 @@ def region_errors(
     is_body = right.labels[there] != FIXTURE
     assert np.abs(error[~is_body]).max() == pytest.approx(0.0, abs=1e-9)
     return np.asarray(error[is_body])
+
+
+def spread_of_what_stays(
+    seen: tuple[Rendering, Rendering, np.ndarray], told: dict[tuple[int, int], float]
+) -> float:
+    """Check that errors are the same at a place of the picture in all poses; return their spread.
+
+    Args:
+        seen: see `with_and_without`.
+        told: by place, what earlier poses erred by [mm]; this one's are added.
+
+    Returns:
+        What is between the least and the largest error [mm].
+    """
+    view, right, there = seen
+    errors = np.zeros(there.shape)
+    errors[there] = 1e3 * (view.depth[there] - right.depth[there])
+    rows, columns, samples = np.nonzero(there)
+    for row, column, sample in zip(rows[::50], columns[::50], samples[::50], strict=True):
+        error = errors[row, column, sample]
+        place = (int(row) + view.row, int(column) + view.column)
+        assert told.setdefault(place, error) == pytest.approx(error, abs=1e-9)
+    return float(np.ptp(errors[there]))
