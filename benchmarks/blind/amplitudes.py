@@ -295,6 +295,8 @@ OUTSIDE_CLASS = {
     'rings': 'sensor',
     'joggled': 'shape',
     'moire': 'sensor',
+    'mitred': 'shape',
+    'lapsed': 'sensor',
 }
 
 

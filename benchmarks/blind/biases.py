@@ -13,6 +13,7 @@ from benchmarks.blind.peeling import film_share
 from benchmarks.blind.renderer import Rendering
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.shifted_bar import shifted_share
 from benchmarks.blind.sunbeam import sunbeam_share
 from benchmarks.blind.taps import tap_share
 from benchmarks.blind.veil import veiled
@@ -22,7 +23,7 @@ _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [
 # Errors that lie elsewhere in an image in each pose.
 _IN_POSES = {'sunbeam': sunbeam_share, 'peeling': film_share}
 # Those that are the same in all, by place alone.
-_IN_IMAGE = {'splash guard': guard_share, 'two taps': tap_share}
+_IN_IMAGE = {'splash guard': guard_share, 'two taps': tap_share, 'shifted bar': shifted_share}
 # Errors that go with how far away a surface is, and how bright with that.
 _BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')
 

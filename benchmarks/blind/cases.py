@@ -43,6 +43,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyeighth_forms import TWENTYEIGHTH_PAIRS
+from benchmarks.blind.twentyeighth_outside import TWENTYEIGHTH_OUTSIDE
 from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_PAIRS
 from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_PAIRS
@@ -156,6 +158,7 @@ LAWS_SETS = {
     'twentyfifth': Contents(TWENTYFIFTH_PAIRS, tuple(TWENTYFIFTH_OUTSIDE), 40),
     'twentysixth': Contents(TWENTYSIXTH_PAIRS, tuple(TWENTYSIXTH_OUTSIDE), 40),
     'twentyseventh': Contents(TWENTYSEVENTH_PAIRS, tuple(TWENTYSEVENTH_OUTSIDE), 40),
+    'twentyeighth': Contents(TWENTYEIGHTH_PAIRS, tuple(TWENTYEIGHTH_OUTSIDE), 40),
 }
 
 

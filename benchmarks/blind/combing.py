@@ -26,12 +26,23 @@ def combed(view: Rendering, camera: Camera, shift: float) -> Rendering:
     wide = widened(view, camera, int(np.ceil(abs(shift))))
     height = len(wide.depth)
     is_odd = np.repeat((wide.row + np.arange(height)) % 2 == 1, SAMPLES)
+    return with_rows_moved(wide, is_odd, shift)
+
+
+def with_rows_moved(wide: Rendering, rows: NDArray[np.bool_], shift: float) -> Rendering:
+    """Return a view some of whose rows lie farther to the right, by whole samples.
+
+    Args:
+        wide: what is there, with room on both sides.
+        rows: of samples, which do, shape (3 h,).
+        shift: by how much they do; below 0: to the left [px].
+    """
     columns = round(SAMPLES * shift)
     return replace(
         wide,
-        depth=_moved(wide.depth, is_odd, columns, np.inf),
-        labels=_moved(wide.labels, is_odd, columns, -1.0).astype(np.int64),
-        facing=_moved(wide.facing, is_odd, columns, 1.0),
+        depth=_moved(wide.depth, rows, columns, np.inf),
+        labels=_moved(wide.labels, rows, columns, -1.0).astype(np.int64),
+        facing=_moved(wide.facing, rows, columns, 1.0),
     )
 
 

@@ -20,6 +20,7 @@ from benchmarks.blind.packing import packing
 from benchmarks.blind.pipe import pipe, pipe_tops
 from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.tent import tent, tent_tops
 
 _CONTACT_STIFFNESS = 5.0e8  # [Pa/m]: a soft body sinks in by some micrometres.
 _FOAM_STIFFNESS = 4.0e7  # [Pa/m^2]: by some millimetres.
@@ -36,8 +37,9 @@ _RACK = 0.008  # Of the bars of a drying rack [m].
 _BARS = 6  # Of a rack to either side of the one below a body's outer part.
 # Share of the free length at which what lies below the outer part alone begins.
 OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4, 'pipe': 0.4}
-# What waves below all of a body.
-_WAVED = {'crate': crate, 'corrugated': corrugated}
+# What is not level below all of a body.
+_WAVED = {'crate': crate, 'corrugated': corrugated, 'tent': tent}
+_WAVED_TOPS = {'crate': crate_tops, 'corrugated': corrugated_tops, 'tent': tent_tops}
 # Half-spaces that push by a force which is told, and by a length.
 _PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table, 'packing': packing}
 # Radius of what is round, along the world's z [m].
@@ -151,10 +153,8 @@ def highest_tops(points: FloatArray, faults: Faults) -> FloatArray:
         return pipe_tops(points, faults)
     if faults.contact_form in ('dish', 'cushion'):
         return dish_tops(points, faults)
-    if faults.contact_form == 'crate':
-        return crate_tops(points, faults)
-    if faults.contact_form == 'corrugated':
-        return corrugated_tops(points, faults)
+    if faults.contact_form in _WAVED_TOPS:
+        return _WAVED_TOPS[faults.contact_form](points, faults)
     if faults.contact_form not in ROUND:
         return np.asarray(points @ np.array(faults.contact_normal))
     radius = ROUND[faults.contact_form]

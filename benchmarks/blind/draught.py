@@ -3,8 +3,8 @@
 """Air across a bench.
 
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
-fans that blow against each other, a curtain of air, a jet that spreads, or what a grille lets
-through.
+fans that blow against each other, a curtain of air, a jet that spreads, what a grille lets
+through, or what goes past a post.
 """
 
 import numpy as np
@@ -128,3 +128,20 @@ def louvre_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatAr
     aside = np.cross(along, [0.0, 1.0, 0.0])
     slats = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_wave
     return np.asarray(np.cos(np.pi * slats) ** 2)
+
+
+def lee_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much of a push is felt behind an upright post, 1 far beside it, shape (N,).
+
+    What air lacks behind a post goes with the exponential of the square of the way beside it
+    (Schlichting 1979, Boundary-Layer Theory, ch. XXIV); along a body's width it hardly changes.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows, level, world, shape (3,).
+        faults: say through what the middle of the lee goes, and how wide it is.
+    """
+    along = way / max(float(np.linalg.norm(way)), 1e-30)
+    aside = np.cross(along, [0.0, 1.0, 0.0])
+    beside = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_width
+    return np.asarray(1.0 - np.exp(-(beside**2)))

@@ -3,8 +3,8 @@
 """How what a clamp stands on shifts and turns by force and moment.
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
-tape, the middle of a gantry's crossbar, the arm of a stand, a suction cup, or a plate on rubber
-bobbins.
+tape, the middle of a gantry's crossbar, the arm of a stand, a suction cup, a plate on rubber
+bobbins, or a gooseneck.
 """
 
 import numpy as np
@@ -17,6 +17,7 @@ _STRONG = 0.25  # Bending of a thin angle iron about its strong axis over that a
 _SHEARED = 3.0  # How much more foam tape gives way along its plane than across.
 _CUP_SHEARED = 2.0  # The same of the wall of a suction cup.
 _BOBBIN_SHEARED = 2.5  # And of a rubber bobbin.
+_ALONG_NECK = 12  # Places along a gooseneck, at which it is integrated.
 _APART = 0.6  # Of bobbins along y over those along x.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -169,6 +170,28 @@ def bobbin_compliance(by_turn: float, length: float) -> FloatArray:
     shifts = by_force * np.array([_BOBBIN_SHEARED, _BOBBIN_SHEARED, 1.0])
     turns = by_force * np.array([1.0 / aside, 1.0 / ahead, _BOBBIN_SHEARED / (ahead + aside)])
     return _carried(np.diag([*shifts, *turns]), 0.5 * length * _UPRIGHT)
+
+
+def gooseneck_compliance(by_turn: float, radius: float) -> FloatArray:
+    """Return the same of a clamp on a gooseneck, a round rod that is bent to a quarter circle.
+
+    It leaves the clamp back along the object's x and comes down along its z to a foot, the radius
+    behind and as far below. It bends alike about all axes across it, and twists by 1 + nu as much:
+    Castigliano's theorem along it.
+
+    Args:
+        by_turn: turn about y by a moment about that: length over bending stiffness [rad/(N m)].
+        radius: of the circle [m].
+    """
+    places, weights = np.polynomial.legendre.leggauss(_ALONG_NECK)
+    whole = np.zeros((6, 6))
+    for angle, weight in zip(0.25 * np.pi * (1.0 + places), 0.5 * weights, strict=True):
+        way, ahead = np.array([-np.sin(angle), 0.0, np.cos(angle) - 1.0]), np.zeros(3)
+        ahead[[0, 2]] = np.cos(angle), np.sin(angle)
+        turns = np.zeros((6, 6))
+        turns[3:, 3:] = _round(ahead) + (1.0 + _STEEL) * np.outer(ahead, ahead)
+        whole += by_turn * weight * _carried(turns, -radius * way)
+    return whole
 
 
 def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:

@@ -44,6 +44,7 @@ from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
+from benchmarks.blind.twentyeighth_forms import TWENTYEIGHTH_FORMS
 from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_FORMS
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
@@ -215,6 +216,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'twentyfifth': TWENTYFIFTH_FORMS,
     'twentysixth': TWENTYSIXTH_FORMS,
     'twentyseventh': TWENTYSEVENTH_FORMS,
+    'twentyeighth': TWENTYEIGHTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

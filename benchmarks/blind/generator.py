@@ -71,6 +71,7 @@ from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyeighth_outside import TWENTYEIGHTH_OUTSIDE
 from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
@@ -130,6 +131,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     newest = {**newest, **NINETEENTH_OUTSIDE, **TWENTIETH_OUTSIDE, **TWENTYFIRST_OUTSIDE}
     newest = {**newest, **TWENTYSECOND_OUTSIDE, **TWENTYTHIRD_OUTSIDE, **TWENTYFOURTH_OUTSIDE}
     newest = {**newest, **TWENTYFIFTH_OUTSIDE, **TWENTYSIXTH_OUTSIDE, **TWENTYSEVENTH_OUTSIDE}
+    newest = {**newest, **TWENTYEIGHTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **newest, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

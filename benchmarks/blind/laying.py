@@ -43,7 +43,7 @@ def lay_on_plane(
     if faults.contact_form == 'pipe':
         aside = _below_tip(setup, faults)[2]
         faults = replace(faults, contact_at=aside + faults.contact_at)
-    if faults.contact_form in ('dish', 'cushion', 'crate', 'flap', 'corrugated'):
+    if faults.contact_form in ('dish', 'cushion', 'crate', 'flap', 'corrugated', 'tent'):
         ahead, _, aside = _below_tip(setup, faults)
         ahead, aside = ahead + faults.contact_ahead, aside + faults.contact_at
         faults = replace(faults, contact_ahead=ahead, contact_at=aside)

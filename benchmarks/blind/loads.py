@@ -13,6 +13,7 @@ from benchmarks.blind.draught import (
     curtain_share,
     drawn_in,
     layer_share,
+    lee_share,
     louvre_share,
     opposed_share,
     spreading_share,
@@ -47,6 +48,7 @@ _PUSHES = (
     'curtain',
     'hair dryer',
     'louvred',
+    'lee',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
@@ -56,6 +58,7 @@ _FELT = {
     'curtain': curtain_share,
     'hair dryer': spreading_share,
     'louvred': louvre_share,
+    'lee': lee_share,
 }
 
 

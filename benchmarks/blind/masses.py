@@ -102,6 +102,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'wicking': (_MASS_REACH, 0.0),
         # And whether a clip hangs there yet.
         'hung on': (_MASS_REACH, 0.0),
+        # And how far a loose spring is drawn out.
+        'slinky': (_MASS_REACH, 0.0),
         # And where a weight on a spring is.
         'sliding': (_MASS_REACH, 0.0),
         # And how full a cup is.

@@ -5,6 +5,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.blind.baking import baked_value
 from benchmarks.blind.dosing import dosed_value
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.marbling import marbled_value
@@ -54,6 +55,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'wedged': _wedged(setup, faults, share, points),
         'ribbon': ribbon_share(share, *(2.0 * points[:, 1:].swapaxes(0, 1) / section), faults),
         'gated': gate_share(share, faults.contrast_at),
+        'baked': baked_value(share, faults.contrast_at, faults.contrast_width),
         'dosed': dosed_value(share, faults.contrast_at, faults.contrast_wave),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),

@@ -16,6 +16,7 @@ from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
 from benchmarks.blind.hexahedra import HexMesh
+from benchmarks.blind.lapsing import lapsed
 from benchmarks.blind.mirrored import mirrored
 from benchmarks.blind.moire import moire_error
 from benchmarks.blind.paint import FIXTURE, Paint, tip_part
@@ -80,6 +81,7 @@ def _seen(
     surface = through_pane(moved(surface, camera_from_world @ world_from_object), faults)
     rendering = fattened(render(surface, camera), camera, faults.fattened)
     rendering = combed(rendering, camera, faults.combed)
+    rendering = lapsed(rendering, camera, faults.lapsed, faults.lapsed_row)
     bias = 1e-3 * faults.depth_bias * bias_share(rendering, setup, observation, faults)
     scale = faults.depth_scale
     if faults.depth_form == 'temperature':
@@ -186,6 +188,7 @@ def _paint(border: float, faults: Faults) -> Paint:
         board=faults.region_board,
         stickers=faults.region_stickers,
         net=faults.region_net,
+        bell=faults.region_bell,
     )
 
 

@@ -47,6 +47,8 @@ class Paint:
             them is the root's; (0, 0): all is one.
         net: way from knot to knot along it [m], and which share of that a thread covers; what is
             in the meshes is the root's; (0, 0): there are none.
+        bell: share of the free length where it is all the tip's, and over which, to either side,
+            a third of it is left, by the exponential of the square; (0, 0): it begins at a border.
     """
 
     tip_from: float = 0.5
@@ -63,6 +65,7 @@ class Paint:
     board: float = 0.0
     stickers: tuple[float, float] = (0.0, 0.0)
     net: tuple[float, float] = (0.0, 0.0)
+    bell: tuple[float, float] = (0.0, 0.0)
 
 
 PLAIN = Paint()
@@ -102,9 +105,12 @@ def painted(side: Side, paint: Paint) -> IntArray:
 
 
 def _border(side: Side, paint: Paint) -> IntArray:
-    """Return labels by the border of root and tip alone, or by what fades from the tip on."""
+    """Return labels by the border of root and tip alone, or by what fades from a place."""
     if paint.decay:
         return _between(np.exp((side.along - 1.0) / paint.decay))
+    if paint.bell[1]:
+        at, width = paint.bell
+        return _between(np.exp(-(((side.along - at) / width) ** 2)))
     inside = side.along - paint.tip_from
     if paint.tip_until < 1.0:
         inside = np.minimum(inside, paint.tip_until - side.along)

@@ -32,3 +32,17 @@ def pitched_on(setup: Setup, angles: Iterable[float]) -> tuple[tuple[float, ...]
         shift = rotation(turn) @ middle - middle
         found.append(tuple(round(float(value), 4) for value in (*shift, *np.rad2deg(turn))))
     return tuple(found)
+
+
+def eccentric_errors(pitches: FloatArray, phase: float) -> FloatArray:
+    """Return how far a dial is off whose disc does not turn about its middle, shape (P,).
+
+    By the sine of the angle, over the way from one to the other as a share of its radius; it was
+    set to 0 where the first pose is.
+
+    Args:
+        pitches: that are read [rad], shape (P,).
+        phase: which way its middle is off where 0 is read [rad].
+    """
+    swung = np.sin(pitches + phase)
+    return np.asarray(swung - swung[0])

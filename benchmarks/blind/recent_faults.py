@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a set-up of the twenty-seventh set: numbers that are 0 else."""
+"""What is wrong with a set-up of the last sets: numbers that are 0 else."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class RecentFaults:
-    """Amplitudes that came with the twenty-seventh set, and what older ones say there.
+    """Amplitudes of the twenty-seventh set and the one after it, and what older ones say there.
 
     `mass_form` may be `sliding`: a weight on a spring along the body, which is at `added_mass_at`
     where that is level. `contrast_mode` may be `dosed`: a sawtooth of `contrast_wave`, one of
@@ -18,16 +18,30 @@ class RecentFaults:
     `tilt_form` may be `louvred`: a push through a grille of upright slats. `curvature_form` may be
     `hammock`: the arc of a catenary, whose lowest place was at `curvature_at`.
 
+    In the twenty-eighth, `mass_form` may be `slinky`: a loose spring around the body, from
+    `added_mass_at` on. `contrast_mode` may be `baked`: by how hot a mould was between two blocks,
+    whose coolest place is at `contrast_at`. `clamp_form` may be `gooseneck`: on a round rod that
+    is bent to a quarter of a circle. `contact_form` may be `tent`: a hard roof, whose ridge is
+    rounded by `contact_round`. `depth_form` may be `shifted bar`: by the cubic of the way along a
+    bar that is bent like an S. `tilt_form` may be `lee`: a push but for what is behind a post.
+    `curvature_form` may be `mattress`: by the moment of a body on springs, at whose clamp a weight
+    lay.
+
     Attributes:
         mass_travel: by which share of the free length a weight slides on where the body points
-            straight down.
-        contact_slant: of the way along which a corrugated sheet waves, from the world's x towards
-            z [deg].
+            straight down, or what a loose spring is longer there.
+        mass_coiled: length of a loose spring on a level body, as a share of the free length.
+        contact_slant: of the way along which a corrugated sheet waves, or across a tent's ridge,
+            from the world's x towards z [deg].
+        contact_steep: of a tent's sides, rise over run.
         depth_back: error of the left tap, the other way, as a share of `depth_bias`.
         region_net: way along the body from knot to knot of a net's meshes [m], and which share of
             that a thread covers; (0, 0): there is no net.
+        region_bell: share of the free length where a region errs most, and over which it falls to
+            a third of that; (0, 0): it is no bell.
         tilt_wave: from slat to slat of a grille [m].
         curvature_sag: radius of a catenary at its lowest place, as a share of the free length.
+        curvature_bed: share of the free length over which a moment on a mattress falls to a third.
         joggled: by how much the outer part of the true body lies beside the stated one [mm].
         joggled_at: share of the free length amid the bend where it goes over to that.
         joggled_way: direction of it, from the object's y towards z [deg].
@@ -36,14 +50,23 @@ class RecentFaults:
         moire_slant: angle of the first's way, from the image's right towards down; the other goes
             at right angles to it [deg].
         moire_phases: of both at the principal point [rad].
+        mitred: by how much one side of the true body's end is shorter [mm].
+        mitred_side: 1 where that is the side of positive y, -1 where it is the other one, and 0
+            where nothing is.
+        lapsed: by how much what comes after lost bytes lies to the right [px].
+        lapsed_row: of the image, from which on it does.
     """
 
     mass_travel: float = 0.0
+    mass_coiled: float = 0.0
     contact_slant: float = 0.0
+    contact_steep: float = 0.0
     depth_back: float = 0.0
     region_net: tuple[float, float] = (0.0, 0.0)
+    region_bell: tuple[float, float] = (0.0, 0.0)
     tilt_wave: float = 1.0
     curvature_sag: float = 1.0
+    curvature_bed: float = 1.0
     joggled: float = 0.0
     joggled_at: float = 0.0
     joggled_way: float = 0.0
@@ -51,3 +74,7 @@ class RecentFaults:
     moire_periods: tuple[float, float] = (1.0, 1.0)
     moire_slant: float = 0.0
     moire_phases: tuple[float, float] = (0.0, 0.0)
+    mitred: float = 0.0
+    mitred_side: float = 0.0
+    lapsed: float = 0.0
+    lapsed_row: int = 0

@@ -10,6 +10,7 @@ import numpy as np
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hammock import catenary_lever, catenary_rate
+from benchmarks.blind.mattress import bedded_lever, bedded_moment
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
 
@@ -47,6 +48,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         draft=faults.drafted,
         ribs=(faults.ribbed, faults.ribbed_waves, faults.ribbed_phase),
         rounds=faults.rounded,
+        mitre=1e-3 * faults.mitred * faults.mitred_side,
         jog=(1e-3 * faults.joggled, faults.joggled_at, faults.joggled_way),
     )
 
@@ -215,6 +217,12 @@ def _hammock(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, 
     return _by_moments(curvature, lever, lambda middle: catenary_rate(middle, at, sag))
 
 
+def _bedded(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body whose holder sank into a mattress; its tip is as far as an arc's."""
+    bed = faults.curvature_bed
+    return _by_moments(curvature, bedded_lever(bed), lambda middle: bedded_moment(middle, bed))
+
+
 def _by_moments(
     curvature: FloatArray, lever: float, moment: Callable[[float], float]
 ) -> list[tuple[float, float, FloatArray]]:
@@ -344,6 +352,7 @@ _IN_PARTS = {
     'held by its tip': _held_by_tip,
     'burdened': _burdened,
     'hammock': _hammock,
+    'mattress': _bedded,
 }
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.jogging import jogging
+from benchmarks.blind.mitring import mitring
 
 FloatArray = NDArray[np.float64]
 
@@ -49,6 +50,8 @@ class Shape:
         rounds: share by which the section is not square but round.
         jog: by how much the outer part lies to one side [m], the share of the free length amid
             the bend where it goes over to that, and which way, from y towards z [deg].
+        mitre: by how much the end is shorter at the side of positive y, or below 0 at the other
+            one, evenly over all of the width [m].
     """
 
     family: str
@@ -70,6 +73,7 @@ class Shape:
     ribs: tuple[float, float, float] = (0.0, 1.0, 0.0)
     rounds: float = 0.0
     jog: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mitre: float = 0.0
 
     @property
     def length(self) -> float:
@@ -98,6 +102,9 @@ class Shape:
         if self.ribs[0]:
             narrow = narrow * (1.0 + self.ribs[0] * ribbing(share, *self.ribs[1:]))
         points = lattice.copy()
+        if self.mitre:
+            aside = points[..., 1] / max(abs(place) for place in self.breaks[1])
+            points[..., 0] -= abs(self.mitre) * mitring(share, np.sign(self.mitre) * aside)
         if self.rounds:
             across = points[..., 1:] / (0.5 * np.array(self.section))
             points[..., 1:] *= 1.0 - self.rounds * rounding(share, across)

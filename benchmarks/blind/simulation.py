@@ -31,6 +31,7 @@ from benchmarks.blind.flexure import (
     bobbin_compliance,
     flexure_compliance,
     gantry_compliance,
+    gooseneck_compliance,
     post_compliance,
     stand_compliance,
     suction_compliance,
@@ -55,6 +56,7 @@ from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.seventh_outside import warmed
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.slider import slider_masses
+from benchmarks.blind.slinky import slinky_masses
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.sponge import sponge_masses
 from benchmarks.blind.wear import worn
@@ -73,6 +75,7 @@ _BY_POSE = {
     'cradled': cradled_masses,
     'filling': filling_masses,
     'sliding': slider_masses,
+    'slinky': slinky_masses,
 }
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
@@ -93,6 +96,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'stand': lambda faults: stand_compliance(faults.clamp_compliance, faults.clamp_length),
     'suction': lambda faults: suction_compliance(faults.clamp_compliance, faults.clamp_length),
     'bobbins': lambda faults: bobbin_compliance(faults.clamp_compliance, faults.clamp_length),
+    'gooseneck': lambda faults: gooseneck_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].

@@ -16,6 +16,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.filling import filled_shares
 from benchmarks.blind.flexure import bobbin_compliance
 from benchmarks.blind.form import Form
+from benchmarks.blind.guard import farthest_way
 from benchmarks.blind.moduli import gate_share
 from benchmarks.blind.outside_forms import tip_stiffness
 from benchmarks.blind.rotations import applied, rotation
@@ -116,21 +117,13 @@ def _splash_guard(size: int, setup: Setup, random: np.random.Generator) -> dict[
     """Bend a sheet of acrylic before a sensor, to guard that from splashes."""
     across, down = random.uniform(-30.0, 30.0, 2)
     slant = round(float(random.uniform(-25.0, 25.0)), 3)
-    shape, camera = setup.shape, setup.camera
-    ends = shape.place(np.array([[shape.clamp, 0.0, 0.0], [shape.length, 0.0, 0.0]]))
-    angle, spot = np.deg2rad(slant), np.array([camera.cx + across, camera.cy + down])
-    ways = [
-        (camera.project(applied(setup.depth_from_world @ pose.world_from_object, ends)) - spot)
-        @ [np.cos(angle), np.sin(angle)]
-        for pose in setup.observations
-    ]
     return {
         'depth_form': 'splash guard',
         'depth_bias': signed((2.0, 4.0, 10.0)[size], random),
         'depth_spot': (round(float(across), 3), round(float(down), 3)),
         'depth_slant': slant,
         # How far off a body's end is at most.
-        'depth_width': round(float(np.abs(ways).max()), 3),
+        'depth_width': round(farthest_way(setup, (across, down), slant), 3),
     }
 
 

@@ -43,6 +43,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyeighth_forms import TWENTYEIGHTH_FORMS, TWENTYEIGHTH_PAIRS
+from benchmarks.blind.twentyeighth_outside import TWENTYEIGHTH_OUTSIDE
 from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_FORMS, TWENTYFIFTH_PAIRS
 from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS, TWENTYFIRST_PAIRS
@@ -81,6 +83,7 @@ COUNTS = {
     'twentyfifth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentysixth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyseventh': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentyeighth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -190,6 +193,13 @@ OWN = {
         TWENTYSEVENTH_FORMS,
         TWENTYSEVENTH_PAIRS,
         TWENTYSEVENTH_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'twentyeighth': Own(
+        TWENTYEIGHTH_FORMS,
+        TWENTYEIGHTH_PAIRS,
+        TWENTYEIGHTH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
     ),

@@ -42,6 +42,8 @@ from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
+from benchmarks.blind.twentyeighth_forms import TWENTYEIGHTH_FORMS
+from benchmarks.blind.twentyeighth_outside import TWENTYEIGHTH_OUTSIDE
 from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_FORMS
 from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
@@ -164,6 +166,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/backlash': {'clamp_scatter': ()},
     'gravity_tilt/louvred': {'tilt_form': 'tilt'},
     'rest_curvature/hammock': {'curvature_form': 'arc'},
+    'added_mass/slinky': {'mass_form': 'hat'},
+    'stiffness_contrast/baked': {'contrast_mode': 'split'},
+    'compliant_clamp/gooseneck': {'clamp_form': 'turn'},
+    'clamp_offset/eccentric': {'clamp_scatter': ()},
+    'gravity_tilt/lee': {'tilt_form': 'tilt'},
+    'rest_curvature/mattress': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -225,6 +233,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/two taps': {'depth_form': 'affine'},
     'depth_bias_by_region/netted': {'region_net': (0.0, 0.0)},
     'camera_offset/mirror': {'camera_scatter': ()},
+    'depth_affine/shifted bar': {'depth_form': 'affine'},
+    'depth_bias_by_region/polished': {'region_bell': (0.0, 0.0)},
+    'camera_offset/wedge': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -253,6 +264,7 @@ OTHERS = {
     'contact_plane/roll',
     'contact_plane/rope',
     'contact_plane/step',
+    'contact_plane/tent',
     'contact_plane/vee',
     'stiffness_contrast/cored',
     'strain_stiffening/beaded',
@@ -291,6 +303,7 @@ CAUSES = {
     **TWENTYFIFTH_OUTSIDE,
     **TWENTYSIXTH_OUTSIDE,
     **TWENTYSEVENTH_OUTSIDE,
+    **TWENTYEIGHTH_OUTSIDE,
 }
 
 
@@ -300,7 +313,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 
 def _params(keys: Iterable[str]) -> list[Any]:
     """Return keys of forms as parameters; of what tests of its own check as well, slow ones."""
-    slow = {form.key for form in TWENTYSEVENTH_FORMS}
+    slow = {form.key for form in (*TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)}
     return [
         pytest.param(key, marks=(pytest.mark.slow,) if key in slow else ()) for key in sorted(keys)
     ]
@@ -312,7 +325,7 @@ def test_every_form_is_checked_here() -> None:
     last = (*FIFTEENTH_FORMS, *SIXTEENTH_FORMS, *SEVENTEENTH_FORMS, *EIGHTEENTH_FORMS)
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
-    newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS)
+    newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -337,6 +350,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYFIFTH_FORMS, {'rest_curvature'}),
         (TWENTYSIXTH_FORMS, {'contact_plane'}),
         (TWENTYSEVENTH_FORMS, {'compliant_clamp'}),
+        (TWENTYEIGHTH_FORMS, {'strain_stiffening'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -192,9 +192,20 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentyeighth': (
+        (
+            'added_mass/slinky',
+            'stiffness_contrast/baked',
+            'compliant_clamp/gooseneck',
+            'clamp_offset/eccentric',
+            'gravity_tilt/lee',
+            'rest_curvature/mattress',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 # What tests of their own check of these forms as well.
-_SLOW = ('twentyseventh',)
+_SLOW = ('twentyseventh', 'twentyeighth')
 CASES = [
     pytest.param(key, limits, id=key, marks=(pytest.mark.slow,) if name in _SLOW else ())
     for name, (keys, limits) in ON_THE_BODY.items()
