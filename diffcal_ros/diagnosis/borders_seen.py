@@ -3,6 +3,7 @@
 """Where materials end on a body whose scene does not say so, and what that makes of its model."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import find_depth_discontinuity
 from diffcal_ros.diagnosis.detection.find_spots import find_spots
@@ -22,49 +23,49 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
 from diffcal_ros.effects import bands
-from diffcal_ros.effects.surface_parts import parts_of, SeenPart
+from diffcal_ros.effects.surface_parts import parts_of, SeenPart, SurfacePart
+from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
 
-# Spots are looked for beside so many of the best models of one effect.
+BoolArray = NDArray[np.bool_]
+
+# Borders are looked for beside so many of the best models of one effect.
 _LOOKED_BESIDE = 2
 _MOST_ROUNDS = 3
 
-BoolArray = NDArray[np.bool_]
+
+@dataclass(frozen=True)
+class _Seen:
+    """What shows of where materials end.
+
+    Attributes:
+        maps: of spots, the likeliest first.
+        parts: of the surface, the highest first.
+        places: of borders along the body, shares of the free length.
+    """
+
+    maps: Sequence[BoolArray] = ()
+    parts: tuple[SurfacePart, ...] = ()
+    places: tuple[float, ...] = ()
 
 
 def with_borders_seen(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchEvaluator, Refit]:
     """Return evaluator and fit of a scene that knows where materials end, if patches show that."""
-    scene = evaluator.model.scene
-    found, left = find_bands(evaluator, nominal)
-    parts = find_parts(evaluator, nominal, left)
-    maps = find_spots(evaluator, nominal, parts or _between(found))
-    if maps:
-        return _knowing_spots(maps, evaluator, nominal)
-    if parts:
-        known = knowing(with_parts(scene, parts), evaluator, nominal)
-        return knowing(with_parts(scene, settled_parts(*known, parts)), evaluator, nominal)
-    if not found:
-        at = find_depth_discontinuity(evaluator, nominal)
-        if at is None:
-            return evaluator, nominal
-        found = (at,)
-    placed = placed_by_pixels(evaluator, nominal.coordinates, found)
-    return knowing(with_borders(scene, placed), evaluator, nominal)
+    seen = _seen(evaluator, nominal)
+    if seen is None:
+        return evaluator, nominal
+    return _knowing_what_shows(seen, evaluator, nominal)
 
 
-def _between(borders: Sequence[float]) -> tuple[SeenPart, ...]:
-    """Return the bands between borders as parts of the surface."""
-    return parts_of(bands.band_settings(borders)) if borders else ()
-
-
-def with_spots_seen_beside(
+def with_borders_seen_beside(
     models: Sequence[Hypothesis], evaluator: PatchEvaluator, nominal: Refit
 ) -> tuple[PatchEvaluator, Refit] | None:
-    """Return evaluator and fit of a scene that knows spots which show beside another effect.
+    """Return evaluator and fit of a scene that knows where materials end beside another effect.
 
-    Of a body that is elsewhere in each pose than the nominal model has it, by more than spots are
+    What else is missing leaves more than a border does where it bends the body by millimetres; and
+    of a body that is elsewhere in each pose than the nominal model has it, by more than spots are
     wide, pixels of different poses that see a cell do not see one place.
 
     Args:
@@ -73,17 +74,55 @@ def with_spots_seen_beside(
         nominal: its fit.
 
     Returns:
-        None where no spots show, or where materials end is known.
+        None where nothing shows, or where materials end is known.
     """
-    scene = evaluator.model.scene
-    if knows_boundary(scene):
+    if knows_boundary(evaluator.model.scene):
         return None
     others = [own for own in models if not any(one.effect.has_boundary for one in own.added)]
     for model in others[:_LOOKED_BESIDE]:
-        maps = find_spots(model.evaluator, model.fit, ())
-        if maps:
-            return _knowing_spots(maps, evaluator, nominal, model)
+        try:
+            seen = _seen(model.evaluator, model.fit)
+        except NotSimulatedError:
+            continue
+        if seen is not None:
+            return _knowing_what_shows(seen, evaluator, nominal, model)
     return None
+
+
+def _seen(evaluator: PatchEvaluator, fit: Refit) -> _Seen | None:
+    """Return what shows of where materials end beside a model; None where nothing does."""
+    found, left = find_bands(evaluator, fit)
+    parts = find_parts(evaluator, fit, left)
+    maps = find_spots(evaluator, fit, parts or _between(found))
+    if maps:
+        return _Seen(maps=maps)
+    if parts:
+        return _Seen(parts=parts)
+    if not found:
+        at = find_depth_discontinuity(evaluator, fit)
+        if at is None:
+            return None
+        found = (at,)
+    return _Seen(places=placed_by_pixels(evaluator, fit.coordinates, found))
+
+
+def _knowing_what_shows(
+    seen: _Seen, evaluator: PatchEvaluator, nominal: Refit, beside: Hypothesis | None = None
+) -> tuple[PatchEvaluator, Refit]:
+    """Return evaluator and fit of a scene that knows what shows beside a model, or the nominal."""
+    scene = evaluator.model.scene
+    if seen.maps:
+        return _knowing_spots(seen.maps, evaluator, nominal, beside)
+    if seen.parts:
+        known = knowing(with_parts(scene, seen.parts), evaluator, nominal)
+        parts = settled_parts(*known, seen.parts, beside)
+        return knowing(with_parts(scene, parts), evaluator, nominal)
+    return knowing(with_borders(scene, seen.places), evaluator, nominal)
+
+
+def _between(borders: Sequence[float]) -> tuple[SeenPart, ...]:
+    """Return the bands between borders as parts of the surface."""
+    return parts_of(bands.band_settings(borders)) if borders else ()
 
 
 def _knowing_spots(

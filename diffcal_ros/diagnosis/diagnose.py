@@ -10,7 +10,7 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.answers import Verdict
-from diffcal_ros.diagnosis.borders_seen import with_borders_seen, with_spots_seen_beside
+from diffcal_ros.diagnosis.borders_seen import with_borders_seen, with_borders_seen_beside
 from diffcal_ros.diagnosis.detection.disagreement import (
     beside_a_model,
     Disagreement,
@@ -219,15 +219,15 @@ def _selected(
     report: Progress,
     processes: Processes | None,
 ) -> tuple[_Judged, Selection]:
-    """Refit models; once more, where spots show beside one of them."""
+    """Refit models; once more, where a border shows beside one of them."""
     with RefitPool(
         judged.evaluator, judged.nominal, report, jobs=settings.jobs, processes=processes
     ) as pool:
         begun = begin(pool, judged.scores, in_any_form=judged.disagreement.may_matter)
-        known = with_spots_seen_beside(begun.singles, judged.evaluator, judged.nominal)
+        known = with_borders_seen_beside(begun.singles, judged.evaluator, judged.nominal)
         if known is None:
             return judged, _select(pool, judged, begun)
-    report('parts of the surface are read otherwise: once more, with a map of them')
+    report('parts of the surface are read otherwise: once more, with those known')
     again = _examined(*known, settings, report)
     with RefitPool(again.evaluator, again.nominal, report, jobs=settings.jobs) as pool:
         return again, _select(pool, again)

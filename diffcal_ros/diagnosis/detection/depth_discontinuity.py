@@ -9,10 +9,18 @@ what they may have followed; they need a floor that was measured.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from diffcal_ros.calibration.residuals.robust_residual import Residuals
 from diffcal_ros.diagnosis.detection.material_boundary import (
     BORDERS,
     LEAST_STEP,
     outstanding_boundary,
+    seen_places,
+)
+from diffcal_ros.diagnosis.detection.sharp_limits import (
+    go_along,
+    is_sharp,
+    LEAST_OF_HEIGHT,
+    placed_by_pixels,
 )
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
@@ -23,6 +31,8 @@ from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.projection import Projection
 from diffcal_ros.effects.registry import seen_boundary
+from diffcal_ros.effects.surface_parts import SurfacePart
+from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +41,7 @@ FloatArray = NDArray[np.float64]
 # A jump stands out when it explains so much chi-square, too.
 _LEAST_GAIN = 30.0
 # A modulus that has followed a higher jump may be so far off that tangents there mislead; such a
-# jump is seen as it stands.
+# jump is seen as it stands, or pixel by pixel.
 _HIGHEST = LEAST_STEP
 # What comes up over as many places to either side instead has to leave more: else it is no jump,
 # but the form of something smooth, such as a kink.
@@ -47,7 +57,7 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
     """Return the share of the free length at which a jump of depth begins; None where none does.
 
     Args:
-        evaluator: of the nominal model.
+        evaluator: of the nominal model, or of one with an effect.
         nominal: its fit.
     """
     if knows_boundary(evaluator.model.scene) or not evaluator.is_measured:
@@ -57,11 +67,25 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
     left = dict(zip(BORDERS, (jumps.whole - gains).tolist(), strict=True))
     at = outstanding_boundary(left, jumps.whole)
     best = int(gains.argmax())
-    if at is None or gains[best] < _LEAST_GAIN or abs(heights[best]) > _HIGHEST:
+    if at is None or gains[best] < _LEAST_GAIN:
         return None
     sharp = np.array([[float(place == at) for place in BORDERS]])
     soft, _ = jumps.gains(softened(sharp, _SMOOTHED))
-    return at if left[at] < OF_SMOOTH * (jumps.whole - soft[0]) else None
+    left_by_soft = jumps.whole - float(soft[0])
+    is_plain = left[at] < OF_SMOOTH * left_by_soft and abs(heights[best]) <= _HIGHEST
+    if is_plain or (left[at] < left_by_soft and _is_seen(evaluator, nominal, at)):
+        return at
+    return None
+
+
+def _is_seen(evaluator: PatchEvaluator, nominal: Refit, at: float) -> bool:
+    """Tell whether pixels beside a border show a sharp jump there in all poses.
+
+    They tell where what else is missing leaves more on the patches than a border does.
+    """
+    views = seen_places(evaluator, nominal.coordinates)
+    beyond_it = placed_by_pixels(views, SurfacePart(at, 1.0, np.array([[-np.inf, np.inf]] * 2)))
+    return go_along(views, [beyond_it], LEAST_OF_HEIGHT) and is_sharp(views, beyond_it)
 
 
 @dataclass(frozen=True)
@@ -172,22 +196,48 @@ def with_jumps(evaluator: PatchEvaluator, nominal: Refit, jumps_of: JumpsOf) -> 
         evaluator: of the nominal model.
         nominal: its fit.
         jumps_of: tells which jumps each pixel is beyond.
+
+    Raises:
+        NotSimulatedError: where a view sees nothing of the body any more.
     """
     views = evaluator.model.views(nominal.coordinates)
     compared = evaluator.comparisons(nominal.coordinates)
-    count = 1 + jumps_of(np.zeros((1, 3))).shape[1]
+
+    def on_part(places: FloatArray) -> FloatArray:
+        return np.hstack([np.ones((len(places), 1)), jumps_of(places)])
+
+    count = on_part(np.zeros((1, 3))).shape[1]
     groups = []
     for group in nominal.groups:
         fractions = np.zeros((len(group.patches.values), count))
-        if group.kind == 'depth' and not group.is_rigid:
+        if group.kind == 'depth' and not group.is_rigid and len(fractions):
             depth = compared[group.view].depth
+            if not len(depth.indices):
+                raise NotSimulatedError('the state that was fitted is not found again from rest')
             comparer = evaluator.comparers[group.view]
             places = comparer.places(views[group.view].trace, depth.indices)
-            # Of a cell across a border its average has the side with more pixels.
-            numbers, weights = cells_of_depth(depth, evaluator.cell)
-            on_part = np.hstack([np.ones((len(places), 1)), jumps_of(places)])
-            _, means, _, cells, _ = averaged_by_cell(depth, on_part, numbers, weights, 0.0)
-            fractions = means[np.searchsorted(cells, group.patches.cells)]
+            fractions = _means_of(group, depth, on_part(places), evaluator.cell)
         wide = np.hstack([group.patches.jacobian, fractions])
         groups.append(replace(group, patches=replace(group.patches, jacobian=wide)))
     return groups
+
+
+def _means_of(group: PatchGroup, depth: Residuals, of_pixels: FloatArray, cell: int) -> FloatArray:
+    """Return the means over patches of what is known of pixels, shape (m, s).
+
+    A state that is found again may show a patch less at the outline: of that there is nothing.
+
+    Args:
+        group: patches.
+        depth: residuals of the pixels.
+        of_pixels: what is known, shape (M, s).
+        cell: side of patches [px].
+    """
+    # Of a cell across a border its average has the side with more pixels.
+    numbers, weights = cells_of_depth(depth, cell)
+    _, means, _, cells, _ = averaged_by_cell(depth, of_pixels, numbers, weights, 0.0)
+    own = group.patches.cells
+    is_seen = np.isin(own, cells)
+    found = np.zeros((len(own), of_pixels.shape[1]))
+    found[is_seen] = means[np.searchsorted(cells, own[is_seen])]
+    return found

@@ -24,6 +24,7 @@ from diffcal_ros.diagnosis.detection.rectangles import (
 from diffcal_ros.diagnosis.detection.sharp_limits import (
     go_along,
     is_sharp,
+    LEAST_OF_HEIGHT,
     placed_by_pixels,
     Views,
 )
@@ -35,9 +36,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-# In each pose a part is at least so high, of what is usual.
-_LEAST_OF_HEIGHT = 0.5
 
 
 def find_parts(
@@ -68,7 +66,7 @@ def find_parts(
 
 def _are_parts(views: Views, parts: Sequence[SurfacePart]) -> bool:
     """Tell whether all poses show parts, and sharp ones."""
-    return go_along(views, parts, _LEAST_OF_HEIGHT) and all(is_sharp(views, own) for own in parts)
+    return go_along(views, parts, LEAST_OF_HEIGHT) and all(is_sharp(views, own) for own in parts)
 
 
 def _one_after_the_other(jumps: Jumps) -> list[SurfacePart]:

@@ -19,6 +19,8 @@ Views = Sequence[tuple[FloatArray, FloatArray]]
 _AROUND, _BLURRED, _LEAST_PIXELS = (0.1, 0.5), 0.3, 50
 # A body's bend along it that a modulus makes, of this degree.
 _BENT = 2
+# In each pose a part is at least so high, of what is usual.
+LEAST_OF_HEIGHT = 0.5
 # How far pixels move a limit that patches tell.
 _FARTHEST = (0.05, 0.1)
 # Limits on the surface, along and across: what is farther out is none, or a face's edge.

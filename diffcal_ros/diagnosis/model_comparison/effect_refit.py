@@ -87,6 +87,41 @@ def try_effects(
     return None if best is None else found[best]
 
 
+def try_beside(
+    nominal: PatchEvaluator,
+    base: Refit,
+    added: Candidate,
+    model: Hypothesis | None,
+    *,
+    max_iterations: int,
+    freed: Sequence[Parameter] = (),
+) -> Hypothesis | None:
+    """Add an effect to a fitted model, from where that stands, and refit everything.
+
+    Args:
+        nominal: evaluates the patches of the nominal model.
+        base: its fit.
+        added: effect to add.
+        model: with what else is missing; None: the nominal one.
+        max_iterations: see `try_effects`.
+        freed: what the added effect may be besides.
+
+    Returns:
+        See `try_effects`.
+    """
+    if model is None:
+        return try_effects(nominal, base, [added], {}, max_iterations=max_iterations, freed=freed)
+    own = {name for one in model.added for name in one.names} | {f.name for f in model.freed}
+    return try_effects(
+        nominal,
+        base,
+        [*model.added, added],
+        {name: value for name, value in model.fit.values_by_name().items() if name in own},
+        max_iterations=max_iterations,
+        freed=(*model.freed, *freed),
+    )
+
+
 def _all_starts(
     nominal: PatchEvaluator, base: Refit, added: Sequence[Candidate]
 ) -> list[dict[str, float]]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.diagnosis.detection.material_boundary import seen_places
 from diffcal_ros.diagnosis.detection.sharp_limits import placed_by_pixels
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_beside
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -32,7 +32,10 @@ _LEAST_HEIGHT = 0.0005
 
 
 def settled_parts(
-    evaluator: PatchEvaluator, nominal: Refit, parts: Sequence[SurfacePart]
+    evaluator: PatchEvaluator,
+    nominal: Refit,
+    parts: Sequence[SurfacePart],
+    beside: Hypothesis | None = None,
 ) -> tuple[SurfacePart, ...]:
     """Return parts where pixels see them, and as high as they are, beside all parameters.
 
@@ -40,14 +43,15 @@ def settled_parts(
         evaluator: of the nominal model, whose scene states the parts.
         nominal: its fit.
         parts: those, the highest first.
+        beside: model beside whose effects they were seen; None: the nominal one.
     """
     effect = seen_boundary()
     (height,) = (part.name for part in effect.components)
     added = Candidate(effect.identifier, (height,))
     names = {effect.amplitude_name(name) for name in effect.part_forms(len(parts))}
     freed = [own for own in form_parameters(effect, _ANY_HEIGHT) if own.name in names]
-    found = try_effects(
-        evaluator, nominal, [added], {}, max_iterations=_MOST_EVALUATIONS, freed=freed
+    found = try_beside(
+        evaluator, nominal, added, beside, max_iterations=_MOST_EVALUATIONS, freed=freed
     )
     if found is None:
         return tuple(parts)

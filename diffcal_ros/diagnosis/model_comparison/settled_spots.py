@@ -14,7 +14,7 @@ from diffcal_ros.diagnosis.detection.spot_map import (
     nearer_the_second,
     SpottedView,
 )
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_beside
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -44,45 +44,29 @@ def settled_spots(
     """
     effect = seen_boundary()
     (height_name,) = (part.name for part in effect.components)
+    spots = Candidate(effect.identifier, (height_name,))
     maps = [_map_of(evaluator) for evaluator, _ in known]
-    found = [
-        _refitted(*own, Candidate(effect.identifier, (height_name,)), beside) for own in known
-    ]
+    found = [try_beside(*own, spots, beside, max_iterations=_MOST_EVALUATIONS) for own in known]
     likely = [-np.inf if own is None else own.fit.log_evidence for own in found]
     number = int(np.argmax(likely))
-    best, spots = found[number], maps[number]
+    best, own_map = found[number], maps[number]
     if best is None:
-        return spots.cells, np.inf
+        return own_map.cells, np.inf
     left = best.fit.chi_square_per_patch
     height = best.fit.values_by_name()[effect.amplitude_name(height_name)]
     if abs(height) < _LEAST_HEIGHT:
-        return spots.cells, left
+        return own_map.cells, left
     views = [
-        SpottedView.of(off + height * spots.holds(places), places)
+        SpottedView.of(off + height * own_map.holds(places), places)
         for off, places in seen_places(best.evaluator, best.fit.coordinates)
         if len(off)
     ]
     anew = nearer_the_second(views, height)
-    were, are = (left_by_map(views, own.astype(np.float64)) for own in (spots.cells.ravel(), anew))
-    # What else is missing may be smooth, and far larger than spots: then the first map stands.
-    return (anew.reshape(ROWS, ROUND) if are < were else spots.cells), left
-
-
-def _refitted(
-    evaluator: PatchEvaluator, nominal: Refit, spots: Candidate, beside: Hypothesis | None
-) -> Hypothesis | None:
-    """Return a model with spots, and with what another one has; None where it finds no rest."""
-    if beside is None:
-        return try_effects(evaluator, nominal, [spots], {}, max_iterations=_MOST_EVALUATIONS)
-    own = {name for one in beside.added for name in one.names} | {f.name for f in beside.freed}
-    return try_effects(
-        evaluator,
-        nominal,
-        [*beside.added, spots],
-        {name: v for name, v in beside.fit.values_by_name().items() if name in own},
-        max_iterations=_MOST_EVALUATIONS,
-        freed=beside.freed,
+    were, are = (
+        left_by_map(views, own.astype(np.float64)) for own in (own_map.cells.ravel(), anew)
     )
+    # What else is missing may be smooth, and far larger than spots: then the first map stands.
+    return (anew.reshape(ROWS, ROUND) if are < were else own_map.cells), left
 
 
 def _map_of(evaluator: PatchEvaluator) -> Spots:

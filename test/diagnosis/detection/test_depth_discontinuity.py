@@ -114,6 +114,30 @@ def test_the_share_of_a_patch_beyond_a_step_is_that_of_its_pixels():
     assert 0.0 < share.mean() < 1.0
 
 
+def test_of_a_patch_that_is_not_seen_again_no_jump_is_known():
+    """A state that is found again may show another patch at the outline."""
+    evaluator, nominal = fit_nominal(SCENE, [watched(seed=4)], None)
+    (depth,) = (group for group in nominal.groups if group.kind == 'depth')
+
+    def columns(cells):
+        patches = replace(depth.patches, cells=cells)
+        fit = replace(nominal, groups=(replace(depth, patches=patches),))
+        (group,) = with_jumps(evaluator, fit, beyond([0.5]))
+        return group.patches.jacobian[:, -2:]
+
+    cells = depth.patches.cells
+    known = columns(cells)
+    assert known[:, 0].all()
+    for others, gone in (
+        (np.append(cells[:-1], cells[-1] + 10_000), -1),
+        (np.append(cells[0] - 10_000, cells[1:]), 0),
+    ):
+        found = columns(others)
+        assert not found[gone].any()
+        kept = np.delete(np.arange(len(cells)), gone)
+        assert found[kept] == pytest.approx(known[kept])
+
+
 @pytest.mark.slow
 def test_the_step_is_named_and_the_modulus_heals():
     diagnosis = diagnose(SCENE, [with_step(watched(seed=4), 0.3, 0.002)]).diagnosis
