@@ -7,6 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.patch_fits.refit import refit
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
@@ -104,6 +105,22 @@ def test_a_bar_is_tried_where_the_body_is_lowest_above_it(on_bar):
     assert tried[PLACE] == pytest.approx(TOP, abs=0.003)
     assert tried[1.0] < TOP - 0.005
     assert tried[None] == pytest.approx(tried[1.0], abs=5e-3)
+
+
+def test_a_bar_that_was_fitted_is_fitted_on_from_there(on_bar):
+    evaluator, nominal = fit_nominal(beam_scene(), [on_bar], None)
+    (bar,) = (
+        own
+        for own in candidates(evaluator.model.scene)
+        if own.identifier == 'contact_plane' and own.at == PLACE
+    )
+    (name,) = bar.names
+    first = try_effects(evaluator, nominal, [bar], {}, max_iterations=1)
+    ended = {'youngs_modulus': np.log(0.9 * MODULUS), name: TOP + 0.001}
+    on = try_effects(evaluator, nominal, [bar], ended, max_iterations=1)
+    values = on.fit.values_by_name()
+    assert {own: values[own] for own in ended} == pytest.approx(ended, rel=1e-9)
+    assert abs(first.fit.values_by_name()[name] - ended[name]) > 5e-4
 
 
 def test_the_bar_at_its_place_explains_what_bars_elsewhere_do_not(on_bar):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects added to the nominal model, and everything refitted."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
@@ -73,7 +73,7 @@ def try_effects(
     scene, evaluator = with_effects(nominal, base, added, freed)
     far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
     found: list[Hypothesis] = []
-    for more in _all_starts(nominal, base, added):
+    for more in _all_starts(nominal, base, [c for c in added if not _stands(c, starts)]):
         is_robust = not evaluator.is_measured and not far & more.keys()
         # Of several starts the best is kept.
         least = max([least_log_evidence, *(own.fit.log_evidence for own in found)])
@@ -120,6 +120,11 @@ def try_beside(
         max_iterations=max_iterations,
         freed=(*model.freed, *freed),
     )
+
+
+def _stands(candidate: Candidate, starts: Mapping[str, float]) -> bool:
+    """Tell whether an effect that has no tangent at zero was fitted: it goes on from there."""
+    return not candidate.effect.has_tangent and set(candidate.names) <= starts.keys()
 
 
 def _all_starts(

@@ -124,7 +124,9 @@ def _offers(
             continue  # It was reached by small load steps, and is not found from rest.
         for score in _seconds(first, again.scores, pool.nominal.is_measured):
             names = tuple(sorted((first.identifier, score.candidate.identifier)))
-            key = names if pool.nominal.is_measured else (*names, *score.candidate.components)
+            # Of a plane and a bar tangents know nothing: both are tried.
+            is_one = pool.nominal.is_measured and score.candidate.effect.has_tangent
+            key = names if is_one else (*names, *score.candidate.components)
             starts = {**one.fit.values_by_name(), **starts_of(score)}
             request = first_request([first, score.candidate], starts, singles)
             request = replace(request, freed=one.freed)
@@ -141,11 +143,24 @@ def _seconds(first: Candidate, scores: Sequence[Score], is_measured: bool) -> li
     variant out.
     """
     best = distinct(scores)[:_SECONDS]
-    if is_measured or not first.effect.has_boundary:
+    if is_measured:
+        kinds = (own for own in best if not own.candidate.effect.has_tangent)
+        return [*best, *(other for own in kinds for other in _other_kinds(own, scores))]
+    if not first.effect.has_boundary:
         return best
     chosen = {own.candidate for own in best}
     likewise = {own.identifier for own in chosen if own.effect.has_boundary}
     return [s for s in scores if s.candidate in chosen or s.candidate.identifier in likewise]
+
+
+def _other_kinds(score: Score, scores: Sequence[Score]) -> list[Score]:
+    """Return the best scores of an effect in its other kinds."""
+    own = score.candidate
+    first: dict[tuple[str, ...], Score] = {own.components: score}
+    for other in scores:
+        if other.candidate.identifier == own.identifier:
+            first.setdefault(other.candidate.components, other)
+    return list(first.values())[1:]
 
 
 def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:

@@ -110,8 +110,13 @@ def distinct(scores: Sequence[Score]) -> list[Score]:
 
 
 def starts_of(score: Score) -> dict[str, float]:
-    """Return the amplitudes that tangents expect, SI units by name among the parameters."""
+    """Return the amplitudes that tangents expect, SI units by name among the parameters.
+
+    What has no tangent at zero is not expected anywhere: such an effect says where it may start.
+    """
     candidate = score.candidate
+    if not candidate.effect.has_tangent:
+        return dict(candidate.screened)
     found = {n: float(v) for n, v in zip(candidate.names, score.amplitudes, strict=True)}
     return {**found, **candidate.screened}
 

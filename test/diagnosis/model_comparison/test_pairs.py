@@ -69,6 +69,27 @@ def test_beside_an_effect_that_leaves_noise_only_what_may_add_enough_is_tried(
     assert (len(pool.asked) == 0) == leaves_noise
 
 
+def test_of_what_has_no_tangent_every_kind_is_offered(screened):
+    """What stands in for a plane, and for a bar below one place, tells neither from the other."""
+    _, _, scores = screened
+    best = {}
+    for score in scores.scores:
+        best.setdefault(score.candidate.identifier, score)
+    listed = [s for s in scores.scores if s.candidate.identifier == 'contact_plane']
+    kinds = {}
+    for score in listed:
+        kinds.setdefault(score.candidate.components, score)
+    one, other = kinds.values()
+    assert len(listed) > 2
+    first = best['depth_affine'].candidate
+    tilts = [s for s in scores.scores if s.candidate.identifier == 'gravity_tilt']
+    found = pair_search._seconds(first, [listed[0], *tilts, *listed[1:]], is_measured=True)
+    assert found == [one, tilts[0], other]
+    # Where it is none of the best it is not offered at all.
+    ahead = [best[name] for name in ('camera_offset', 'clamp_offset', 'gravity_tilt')]
+    assert pair_search._seconds(first, [*ahead, *listed], is_measured=True) == ahead
+
+
 def test_forms_are_told_by_the_names_of_patches(screened):
     """A state that is found again may show a patch at the outline more, or one less."""
     evaluator, nominal, scores = screened
