@@ -56,7 +56,9 @@ def chances_of_clean(
     found = []
     for scale in np.square(misstated):
         whole = float(chance_beyond(nominal.chi_square / scale, freedom))
-        observed = [_tail(s.plain_gain / (scale * screen.noise_scale), s) for s in scored]
+        # What nothing explains is in units of the errors as stated: larger ones have a part in it.
+        noise = max(float(scale), screen.noise_scale)
+        observed = [_tail(s.plain_gain / noise, s) for s in scored]
         least = min([whole, *map(float, observed)])
         bound = min(1.0, least * (1 + len(scored)))
         as_bad = int((drawn <= least).sum())

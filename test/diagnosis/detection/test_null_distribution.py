@@ -67,3 +67,17 @@ def test_errors_that_are_larger_make_the_same_residuals_likelier(smooth):
     assert stated < 1e-6 < doubted
     smaller = replace(off, chi_square=off.chi_square / 2.25)
     assert doubted == chance_of_clean(smaller, replace(screen, scores=less))
+
+
+def test_what_nothing_explains_is_no_larger_where_errors_are(smooth):
+    """It is there once: where larger errors leave as much, and where they leave less."""
+    fit, screen = smooth
+    calm = replace(fit, chi_square=0.5 * fit.patch_count)
+    scores = tuple(replace(score, plain_gain=90.0) for score in screen.scores)
+
+    def chance(noise_scale, misstated):
+        left = replace(screen, scores=scores, noise_scale=noise_scale)
+        return chance_of_clean(calm, left, misstated=misstated)
+
+    assert chance(5.0, 2.0) == chance(5.0, 1.0) > chance(4.0, 1.0)
+    assert chance(3.0, 2.0) == chance(1.0, 2.0) == chance(4.0, 1.0) > chance(3.0, 1.0)
