@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 from support.blind_contact import check_pushes, dents_of, lying
 from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
+from support.blind_jaws import pitched_in_poses
 from support.blind_rests import check_rests_where_borne, COARSE, rest_of
 
 from benchmarks.blind.baking import baked_value
@@ -143,25 +144,14 @@ def test_a_dial_errs_by_where_its_disc_turns(phase: float) -> None:
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_jaws_with_an_eccentric_dial_are_pitched_by_the_sine(family: str) -> None:
     drawn = draw_sealed(family)
-    center = np.array([0.5 * drawn.shape.clamp, 0.0, 0.0])
     for size, most in ((1, 0.004), (2, 0.010)):
-        scatter = np.array(draw_faults('clamp_offset/eccentric', drawn, size).clamp_scatter)
-        read, off = [], []
-        for motion, pose in zip(scatter, drawn.observations, strict=True):
-            turn = rotation(np.deg2rad(motion[3:]))
-            # What is at the hinge stays.
-            assert center - turn @ center + 1e-3 * motion[:3] == pytest.approx(0.0, abs=1e-6)
-            ways = [pose.world_from_object[:3, :3] @ each[:, 0] for each in (np.eye(3), turn)]
-            before, after = (np.arctan2(way[1], np.hypot(way[0], way[2])) for way in ways)
-            # Up or down, and not aside.
-            assert np.cross(ways[0], ways[1])[1] == pytest.approx(0.0, abs=1e-4)
-            read.append(before)
-            off.append(after - before)
+        read, pitched = pitched_in_poses('clamp_offset/eccentric', drawn, size)
+        off = pitched - read
         assert off[0] == pytest.approx(0.0, abs=1e-9)
         assert max(np.abs(off)) * drawn.shape.length == pytest.approx(most, rel=0.16)
         # One sine and one constant say all of it.
         basis = np.column_stack([np.sin(read), np.cos(read), np.ones(4)])
-        amounts = np.linalg.lstsq(basis, np.array(off), rcond=None)[0]
+        amounts = np.linalg.lstsq(basis, off, rcond=None)[0]
         assert basis @ amounts == pytest.approx(off, abs=5e-6)
         phase = np.arctan2(amounts[1], amounts[0])
         assert 0.7 < abs((phase + 0.5 * np.pi) % np.pi - 0.5 * np.pi) < 1.1

@@ -9,6 +9,7 @@ import pytest
 from support.blind_contact import check_pushes, dents_of
 from support.blind_derivatives import check_body_stiffness, check_loose_fibres
 from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
+from support.blind_jaws import pitched_in_poses
 from support.blind_rests import (
     check_rests_where_borne,
     COARSE,
@@ -192,24 +193,11 @@ def test_a_clamp_on_a_suction_cup_rests_where_that_bears_the_body(
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_jaws_are_pitched_by_as_many_times_what_they_should_be(family: str) -> None:
     drawn = draw_sealed(family)
-    center = np.array([0.5 * drawn.shape.clamp, 0.0, 0.0])
     for size, most in ((1, 0.004), (2, 0.010)):
-        scatter = np.array(draw_faults('clamp_offset/misgraded', drawn, size).clamp_scatter)
-        factors, ways = [], []
-        for motion, pose in zip(scatter, drawn.observations, strict=True):
-            turn = rotation(np.deg2rad(motion[3:]))
-            # What is at the hinge stays.
-            assert center - turn @ center + 1e-3 * motion[:3] == pytest.approx(0.0, abs=1e-6)
-            before, after = (
-                pose.world_from_object[:3, :3] @ each[:, 0] for each in (np.eye(3), turn)
-            )
-            pitches = [np.arctan2(way[1], np.hypot(way[0], way[2])) for way in (before, after)]
-            # It goes up or down, and not aside.
-            yaws = [np.arctan2(way[2], way[0]) for way in (before, after)]
-            assert yaws[1] == pytest.approx(yaws[0], abs=1e-4)
-            if abs(pitches[0]) > 0.05:
-                factors.append(pitches[1] / pitches[0])
-            ways.append(abs(pitches[1] - pitches[0]) * drawn.shape.length)
+        stated, pitched = pitched_in_poses('clamp_offset/misgraded', drawn, size)
+        is_steep = np.abs(stated) > 0.05
+        factors = pitched[is_steep] / stated[is_steep]
+        ways = np.abs(pitched - stated) * drawn.shape.length
         assert np.ptp(factors) < 1e-3
         assert max(ways) == pytest.approx(most, rel=0.16)
 

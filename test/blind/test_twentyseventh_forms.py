@@ -9,6 +9,7 @@ import pytest
 from support.blind_contact import check_pushes, dents_of, moves_and_dents
 from support.blind_derivatives import check_body_stiffness
 from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
+from support.blind_jaws import pitched_in_poses
 from support.blind_rests import COARSE, moved_by_what_stiffens, rest_of
 
 from benchmarks.blind.contact import contact_laws, highest_tops
@@ -137,20 +138,9 @@ def test_a_foam_strip_holds_a_body_where_it_bends_down_and_not_upside_down(famil
 @pytest.mark.parametrize('family', ['beam', *SEALED])
 def test_a_worn_worm_lags_behind_the_way_in_which_it_turned_last(family: str) -> None:
     drawn = draw_sealed(family)
-    center = np.array([0.5 * drawn.shape.clamp, 0.0, 0.0])
     for size, most in ((1, 0.004), (2, 0.010)):
-        scatter = np.array(draw_faults('clamp_offset/backlash', drawn, size).clamp_scatter)
-        stated, lost = [], []
-        for motion, pose in zip(scatter, drawn.observations, strict=True):
-            turn = rotation(np.deg2rad(motion[3:]))
-            # What is at the hinge stays.
-            assert center - turn @ center + 1e-3 * motion[:3] == pytest.approx(0.0, abs=1e-6)
-            ways = [pose.world_from_object[:3, :3] @ each[:, 0] for each in (np.eye(3), turn)]
-            before, after = (np.arctan2(way[1], np.hypot(way[0], way[2])) for way in ways)
-            # Up or down, and not aside.
-            assert np.cross(ways[0], ways[1])[1] == pytest.approx(0.0, abs=1e-4)
-            stated.append(before)
-            lost.append(before - after)
+        stated, pitched = pitched_in_poses('clamp_offset/backlash', drawn, size)
+        lost = stated - pitched
         assert np.abs(lost) == pytest.approx(abs(lost[0]), rel=1e-3)
         assert np.array_equal(np.sign(lost[1:]), np.sign(np.diff(stated)))
         assert lost[2] < 0.0 < lost[3]

@@ -25,7 +25,7 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR
 from diffcal_ros.diagnosis.patches.patch_group import Rows, rows_of
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
-from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
+from diffcal_ros.diagnosis.screening.shortlist import distinct, other_kinds, starts_of
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 
@@ -144,23 +144,16 @@ def _seconds(first: Candidate, scores: Sequence[Score], is_measured: bool) -> li
     """
     best = distinct(scores)[:_SECONDS]
     if is_measured:
-        kinds = (own for own in best if not own.candidate.effect.has_tangent)
-        return [*best, *(other for own in kinds for other in _other_kinds(own, scores))]
+        by_name = (
+            [other for other in scores if other.candidate.identifier == own.candidate.identifier]
+            for own in best
+        )
+        return [*best, *(own for listed in by_name for own in other_kinds(listed, listed[:1]))]
     if not first.effect.has_boundary:
         return best
     chosen = {own.candidate for own in best}
     likewise = {own.identifier for own in chosen if own.effect.has_boundary}
     return [s for s in scores if s.candidate in chosen or s.candidate.identifier in likewise]
-
-
-def _other_kinds(score: Score, scores: Sequence[Score]) -> list[Score]:
-    """Return the best scores of an effect in its other kinds."""
-    own = score.candidate
-    first: dict[tuple[str, ...], Score] = {own.components: score}
-    for other in scores:
-        if other.candidate.identifier == own.identifier:
-            first.setdefault(other.candidate.components, other)
-    return list(first.values())[1:]
 
 
 def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.screening.screening import Score, Screen
 from diffcal_ros.effects.registry import EFFECTS
+import numpy as np
 
 # Effects that are refitted, by the order of their scores; twins of those come on top.
 _FIRST = 4
@@ -58,15 +59,22 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
         fullest = max(best[name], key=_amplitude_count)
         if min(of_twins, _amplitude_count(fullest)) > most[name]:
             listed.append(fullest)
-        listed.extend(_other_kinds(best[name], listed, _LEAST_WITHOUT_TANGENT * least))
+        listed.extend(other_kinds(best[name], listed, _LEAST_WITHOUT_TANGENT * least))
     return [score for listed in variants.values() for score in listed]
 
 
-def _other_kinds(scores: Sequence[Score], listed: Sequence[Score], least: float) -> list[Score]:
+def other_kinds(
+    scores: Sequence[Score], listed: Sequence[Score], least: float = -np.inf
+) -> list[Score]:
     """Return the best of each kind of an effect that none listed is of, where it may be it.
 
     Only of those without tangents: what stands in for all of a plane explains more than what does
     for a bar below one place, whichever of the two is there.
+
+    Args:
+        scores: of the effect, best first.
+        listed: those of them that are chosen.
+        least: chi-square that a kind has to explain more of.
     """
     known = {score.candidate.components for score in listed}
     first: dict[tuple[str, ...], Score] = {}
