@@ -28,6 +28,8 @@ from support.scenes import (
 )
 from support.watched import several_frames
 
+# All ways in which a clamp may sit elsewhere.
+CLAMP = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # How the beam is rolled, and how it sits in its clamp each time [m, rad], world frame.
 _ROLLS = (0.0, 0.8, -1.3)
 _SITS = (

@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effects added to the nominal model, and everything refitted."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
+from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, FROM_A_FIT
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
@@ -62,7 +66,9 @@ def try_effects(
         nominal: evaluates the patches of the nominal model.
         base: its fit.
         added: effects to add.
-        starts: where amplitudes start, SI units by name among the parameters; others at zero.
+        starts: where amplitudes start, SI units by name among the parameters; others at zero. With
+            all nominal parameters among them they are where a fitted model is, and effects that it
+            has go on from there.
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
         freed: see `with_effects`.
@@ -73,12 +79,20 @@ def try_effects(
     scene, evaluator = with_effects(nominal, base, added, freed)
     far = {c.effect.amplitude_name(n) for c in added for n in c.effect.beyond_robust_fit}
     found: list[Hypothesis] = []
-    for more in _all_starts(nominal, base, [c for c in added if not _stands(c, starts)]):
+    for more in _all_starts(nominal, base, [c for c in added if not _stands(c, base, starts)]):
         is_robust = not evaluator.is_measured and not far & more.keys()
         # Of several starts the best is kept.
         least = max([least_log_evidence, *(own.fit.log_evidence for own in found)])
         begin = {**starts, **more}
-        fit = _refit_from(evaluator, base, begin, max_iterations, is_robust, least)
+        fitted: Callable[[FloatArray], Refit] = partial(_robust_refit, evaluator, base)
+        if not is_robust:
+            limits: dict[str, Any] = {
+                'max_iterations': max_iterations,
+                'least_log_evidence': least,
+            }
+            pace = FROM_A_FIT if _goes_on(evaluator, base, added, begin) else AT_FIRST
+            fitted = partial(refit, evaluator, pace=pace, **limits)
+        fit = _refit_from(evaluator, base, begin, fitted)
         if fit is not None:
             found.append(Hypothesis(tuple(added), scene, evaluator, fit))
     # Squares in units of a floor that is a guess would tell of the few worst patches.
@@ -122,9 +136,30 @@ def try_beside(
     )
 
 
-def _stands(candidate: Candidate, starts: Mapping[str, float]) -> bool:
-    """Tell whether an effect that has no tangent at zero was fitted: it goes on from there."""
-    return not candidate.effect.has_tangent and set(candidate.names) <= starts.keys()
+def _stands(candidate: Candidate, base: Refit, starts: Mapping[str, float]) -> bool:
+    """Tell whether it is said where an effect is that was fitted: it goes on from there."""
+    is_told = _is_fitted(base, starts) or not candidate.effect.has_tangent
+    return is_told and set(candidate.names) <= starts.keys()
+
+
+def _is_fitted(base: Refit, starts: Mapping[str, float]) -> bool:
+    """Tell whether starts are where a fitted model is: they say so of all nominal parameters."""
+    return set(base.parameters.names) <= starts.keys()
+
+
+def _goes_on(
+    evaluator: PatchEvaluator,
+    base: Refit,
+    added: Sequence[Candidate],
+    starts: Mapping[str, float],
+) -> bool:
+    """Tell whether a model begins where a fitted one is of which it lacks nothing.
+
+    The nominal one is, too, where there is nothing of the effects yet.
+    """
+    if not starts:
+        return all(candidate.effect.has_tangent for candidate in added)
+    return _is_fitted(base, starts) and starts.keys() <= set(evaluator.model.parameters.names)
 
 
 def _all_starts(
@@ -160,9 +195,7 @@ def _refit_from(
     evaluator: PatchEvaluator,
     base: Refit,
     starts: dict[str, float],
-    max_iterations: int,
-    is_robust: bool,
-    least_log_evidence: float,
+    fitted: Callable[[FloatArray], Refit],
 ) -> Refit | None:
     """Refit from a start; tangents may have promised more than the body can bear."""
     amplitudes = {
@@ -172,24 +205,15 @@ def _refit_from(
     }
     for fraction in _FRACTIONS:
         fewer = {n: fraction * v if n in amplitudes else v for n, v in starts.items()}
-        begin = _start(evaluator.model.parameters, base, fewer)
-        try:
-            if is_robust:
-                # What noise to fit patches by is a guess: the robust fit stands as it is.
-                return _robust_refit(evaluator, base, begin)
-            return refit(
-                evaluator,
-                begin,
-                max_iterations=max_iterations,
-                least_log_evidence=least_log_evidence,
-            )
-        except NotSimulatedError:
-            continue
+        with suppress(NotSimulatedError):
+            return fitted(_start(evaluator.model.parameters, base, fewer))
     return None
 
 
 def _robust_refit(evaluator: PatchEvaluator, base: Refit, begin: FloatArray) -> Refit:
     """Fit as a calibration does, and judge by what shows the body.
+
+    What noise to fit patches by is a guess: the robust fit stands as it is.
 
     A model that reaches farther than the nominal one has patches that this one never saw. Those
     that are not the body, such as a fixture before it, are told as they were in the nominal fit.

@@ -18,6 +18,7 @@ from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.any_form import log_prior
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.promised_fits import fitted_as_promised
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
@@ -65,7 +66,8 @@ def refitted(pool: RefitPool, requests: Sequence[RefitRequest]) -> list[Hypothes
         pool: who refit, and what the nominal model is.
         requests: models to refit.
     """
-    return [with_favoured_sizes(pool, model) for model in pool.refit_all(requests)]
+    found = pool.refit_all(requests)
+    return fitted_as_promised(pool, found, [with_favoured_sizes(pool, model) for model in found])
 
 
 def favoured_shares(fit: Refit) -> Mapping[str, float]:

@@ -19,13 +19,14 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     by_evidence,
     finished,
     first_request,
+    request_beside,
     within_reach,
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR_GAIN
 from diffcal_ros.diagnosis.patches.patch_group import Rows, rows_of
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
-from diffcal_ros.diagnosis.screening.shortlist import distinct, other_kinds, starts_of
+from diffcal_ros.diagnosis.screening.shortlist import distinct, other_kinds
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 
@@ -127,9 +128,8 @@ def _offers(
             # Of a plane and a bar tangents know nothing: both are tried.
             is_one = pool.nominal.is_measured and score.candidate.effect.has_tangent
             key = names if is_one else (*names, *score.candidate.components)
-            starts = {**one.fit.values_by_name(), **starts_of(score)}
-            request = first_request([first, score.candidate], starts, singles)
-            request = replace(request, freed=one.freed)
+            stands, both = one.fit.values_by_name(), [first, score.candidate]
+            request = request_beside(stands, both, score, singles, one.freed)
             misses = _misses(one, request.added)
             offer = _Offer(request, one.level, score.log_evidence, misses, is_known)
             found.setdefault(key, offer)

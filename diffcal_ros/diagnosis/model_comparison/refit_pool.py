@@ -12,10 +12,12 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.processes import fit_here, Processes
 from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest, Task
-from diffcal_ros.diagnosis.patch_fits.refit import Refit, weighed_anew
+from diffcal_ros.diagnosis.patch_fits.patch_fit import FROM_A_FIT
+from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, weighed_anew
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.usual_sizes import all_sized
+import numpy as np
 
 Progress = Callable[[str], None]
 
@@ -101,7 +103,23 @@ class RefitPool:
         """Refit models; return those that can be simulated, in the same order."""
         return self.finish_beside(requests, (), ())[0]
 
-    def finish(self, hypotheses: Sequence[Hypothesis], least: Sequence[float]) -> list[Hypothesis]:
+    def look(self, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis | None]:
+        """Evaluate models where they are said to stand; None of those that cannot be simulated."""
+        tasks = [
+            Continuation(h.added, h.fit.coordinates, None, -np.inf, h.freed, 1, FROM_A_FIT)
+            for h in hypotheses
+        ]
+        return [
+            None if fit is None else replace(hypothesis, fit=replace(fit, is_converged=False))
+            for hypothesis, fit in zip(hypotheses, self._fits(tasks), strict=True)
+        ]
+
+    def finish(
+        self,
+        hypotheses: Sequence[Hypothesis],
+        least: Sequence[float],
+        max_iterations: int = MAX_ITERATIONS,
+    ) -> list[Hypothesis]:
         """Fit models to the end; one that cannot be simulated again stays what it is.
 
         A state that was reached by small load steps is not always found from another one.
@@ -109,14 +127,16 @@ class RefitPool:
         Args:
             hypotheses: models.
             least: log evidence below which each is of no use.
+            max_iterations: evaluations of each model at most.
         """
-        return self.finish_beside((), hypotheses, least)[1]
+        return self.finish_beside((), hypotheses, least, max_iterations=max_iterations)[1]
 
     def finish_beside(
         self,
         requests: Sequence[RefitRequest],
         hypotheses: Sequence[Hypothesis],
         least: Sequence[float],
+        max_iterations: int = MAX_ITERATIONS,
     ) -> tuple[list[Hypothesis], list[Hypothesis]]:
         """Do as `refit_all` and `finish` do, at the same time; return what both would.
 
@@ -124,15 +144,24 @@ class RefitPool:
             requests: models to refit.
             hypotheses: models to fit to the end.
             least: log evidence below which each of these is of no use.
+            max_iterations: evaluations of each of these at most.
         """
         tasks = [
             Continuation(
-                h.added, h.fit.coordinates, h.fit.groups, log_evidence, h.freed, pace=h.fit.pace
+                h.added,
+                h.fit.coordinates,
+                h.fit.groups,
+                log_evidence,
+                h.freed,
+                max_iterations,
+                h.fit.pace,
             )
             for h, log_evidence in zip(hypotheses, least, strict=True)
         ]
         sized_requests = [
-            replace(request, added=all_sized(request.added, request.starts))
+            replace(
+                request, added=all_sized(request.added, {**request.starts, **request.expected})
+            )
             for request in requests
         ]
         fits = self._fits([*sized_requests, *tasks])

@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
@@ -46,6 +46,8 @@ class RefitRequest:
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
         freed: what effects may be besides in single postures and other forms.
+        expected: amplitudes that do not start where tangents lead, there, by name: by these it is
+            told how large effects may well be.
     """
 
     added: tuple[Candidate, ...]
@@ -53,6 +55,7 @@ class RefitRequest:
     max_iterations: int
     least_log_evidence: float = -np.inf
     freed: tuple[Parameter, ...] = ()
+    expected: dict[str, float] = field(default_factory=dict)
 
     @property
     def words(self) -> str:
@@ -80,7 +83,7 @@ class Continuation:
     Attributes:
         added: effects.
         coordinates: where it stands, shape (k,).
-        groups: all patches there.
+        groups: all patches there; None: they are not known.
         least_log_evidence: log evidence below which the model is of no use.
         freed: what effects are besides in single postures and other forms.
         max_iterations: evaluations of the model at most.
@@ -89,7 +92,7 @@ class Continuation:
 
     added: tuple[Candidate, ...]
     coordinates: FloatArray
-    groups: Sequence[PatchGroup]
+    groups: Sequence[PatchGroup] | None
     least_log_evidence: float
     freed: tuple[Parameter, ...] = ()
     max_iterations: int = MAX_ITERATIONS

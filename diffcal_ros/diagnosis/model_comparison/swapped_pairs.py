@@ -9,7 +9,6 @@ clamp known, and all parameters where that leaves them, the bias explains as muc
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
@@ -19,12 +18,12 @@ from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     by_evidence,
     finished,
-    first_request,
     Judge,
+    request_beside,
 )
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
-from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
+from diffcal_ros.diagnosis.screening.shortlist import distinct
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np
 
@@ -95,9 +94,8 @@ def _request(
     best: Hypothesis, kept: Candidate, score: Score, singles: Sequence[Hypothesis]
 ) -> RefitRequest:
     """Return the refit of one effect of a pair and what is in the place of the other one."""
-    starts = {**best.fit.values_by_name(), **starts_of(score)}
-    request = first_request([kept, score.candidate], starts, singles)
-    return replace(request, freed=_freed_of(best, kept))
+    both, freed = [kept, score.candidate], _freed_of(best, kept)
+    return request_beside(best.fit.values_by_name(), both, score, singles, freed)
 
 
 def _freed_of(pair: Hypothesis, kept: Candidate) -> tuple[Parameter, ...]:

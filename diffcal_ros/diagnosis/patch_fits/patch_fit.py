@@ -64,14 +64,19 @@ class Pace:
     Attributes:
         damping: of Levenberg and Marquardt.
         rejections: steps on end that led nowhere.
+        is_close: whether it began where a fitted model is, and is held to the full precision of
+            the patches from there on.
     """
 
     damping: float = 0.0
     rejections: int = 0
+    is_close: bool = False
 
 
-# Of a fit that begins.
-AT_FIRST = Pace()
+# Of a fit that begins, and of one that begins where a fitted model is: with an allowance for what
+# is far off it would walk away from there, and ended after four evaluations where it had left by
+# hundreds in log evidence.
+AT_FIRST, FROM_A_FIT = Pace(), Pace(is_close=True)
 
 
 class PatchFit:
@@ -116,13 +121,14 @@ class PatchFit:
         self.groups = self._groups(self.here) if known is None else list(known)
         self.evaluations, self.rejections, self.is_done = 1, pace.rejections, False
         self._damping, self._idle, self._least = pace.damping, 0, np.inf
+        self._is_close = pace.is_close
         # A model that is far off is not held to the last tenth of a millimetre on its way.
-        self._weigh(_SLACK * residual_size(self.groups, part))
+        self._weigh(0.0 if pace.is_close else _SLACK * residual_size(self.groups, part))
 
     @property
     def pace(self) -> Pace:
         """How it gets on."""
-        return Pace(self._damping, self.rejections)
+        return Pace(self._damping, self.rejections, self._is_close)
 
     @property
     def is_exhausted(self) -> bool:

@@ -4,7 +4,7 @@
 
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partialmethod
 from multiprocessing import spawn
 import os
 import pickle
@@ -17,7 +17,7 @@ from diffcal_ros.diagnosis.model_comparison import refit_pool
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.processes import Processes
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
-from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, RefitRequest
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import finished
 from diffcal_ros.diagnosis.patches.patch_group import moved
 from diffcal_ros.diagnosis.screening.candidates import candidates
@@ -29,6 +29,9 @@ from support.watched import watched
 BIAS = 0.003
 # What a pipe holds on Linux [bytes].
 _PIPE = 65536
+
+# A tilt that is far from where any fit leaves it: its fit has a way to go.
+_FAR = {'gravity_tilt.a': 0.2}
 
 
 @pytest.fixture(scope='module')
@@ -154,7 +157,7 @@ def test_a_late_look_is_given_up_where_it_will_not_come_near(fitted, added):
     right, wrong = added if added[0][0].identifier == 'depth_affine' else added[::-1]
     pool = RefitPool(evaluator, base)
     brief = pool.refit_all([RefitRequest(right, {}, 8)])
-    late = RefitRequest(wrong, {}, 8)
+    late = RefitRequest(wrong, _FAR, 8)
     (alone,) = pool.refit_all([late])
     found = finished(pool, brief, late=[late])
     assert [h.identifiers[0] for h in found] == [right[0].identifier, wrong[0].identifier]
@@ -220,9 +223,9 @@ def test_a_model_far_behind_its_rivals_is_given_up(fitted, added):
     evaluator, base = fitted
     right, wrong = added if added[0][0].identifier == 'depth_affine' else added[::-1]
     best = try_effects(evaluator, base, right, {})
-    whole = try_effects(evaluator, base, wrong, {})
+    whole = try_effects(evaluator, base, wrong, _FAR)
     brief = try_effects(
-        evaluator, base, wrong, {}, least_log_evidence=best.fit.log_evidence - 40.0
+        evaluator, base, wrong, _FAR, least_log_evidence=best.fit.log_evidence - 40.0
     )
     assert whole.fit.log_evidence < best.fit.log_evidence - 60.0
     assert brief.fit.evaluations < whole.fit.evaluations
@@ -237,12 +240,13 @@ def test_a_model_that_ran_out_of_evaluations_and_may_still_win_is_fitted_on(
     fitted, added, monkeypatch
 ):
     # Fits to the end run out after two.
-    monkeypatch.setattr(refit_pool, 'Continuation', partial(Continuation, max_iterations=2))
+    brief_end = partialmethod(RefitPool.finish_beside, max_iterations=2)
+    monkeypatch.setattr(RefitPool, 'finish_beside', brief_end)
     told = []
     pool = RefitPool(*fitted, told.append)
     right = added[0] if added[0][0].identifier == 'depth_affine' else added[1]
     brief = pool.refit_all([RefitRequest(right, {'depth_affine.bias': -0.05}, 2)])
-    (once,) = pool.finish(brief, [-np.inf])
+    (once,) = pool.finish(brief, [-np.inf], 2)
     assert not once.fit.is_converged
     told.clear()
     (found,) = finished(pool, brief)
@@ -254,7 +258,7 @@ def test_a_model_goes_on_where_it_may_win_in_some_form(fitted, added):
     """However far behind it is in the library's: the judgement has a step behind it."""
     pool = RefitPool(*fitted)
     right, wrong = added if added[0][0].identifier == 'depth_affine' else added[::-1]
-    brief = pool.refit_all([RefitRequest(one, {}, 2) for one in (right, wrong)])
+    brief = pool.refit_all([RefitRequest(right, {}, 2), RefitRequest(wrong, _FAR, 2)])
     assert not any(model.fit.is_converged for model in brief)
     assert brief[0].log_evidence > brief[1].log_evidence + 100.0
 

@@ -22,9 +22,9 @@ class _Pool(RefitPool):
         super().__init__(nominal, base)
         self.asked = []
 
-    def finish_beside(self, requests, hypotheses, least):
+    def finish_beside(self, requests, hypotheses, least, **limits):
         self.asked += [request.added for request in requests]
-        return super().finish_beside(requests, hypotheses, least)
+        return super().finish_beside(requests, hypotheses, least, **limits)
 
 
 @pytest.fixture(scope='module')

@@ -6,7 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
-from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, PatchFit
+from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, FROM_A_FIT, PatchFit
 from diffcal_ros.diagnosis.patches.discretisation_error import DiscretisationError
 from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -115,6 +115,38 @@ def test_what_goes_on_need_not_find_out_anew_how_long_steps_may_be():
         assert fit.here[0] - first == pytest.approx(0.1, abs=0.01)
         asked.append(fit.evaluations)
     assert asked[1] == asked[0] - 2
+
+
+_IS_PRECISE = np.arange(len(_CENTERS)) % 3 == 0
+
+
+class UnevenLandscape(Landscape):
+    """A third of the patches is precise, and others are drawn to where these do not belong."""
+
+    def groups(self, coordinates):
+        (group,) = super().groups(coordinates)
+        stds = np.where(_IS_PRECISE, 1e-5, 5e-4)
+        nothing = np.zeros(len(_CENTERS))
+        patches = replace(
+            group.patches,
+            covariance=np.diag(stds**2),
+            common=replace(group.patches.common, spread=nothing),
+        )
+        return [replace(group, patches=patches)]
+
+
+@pytest.mark.parametrize(('pace', 'is_kept'), [(FROM_A_FIT, True), (AT_FIRST, False)])
+def test_what_begins_where_a_fitted_model_is_does_not_walk_away_from_there(pace, is_kept):
+    first = Landscape(None).model.parameters.start()[0]
+    drawn = np.where(_IS_PRECISE, 0.0, 0.5)
+    landscape = UnevenLandscape(lambda here, _: _SLOPES * (first + drawn - here))
+    fit = PatchFit(landscape, np.array([first]), Part.FIT, pace=pace)
+    begun = fit.pace
+    fit.run(2)
+    moved = float(fit.here[0] - first)
+    assert begun == pace
+    assert (abs(moved) < 1e-3) == is_kept
+    assert fit.pace.is_close == is_kept, 'it is fitted on likewise'
 
 
 def test_one_that_wants_to_go_far_does_not_keep_the_others():
