@@ -297,6 +297,8 @@ OUTSIDE_CLASS = {
     'moire': 'sensor',
     'mitred': 'shape',
     'lapsed': 'sensor',
+    'clubbed': 'shape',
+    'jittered': 'sensor',
 }
 
 

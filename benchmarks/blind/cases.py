@@ -51,6 +51,8 @@ from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_PAIRS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_PAIRS
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
+from benchmarks.blind.twentyninth_forms import TWENTYNINTH_PAIRS
+from benchmarks.blind.twentyninth_outside import TWENTYNINTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_PAIRS
@@ -159,6 +161,7 @@ LAWS_SETS = {
     'twentysixth': Contents(TWENTYSIXTH_PAIRS, tuple(TWENTYSIXTH_OUTSIDE), 40),
     'twentyseventh': Contents(TWENTYSEVENTH_PAIRS, tuple(TWENTYSEVENTH_OUTSIDE), 40),
     'twentyeighth': Contents(TWENTYEIGHTH_PAIRS, tuple(TWENTYEIGHTH_OUTSIDE), 40),
+    'twentyninth': Contents(TWENTYNINTH_PAIRS, tuple(TWENTYNINTH_OUTSIDE), 40),
 }
 
 

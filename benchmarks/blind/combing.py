@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.fattening import grid_pixels, sample_grid, widened
+from benchmarks.blind.paint import IntArray
 from benchmarks.blind.renderer import Camera, Rendering, SAMPLES
 from benchmarks.blind.shapes import FloatArray
 
@@ -26,34 +27,28 @@ def combed(view: Rendering, camera: Camera, shift: float) -> Rendering:
     wide = widened(view, camera, int(np.ceil(abs(shift))))
     height = len(wide.depth)
     is_odd = np.repeat((wide.row + np.arange(height)) % 2 == 1, SAMPLES)
-    return with_rows_moved(wide, is_odd, shift)
+    return with_rows_moved(wide, round(SAMPLES * shift) * is_odd)
 
 
-def with_rows_moved(wide: Rendering, rows: NDArray[np.bool_], shift: float) -> Rendering:
-    """Return a view some of whose rows lie farther to the right, by whole samples.
+def with_rows_moved(wide: Rendering, columns: IntArray) -> Rendering:
+    """Return a view whose rows lie farther to the right, by whole samples.
 
     Args:
         wide: what is there, with room on both sides.
-        rows: of samples, which do, shape (3 h,).
-        shift: by how much they do; below 0: to the left [px].
+        columns: of samples, by which each row of these does; below 0: to the left, shape (3 h,).
     """
-    columns = round(SAMPLES * shift)
     return replace(
         wide,
-        depth=_moved(wide.depth, rows, columns, np.inf),
-        labels=_moved(wide.labels, rows, columns, -1.0).astype(np.int64),
-        facing=_moved(wide.facing, rows, columns, 1.0),
+        depth=_moved(wide.depth, columns, np.inf),
+        labels=_moved(wide.labels, columns, -1.0).astype(np.int64),
+        facing=_moved(wide.facing, columns, 1.0),
     )
 
 
-def _moved(
-    values: NDArray[Any], rows: NDArray[np.bool_], columns: int, empty: float
-) -> FloatArray:
-    """Return samples (h, w, 9) of which some rows (3 h,) lie some sample columns farther on."""
+def _moved(values: NDArray[Any], columns: IntArray, empty: float) -> FloatArray:
+    """Return samples (h, w, 9) each row of which (3 h,) lies some sample columns farther on."""
     grid = sample_grid(values)
-    width = grid.shape[1]
-    moved = np.full(grid.shape, empty)
-    moved[:, max(columns, 0) : width + min(columns, 0)] = grid[
-        :, max(-columns, 0) : width + min(-columns, 0)
-    ]
-    return grid_pixels(np.where(rows[:, None], moved, grid))
+    last = grid.shape[1] - 1
+    before = np.arange(last + 1) - columns[:, None]
+    moved = np.take_along_axis(grid, np.clip(before, 0, last), axis=1)
+    return grid_pixels(np.where((before >= 0) & (before <= last), moved, empty))

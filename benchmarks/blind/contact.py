@@ -14,6 +14,7 @@ from benchmarks.blind.dish import dish, dish_tops
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.felt import felt
+from benchmarks.blind.gel_pad import gel_pad
 from benchmarks.blind.groove import groove, groove_tops
 from benchmarks.blind.knob import knob, rounded
 from benchmarks.blind.packing import packing
@@ -41,7 +42,13 @@ OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4, 'pipe': 0.4}
 _WAVED = {'crate': crate, 'corrugated': corrugated, 'tent': tent}
 _WAVED_TOPS = {'crate': crate_tops, 'corrugated': corrugated_tops, 'tent': tent_tops}
 # Half-spaces that push by a force which is told, and by a length.
-_PRESSED_BY = {'brush': brush, 'felt': felt, 'hovering': air_table, 'packing': packing}
+_PRESSED_BY = {
+    'brush': brush,
+    'felt': felt,
+    'hovering': air_table,
+    'packing': packing,
+    'gel pad': gel_pad,
+}
 # Radius of what is round, along the world's z [m].
 ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE, 'rack': _RACK}
 # What reaches below a body's root as well, which is to stay above it.

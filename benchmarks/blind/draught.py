@@ -4,10 +4,11 @@
 
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
 fans that blow against each other, a curtain of air, a jet that spreads, what a grille lets
-through, or what goes past a post.
+through, what goes past a post, or past the edge of a screen.
 """
 
 import numpy as np
+from scipy.special import erf
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.shapes import FloatArray
@@ -145,3 +146,21 @@ def lee_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray
     aside = np.cross(along, [0.0, 1.0, 0.0])
     beside = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_width
     return np.asarray(1.0 - np.exp(-(beside**2)))
+
+
+def screened_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much of a push is felt past a screen's upright edge, 1 far beside it, shape (N,).
+
+    Between what blows and what rests the speed goes with the error function of the way across
+    (Goertler 1942, ZAMM 22: a mixing layer), and the pressure with its square.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows, level, world, shape (3,).
+        faults: say through what the layer's middle goes, and how wide it is; below 0: the screen
+            is on the other side.
+    """
+    along = way / max(float(np.linalg.norm(way)), 1e-30)
+    aside = np.cross(along, [0.0, 1.0, 0.0])
+    beside = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_width
+    return np.asarray((0.5 * (1.0 + erf(beside))) ** 2)

@@ -13,7 +13,8 @@ before they are drawn straight, and the square far beyond w. Steep ones have (ex
 (Holzapfel, Gasser and Ogden 2000, J. Elasticity 61). Loops of a knit have g^3: they bear nothing
 at first, and the more the straighter they are; rows of beads have that of |g| where they are
 pressed together. Loose threads have the square of what g is beyond where they come taut, and
-coils of a spring that of what -g is beyond where they touch.
+coils of a spring that of what -g is beyond where they touch. A cord that goes no further than m
+has -m^2 log(1 - g^2 / m^2) (Warner 1972, Ind. Eng. Chem. Fundam. 11): the square at first.
 """
 
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ import numpy as np
 from benchmarks.blind.shapes import FloatArray
 
 _MOST = 50.0  # Exponent that a line search may try; no body comes near it.
+_FOLLOWED = 0.98  # Of its limit up to which a cord is followed; then it is as stiff as there.
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class Fibres:
         knit: whether their energy goes with the cube, as that of loops or beads does.
         loose: growth of their square at which slack ones come taut, or loss at which pressed
             ones touch [-].
+        limit: m [-]; 0 of those that may grow by whatever they do.
     """
 
     stiffness: FloatArray
@@ -49,6 +52,7 @@ class Fibres:
     pressed: bool = False
     knit: bool = False
     loose: float = 0.0
+    limit: float = 0.0
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
@@ -97,6 +101,12 @@ class Fibres:
             grown = np.exp(np.minimum(self.steep * g**2, _MOST))
             curve = (2.0 + 4.0 * self.steep * g**2) * grown
             return (grown - 1.0) / self.steep, 2.0 * g * grown, curve * (g != 0.0)
+        if self.limit:
+            part = np.minimum(g / self.limit, _FOLLOWED)
+            beyond, left = g - self.limit * part, 1.0 - part**2
+            pull, curve = 2.0 * self.limit * part / left, 2.0 * (1.0 + part**2) / left**2
+            energy = -(self.limit**2) * np.log(left) + (pull + 0.5 * curve * beyond) * beyond
+            return energy, pull + curve * beyond, curve * (g != 0.0)
         if not w:
             # What is not resisted has grown by 0.
             is_part = self.slack or self.pressed

@@ -4,7 +4,7 @@
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
 tape, the middle of a gantry's crossbar, the arm of a stand, a suction cup, a plate on rubber
-bobbins, or a gooseneck.
+bobbins, a gooseneck, or a coil spring.
 """
 
 import numpy as np
@@ -18,6 +18,7 @@ _SHEARED = 3.0  # How much more foam tape gives way along its plane than across.
 _CUP_SHEARED = 2.0  # The same of the wall of a suction cup.
 _BOBBIN_SHEARED = 2.5  # And of a rubber bobbin.
 _ALONG_NECK = 12  # Places along a gooseneck, at which it is integrated.
+_COIL = 0.25  # Radius of a coil spring over its height.
 _APART = 0.6  # Of bobbins along y over those along x.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -192,6 +193,26 @@ def gooseneck_compliance(by_turn: float, radius: float) -> FloatArray:
         turns[3:, 3:] = _round(ahead) + (1.0 + _STEEL) * np.outer(ahead, ahead)
         whole += by_turn * weight * _carried(turns, -radius * way)
     return whole
+
+
+def coil_compliance(by_turn: float, height: float) -> FloatArray:
+    """Return the same of a clamp on top of a close coil spring, which stands along the object's z.
+
+    Its round wire bends, and twists by 1 + nu as much. Over each of its turns that gives way to a
+    moment across by 1 + nu / 2, to one along z by 1, to a force along z by 1 + nu times the square
+    of the radius, and to one across by half of that square (Timoshenko 1930, Strength of
+    Materials, sec. 63 and 64), all of which is carried from its height to the clamp.
+
+    Args:
+        by_turn: turn about y by a moment about that [rad/(N m)].
+        height: of the spring [m].
+    """
+    across, square = 1.0 + 0.5 * _STEEL, (_COIL * height) ** 2
+    shifts = square * np.array([0.5, 0.5, 1.0 + _STEEL])
+    turn = by_turn / across * np.diag([*shifts, across, across, 1.0])
+    # By Gauss's rule of two places, as it goes with the square of the height.
+    places = 0.5 * height * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))
+    return np.mean([_carried(turn, place * _UPRIGHT) for place in places], axis=0)
 
 
 def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:

@@ -48,6 +48,7 @@ from benchmarks.blind.twentyeighth_forms import TWENTYEIGHTH_FORMS
 from benchmarks.blind.twentyfifth_forms import TWENTYFIFTH_FORMS
 from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
+from benchmarks.blind.twentyninth_forms import TWENTYNINTH_FORMS
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
 from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_FORMS
 from benchmarks.blind.twentysixth_forms import TWENTYSIXTH_FORMS
@@ -217,6 +218,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'twentysixth': TWENTYSIXTH_FORMS,
     'twentyseventh': TWENTYSEVENTH_FORMS,
     'twentyeighth': TWENTYEIGHTH_FORMS,
+    'twentyninth': TWENTYNINTH_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

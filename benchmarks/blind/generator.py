@@ -75,6 +75,7 @@ from benchmarks.blind.twentyeighth_outside import TWENTYEIGHTH_OUTSIDE
 from benchmarks.blind.twentyfifth_outside import TWENTYFIFTH_OUTSIDE
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
+from benchmarks.blind.twentyninth_outside import TWENTYNINTH_OUTSIDE
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 from benchmarks.blind.twentyseventh_outside import TWENTYSEVENTH_OUTSIDE
 from benchmarks.blind.twentysixth_outside import TWENTYSIXTH_OUTSIDE
@@ -131,7 +132,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     newest = {**newest, **NINETEENTH_OUTSIDE, **TWENTIETH_OUTSIDE, **TWENTYFIRST_OUTSIDE}
     newest = {**newest, **TWENTYSECOND_OUTSIDE, **TWENTYTHIRD_OUTSIDE, **TWENTYFOURTH_OUTSIDE}
     newest = {**newest, **TWENTYFIFTH_OUTSIDE, **TWENTYSIXTH_OUTSIDE, **TWENTYSEVENTH_OUTSIDE}
-    newest = {**newest, **TWENTYEIGHTH_OUTSIDE}
+    newest = {**newest, **TWENTYEIGHTH_OUTSIDE, **TWENTYNINTH_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **newest, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

@@ -22,4 +22,4 @@ def lapsed(view: Rendering, camera: Camera, shift: float, row: int) -> Rendering
         return view
     wide = widened(view, camera, int(np.ceil(abs(shift))))
     is_after = np.repeat(wide.row + np.arange(len(wide.depth)) >= row, SAMPLES)
-    return with_rows_moved(wide, is_after, shift)
+    return with_rows_moved(wide, round(SAMPLES * shift) * is_after)

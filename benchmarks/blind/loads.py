@@ -16,6 +16,7 @@ from benchmarks.blind.draught import (
     lee_share,
     louvre_share,
     opposed_share,
+    screened_share,
     spreading_share,
     stream_share,
 )
@@ -49,6 +50,7 @@ _PUSHES = (
     'hair dryer',
     'louvred',
     'lee',
+    'screened',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
@@ -59,6 +61,7 @@ _FELT = {
     'hair dryer': spreading_share,
     'louvred': louvre_share,
     'lee': lee_share,
+    'screened': screened_share,
 }
 
 

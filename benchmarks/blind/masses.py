@@ -48,6 +48,8 @@ def added_mass(
     nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
     if faults.mass_form == 'drained':
         nearness = film_thickness(share)
+    if faults.mass_form == 'solder':
+        nearness = turn_density(share, faults.mass_closer)
     volumes = where * (share > 0.0) * quadrature.volumes
     masses = _shared(faults.added_mass, nearness * volumes)
     if faults.mass_form == 'cable':
@@ -87,6 +89,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'drying': (_MASS_REACH, 0.0),
         # From the clamp to the tip: how thick it is there is set below.
         'drained': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
+        # Likewise: how close the turns of a wire are.
+        'solder': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
         # Where a liquid is, the body's own heights tell.
         'pooled': (_MASS_REACH, 0.0),
         # Each of several has a place of its own.
@@ -183,6 +187,19 @@ def film_thickness(share: FloatArray) -> FloatArray:
         share: of the free length, any shape.
     """
     return np.asarray(np.sqrt(np.maximum(share, 0.0)))
+
+
+def turn_density(share: FloatArray, closer: float) -> FloatArray:
+    """Return how close the turns of a wire are that was wound on by hand, 1 at the tip.
+
+    The less of it is left on the roll, the more of it each turn of the hand puts on: by the
+    exponential of the way.
+
+    Args:
+        share: of the free length, any shape.
+        closer: share over which there come to be three times as many.
+    """
+    return np.asarray(np.exp((share - 1.0) / closer))
 
 
 def _shared(grams: float, weights: FloatArray) -> FloatArray:

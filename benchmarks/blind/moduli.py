@@ -11,6 +11,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.marbling import marbled_value
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.surging import surged_value
 
 _JAW = 0.15  # Share of the free length over which a soft root gives way.
 _TORN = 0.05  # Half the share of the free length of a torn piece.
@@ -57,6 +58,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'gated': gate_share(share, faults.contrast_at),
         'baked': baked_value(share, faults.contrast_at, faults.contrast_width),
         'dosed': dosed_value(share, faults.contrast_at, faults.contrast_wave),
+        'surged': surged_value(share, faults.contrast_wave, faults.contrast_width),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),

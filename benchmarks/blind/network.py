@@ -10,7 +10,8 @@ a spring there, which touch once they are pressed together; or a hose of interlo
 which have play either way; or the leads of a sensor along both sides, which are loose at first; or
 blocks along the lower side, like those of a spine, which touch where it is bent that way; or a
 tape on the upper side, which was stuck on in ruffles and is drawn straight; or a strip of foam
-on the lower side, which grows dense where it is pressed.
+on the lower side, which grows dense where it is pressed; or curly cords on both of these sides,
+which go straight and no further.
 On the upper side alone a fabric resists a pull, and the sides of its
 cracks a push.
 """
@@ -36,7 +37,7 @@ _ALONG = np.array([1.0, 0.0, 0.0])
 _KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads and coils as well.
 _LEADS_FROM, _LEADS_WITHIN = 0.55, 0.6  # Of the way to a side, and to its edges, for leads.
 _SPINE_BELOW = -0.5  # Of the way from the section's middle to its upper side, for blocks or foam.
-_TAPE_ABOVE = 0.5  # Of that way, for a tape.
+_TAPE_ABOVE = 0.5  # Of that way, for a tape, and for cords on either side.
 _DRAWN = 0.1  # Growth of a loop's square, or loss of a row's, at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
 _SIDES = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
@@ -90,6 +91,10 @@ def reinforced(
         strip = faults.stiffening * modulus / 8.0 * (np.asarray(heights) < _SPINE_BELOW)
         dense = Fibres(strip, _ALONG, pressed=True, steep=faults.stiffening_steep)
         return replace(numbers, network=(dense,))
+    if faults.stiffening_form == 'corded' and faults.stiffening:
+        cords = faults.stiffening * modulus / 8.0 * (np.abs(heights) > _TAPE_ABOVE)
+        curly = Fibres(cords, _ALONG, slack=True, limit=faults.stiffening_from)
+        return replace(numbers, network=(curly,))
     if faults.stiffening_form == 'beaded' and faults.stiffening:
         rows = faults.stiffening * modulus / (24.0 * _DRAWN)
         return replace(numbers, network=(Fibres(rows, _ALONG, pressed=True, knit=True),))

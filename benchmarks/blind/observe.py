@@ -16,6 +16,7 @@ from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
 from benchmarks.blind.hexahedra import HexMesh
+from benchmarks.blind.jittering import jittered
 from benchmarks.blind.lapsing import lapsed
 from benchmarks.blind.mirrored import mirrored
 from benchmarks.blind.moire import moire_error
@@ -82,6 +83,7 @@ def _seen(
     rendering = fattened(render(surface, camera), camera, faults.fattened)
     rendering = combed(rendering, camera, faults.combed)
     rendering = lapsed(rendering, camera, faults.lapsed, faults.lapsed_row)
+    rendering = jittered(rendering, camera, faults.jittered, faults.jittered_seed)
     bias = 1e-3 * faults.depth_bias * bias_share(rendering, setup, observation, faults)
     scale = faults.depth_scale
     if faults.depth_form == 'temperature':
@@ -189,6 +191,7 @@ def _paint(border: float, faults: Faults) -> Paint:
         stickers=faults.region_stickers,
         net=faults.region_net,
         bell=faults.region_bell,
+        tongue=faults.region_tongue,
     )
 
 

@@ -49,6 +49,8 @@ class Paint:
             in the meshes is the root's; (0, 0): there are none.
         bell: share of the free length where it is all the tip's, and over which, to either side,
             a third of it is left, by the exponential of the square; (0, 0): it begins at a border.
+        tongue: share from which on it is all around; from a point amid each side, at `tip_from`,
+            it grows to that; 0: it is all around at once.
     """
 
     tip_from: float = 0.5
@@ -66,6 +68,7 @@ class Paint:
     stickers: tuple[float, float] = (0.0, 0.0)
     net: tuple[float, float] = (0.0, 0.0)
     bell: tuple[float, float] = (0.0, 0.0)
+    tongue: float = 0.0
 
 
 PLAIN = Paint()
@@ -164,6 +167,15 @@ def _in_spots(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return labels
 
 
+def _tongued(labels: IntArray, side: Side, paint: Paint) -> IntArray:
+    """Return labels of what is cut to a tongue on each side that faces across the body."""
+    if not paint.tongue or side.axis == 0:
+        return labels
+    wide = (side.along - paint.tip_from) / (paint.tongue - paint.tip_from)
+    aside = np.abs(_outward(side.points, side.lattice)[..., 3 - side.axis])
+    return np.where(aside < wide, labels, ROOT)
+
+
 def _uncovered(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return labels if side.heights is None else np.where(side.heights > 0.0, labels, ROOT)
 
@@ -183,6 +195,7 @@ _COATS: tuple[Coat, ...] = (
     _brushed,
     _dipped,
     _in_spots,
+    _tongued,
     _uncovered,
     _in_the_sun,
 )
@@ -197,9 +210,14 @@ def turned_share(points: FloatArray, lattice: FloatArray) -> FloatArray:
         points: before the shape's map [m], shape (..., 3).
         lattice: the nodes, which say how wide and high the body is there [m], shape (N, 3).
     """
-    low, high = lattice.min(axis=0), lattice.max(axis=0)
-    outward = (2.0 * points - low - high) / (high - low)
+    outward = _outward(points, lattice)
     return np.asarray(np.arctan2(outward[..., 2], outward[..., 1]) / (2.0 * np.pi) % 1.0)
+
+
+def _outward(points: FloatArray, lattice: FloatArray) -> FloatArray:
+    """Return where points lie along each axis, -1 and 1 at the outermost nodes (..., 3)."""
+    low, high = lattice.min(axis=0), lattice.max(axis=0)
+    return np.asarray((2.0 * points - low - high) / (high - low))
 
 
 def _between(part: FloatArray) -> IntArray:

@@ -46,3 +46,20 @@ def eccentric_errors(pitches: FloatArray, phase: float) -> FloatArray:
     """
     swung = np.sin(pitches + phase)
     return np.asarray(swung - swung[0])
+
+
+def joint_errors(pitches: FloatArray, phase: float, bent: float) -> FloatArray:
+    """Return how far jaws go on or lag that a shaft turns through a universal joint, shape (P,).
+
+    Hooke's joint: the tangent of the driven angle is that of the driving one over the cosine of
+    how far the shafts are bent off each other. It was set to 0 where the first pose is.
+
+    Args:
+        pitches: by which the driving shaft turns [rad], shape (P,).
+        phase: of its fork where that is 0 [rad].
+        bent: angle between both shafts [rad].
+    """
+    driving = pitches + phase
+    off = np.arctan2(np.sin(driving), np.cos(bent) * np.cos(driving)) - driving
+    errors = (off + np.pi) % (2.0 * np.pi) - np.pi
+    return np.asarray(errors - errors[0])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class RecentFaults:
-    """Amplitudes of the twenty-seventh set and the one after it, and what older ones say there.
+    """Amplitudes of the twenty-seventh set and those after it, and what older ones say there.
 
     `mass_form` may be `sliding`: a weight on a spring along the body, which is at `added_mass_at`
     where that is level. `contrast_mode` may be `dosed`: a sawtooth of `contrast_wave`, one of
@@ -27,9 +27,19 @@ class RecentFaults:
     `curvature_form` may be `mattress`: by the moment of a body on springs, at whose clamp a weight
     lay.
 
+    In the twenty-ninth, `mass_form` may be `solder`: a wire around the body, closer and closer
+    towards the tip. `contrast_mode` may be `surged`: a wave of `contrast_wave` from the clamp on,
+    which falls over `contrast_width`. `stiffening_form` may be `corded`: cords along the upper and
+    the lower side, which go no further than by `stiffening_from`. `clamp_form` may be `coil
+    spring`: on one that stands below it. `contact_form` may be `gel pad`: by the cube of the dent
+    over `contact_bend`. `tilt_form` may be `screened`: a push past an upright edge.
+    `curvature_form` may be `four-point`: by the moment between two feet, at `curvature_at` and
+    `curvature_again`, and two ends.
+
     Attributes:
         mass_travel: by which share of the free length a weight slides on where the body points
             straight down, or what a loose spring is longer there.
+        mass_closer: share of the free length over which turns come to be three times as many.
         mass_coiled: length of a loose spring on a level body, as a share of the free length.
         contact_slant: of the way along which a corrugated sheet waves, or across a tent's ridge,
             from the world's x towards z [deg].
@@ -39,6 +49,8 @@ class RecentFaults:
             that a thread covers; (0, 0): there is no net.
         region_bell: share of the free length where a region errs most, and over which it falls to
             a third of that; (0, 0): it is no bell.
+        region_tongue: share of the free length from which on a region is all around, which grows
+            on each side from a point at `region_from`; 0: it is so at once.
         tilt_wave: from slat to slat of a grille [m].
         curvature_sag: radius of a catenary at its lowest place, as a share of the free length.
         curvature_bed: share of the free length over which a moment on a mattress falls to a third.
@@ -55,15 +67,20 @@ class RecentFaults:
             where nothing is.
         lapsed: by how much what comes after lost bytes lies to the right [px].
         lapsed_row: of the image, from which on it does.
+        clubbed: share by which the true section is larger at the tip.
+        jittered: by how much each row of an image lies to a side at most [px].
+        jittered_seed: of the draws of all rows.
     """
 
     mass_travel: float = 0.0
+    mass_closer: float = 1.0
     mass_coiled: float = 0.0
     contact_slant: float = 0.0
     contact_steep: float = 0.0
     depth_back: float = 0.0
     region_net: tuple[float, float] = (0.0, 0.0)
     region_bell: tuple[float, float] = (0.0, 0.0)
+    region_tongue: float = 0.0
     tilt_wave: float = 1.0
     curvature_sag: float = 1.0
     curvature_bed: float = 1.0
@@ -78,3 +95,6 @@ class RecentFaults:
     mitred_side: float = 0.0
     lapsed: float = 0.0
     lapsed_row: int = 0
+    clubbed: float = 0.0
+    jittered: float = 0.0
+    jittered_seed: int = 0

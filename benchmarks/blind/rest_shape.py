@@ -50,6 +50,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         rounds=faults.rounded,
         mitre=1e-3 * faults.mitred * faults.mitred_side,
         jog=(1e-3 * faults.joggled, faults.joggled_at, faults.joggled_way),
+        club=faults.clubbed,
     )
 
 
@@ -223,6 +224,24 @@ def _bedded(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, F
     return _by_moments(curvature, bedded_lever(bed), lambda middle: bedded_moment(middle, bed))
 
 
+def _four_point(curvature: FloatArray, faults: Faults) -> list[tuple[float, float, FloatArray]]:
+    """Return parts of a body that lay on its two ends below a board on two feet.
+
+    Between the feet its moment is even, and falls evenly from there to both ends. The tip is as
+    far off as that of an arc.
+
+    Args:
+        curvature: of that arc [1/m], shape (3,).
+        faults: say where both feet stood.
+    """
+    inner, outer = faults.curvature_at, faults.curvature_again
+    lever = inner * (0.5 - inner / 3.0) + (1.0 - outer) ** 2 / 3.0
+    lever += (outer - inner) * (1.0 - 0.5 * (inner + outer))
+    return _by_moments(
+        curvature, lever, lambda middle: min(middle / inner, 1.0, (1.0 - middle) / (1.0 - outer))
+    )
+
+
 def _by_moments(
     curvature: FloatArray, lever: float, moment: Callable[[float], float]
 ) -> list[tuple[float, float, FloatArray]]:
@@ -353,6 +372,7 @@ _IN_PARTS = {
     'burdened': _burdened,
     'hammock': _hammock,
     'mattress': _bedded,
+    'four-point': _four_point,
 }
 
 

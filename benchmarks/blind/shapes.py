@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.blind.clubbing import clubbing
 from benchmarks.blind.jogging import jogging
 from benchmarks.blind.mitring import mitring
 
@@ -52,6 +53,7 @@ class Shape:
             the bend where it goes over to that, and which way, from y towards z [deg].
         mitre: by how much the end is shorter at the side of positive y, or below 0 at the other
             one, evenly over all of the width [m].
+        club: share by which the section is larger at the tip.
     """
 
     family: str
@@ -74,6 +76,7 @@ class Shape:
     rounds: float = 0.0
     jog: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mitre: float = 0.0
+    club: float = 0.0
 
     @property
     def length(self) -> float:
@@ -101,6 +104,8 @@ class Shape:
             narrow = narrow * (1.0 - self.neck * necking(share, self.neck_at))
         if self.ribs[0]:
             narrow = narrow * (1.0 + self.ribs[0] * ribbing(share, *self.ribs[1:]))
+        if self.club:
+            narrow = narrow * (1.0 + self.club * clubbing(share))
         points = lattice.copy()
         if self.mitre:
             aside = points[..., 1] / max(abs(place) for place in self.breaks[1])

@@ -29,6 +29,7 @@ from benchmarks.blind.flap import hinge_moment
 from benchmarks.blind.flexure import (
     angle_compliance,
     bobbin_compliance,
+    coil_compliance,
     flexure_compliance,
     gantry_compliance,
     gooseneck_compliance,
@@ -97,6 +98,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'suction': lambda faults: suction_compliance(faults.clamp_compliance, faults.clamp_length),
     'bobbins': lambda faults: bobbin_compliance(faults.clamp_compliance, faults.clamp_length),
     'gooseneck': lambda faults: gooseneck_compliance(faults.clamp_compliance, faults.clamp_length),
+    'coil spring': lambda faults: coil_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].

@@ -51,6 +51,8 @@ from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS, TWENTYFIRST_PA
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS, TWENTYFOURTH_PAIRS
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
+from benchmarks.blind.twentyninth_forms import TWENTYNINTH_FORMS, TWENTYNINTH_PAIRS
+from benchmarks.blind.twentyninth_outside import TWENTYNINTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS, TWENTYSECOND_PAIRS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_FORMS, TWENTYSEVENTH_PAIRS
@@ -84,6 +86,7 @@ COUNTS = {
     'twentysixth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyseventh': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyeighth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'twentyninth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -200,6 +203,13 @@ OWN = {
         TWENTYEIGHTH_FORMS,
         TWENTYEIGHTH_PAIRS,
         TWENTYEIGHTH_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'twentyninth': Own(
+        TWENTYNINTH_FORMS,
+        TWENTYNINTH_PAIRS,
+        TWENTYNINTH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
     ),

@@ -50,6 +50,8 @@ from benchmarks.blind.twentyfirst_forms import TWENTYFIRST_FORMS
 from benchmarks.blind.twentyfirst_outside import TWENTYFIRST_OUTSIDE
 from benchmarks.blind.twentyfourth_forms import TWENTYFOURTH_FORMS
 from benchmarks.blind.twentyfourth_outside import TWENTYFOURTH_OUTSIDE
+from benchmarks.blind.twentyninth_forms import TWENTYNINTH_FORMS
+from benchmarks.blind.twentyninth_outside import TWENTYNINTH_OUTSIDE
 from benchmarks.blind.twentysecond_forms import TWENTYSECOND_FORMS
 from benchmarks.blind.twentysecond_outside import TWENTYSECOND_OUTSIDE
 from benchmarks.blind.twentyseventh_forms import TWENTYSEVENTH_FORMS
@@ -172,6 +174,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/eccentric': {'clamp_scatter': ()},
     'gravity_tilt/lee': {'tilt_form': 'tilt'},
     'rest_curvature/mattress': {'curvature_form': 'arc'},
+    'added_mass/solder': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/surged': {'contrast_mode': 'split'},
+    'compliant_clamp/coil spring': {'clamp_form': 'turn'},
+    'clamp_offset/universal joint': {'clamp_scatter': ()},
+    'gravity_tilt/screened': {'tilt_form': 'tilt'},
+    'rest_curvature/four-point': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -236,6 +244,8 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/shifted bar': {'depth_form': 'affine'},
     'depth_bias_by_region/polished': {'region_bell': (0.0, 0.0)},
     'camera_offset/wedge': {'camera_scatter': ()},
+    'depth_bias_by_region/tongues': {'region_tongue': 0.0},
+    'camera_offset/twisting': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -253,6 +263,7 @@ OTHERS = {
     'contact_plane/dish',
     'contact_plane/felt',
     'contact_plane/flap',
+    'contact_plane/gel pad',
     'contact_plane/hovering',
     'contact_plane/jack',
     'contact_plane/knob',
@@ -270,6 +281,7 @@ OTHERS = {
     'strain_stiffening/beaded',
     'strain_stiffening/braided',
     'strain_stiffening/coils',
+    'strain_stiffening/corded',
     'strain_stiffening/foam strip',
     'strain_stiffening/hart_smith',
     'strain_stiffening/interlocked',
@@ -304,6 +316,7 @@ CAUSES = {
     **TWENTYSIXTH_OUTSIDE,
     **TWENTYSEVENTH_OUTSIDE,
     **TWENTYEIGHTH_OUTSIDE,
+    **TWENTYNINTH_OUTSIDE,
 }
 
 
@@ -313,7 +326,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 
 def _params(keys: Iterable[str]) -> list[Any]:
     """Return keys of forms as parameters; of what tests of its own check as well, slow ones."""
-    slow = {form.key for form in (*TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)}
+    slow = {form.key for form in (*TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS, *TWENTYNINTH_FORMS)}
     return [
         pytest.param(key, marks=(pytest.mark.slow,) if key in slow else ()) for key in sorted(keys)
     ]
@@ -326,6 +339,7 @@ def test_every_form_is_checked_here() -> None:
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
     newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)
+    newest = (*newest, *TWENTYNINTH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -351,6 +365,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYSIXTH_FORMS, {'contact_plane'}),
         (TWENTYSEVENTH_FORMS, {'compliant_clamp'}),
         (TWENTYEIGHTH_FORMS, {'strain_stiffening'}),
+        (TWENTYNINTH_FORMS, {'depth_affine'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

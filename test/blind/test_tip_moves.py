@@ -203,9 +203,20 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'twentyninth': (
+        (
+            'added_mass/solder',
+            'stiffness_contrast/surged',
+            'compliant_clamp/coil spring',
+            'clamp_offset/universal joint',
+            'gravity_tilt/screened',
+            'rest_curvature/four-point',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 # What tests of their own check of these forms as well.
-_SLOW = ('twentyseventh', 'twentyeighth')
+_SLOW = ('twentyseventh', 'twentyeighth', 'twentyninth')
 CASES = [
     pytest.param(key, limits, id=key, marks=(pytest.mark.slow,) if name in _SLOW else ())
     for name, (keys, limits) in ON_THE_BODY.items()
