@@ -241,6 +241,8 @@ OUTSIDE_CLASS = {
     'lens_distortion': 'sensor',
     'shaken': 'boundary',
     'kicked': 'load',
+    'leash': 'load',
+    'doppler': 'sensor',
     'magnet': 'load',
     'tether': 'load',
     'heat': 'shape',

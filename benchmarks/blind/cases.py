@@ -90,7 +90,7 @@ class Case:
         sensor: one of `sensor.DRAWN` in a world where everything is a little off; None: one that
             is known, in a world where nothing is.
         law: of the body, where that is not always the scene's; one of `rubber.LAWS`.
-        is_held: whether a motion of the set `swings` is a load that is held.
+        is_held: whether a motion of a set of `swing_set` is a load that is held.
     """
 
     id: str

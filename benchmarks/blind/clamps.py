@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.blind.amplitudes import weight_moment
-from benchmarks.blind.equilibrium import find_equilibrium, Load
+from benchmarks.blind.equilibrium import find_equilibrium, Load, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.springs import foam_stiffness, springs
+from benchmarks.blind.springs import foam_stiffness, LININGS, springs
 
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
 _SHIFT_TOLERANCE = 1e-8  # Of its shift [m].
@@ -96,14 +96,26 @@ def _hardening(setup: Setup, faults: Faults) -> Callable[[FloatArray], FloatArra
 
 
 def settle_in_foam(
-    specimen: Specimen, load: Load, clamp: FloatArray, compliance: float
+    specimen: Specimen, load: Load, clamp: FloatArray, faults: Faults
 ) -> FloatArray:
-    """Find the equilibrium of a body in a jaw that is lined with foam."""
-    nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
-    stiffness = foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, compliance)
-    places = applied(clamp, nodes)
-    held = replace(load, potentials=(*load.potentials, springs(places, stiffness)))
+    """Find the equilibrium of a body in a jaw that is lined."""
+    places = applied(clamp, specimen.mesh.nodes)
+    held = replace(load, potentials=(*load.potentials, lining(specimen, places, faults)))
     return find_equilibrium(specimen.body, held, places)
+
+
+def lining(specimen: Specimen, places: FloatArray, faults: Faults) -> PotentialLaw:
+    """Return the springs of what a jaw is lined with.
+
+    Args:
+        specimen: the body.
+        places: to which they draw its nodes [m], shape (N, 3).
+        faults: say how soft they are, and what they are of.
+    """
+    nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
+    softer, give = LININGS[faults.clamp_form], faults.clamp_compliance
+    stiffness = foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, give, softer)
+    return springs(places, stiffness)
 
 
 def settle_sliding(

@@ -101,8 +101,11 @@ def _total(
 
 def _matrix(body: Body, blocks: FloatArray, diagonal: FloatArray | None) -> FloatArray:
     matrix = body.band.assemble(blocks)
-    if diagonal is None:
-        return matrix
+    return matrix if diagonal is None else with_diagonal(matrix, body, diagonal)
+
+
+def with_diagonal(matrix: FloatArray, body: Body, diagonal: FloatArray) -> FloatArray:
+    """Return a body's banded stiffness with that of single nodes, (N, 3, 3), added to it."""
     for i in range(3):
         for k in range(i + 1):
             rows = body.band.order[i::3]

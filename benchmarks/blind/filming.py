@@ -8,19 +8,23 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.blind.body import Body, IntArray
+from benchmarks.blind.clamps import lining
 from benchmarks.blind.creep import held_load
-from benchmarks.blind.drag import Drag, make_drag, make_sail
-from benchmarks.blind.equilibrium import find_equilibrium, Load
+from benchmarks.blind.drag import Drag, make_cup, make_drag, make_sail
+from benchmarks.blind.equilibrium import find_equilibrium, Load, PotentialLaw
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.relaxation import prony_pairs
-from benchmarks.blind.rig_motion import acting
+from benchmarks.blind.pulls import tether
+from benchmarks.blind.relaxation import GRADED, prony_pairs
+from benchmarks.blind.rig_motion import acting, leaned
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import Specimen
+from benchmarks.blind.springs import around, LININGS
 from benchmarks.blind.swing import consistent_masses, Forces, swing, with_lumps
 from benchmarks.blind.timing import LEDGE, Timing
 
 _STEP = 1.0 / 600.0
+_EDGE = 0.99  # Of the way from the middle to a side, from which on a node is on that.
 
 
 def positions_at(
@@ -37,15 +41,58 @@ def positions_at(
     """
     object_from_world = observation.world_from_object[:3, :3].T
     gravity = object_from_world @ np.array([0.0, -GRAVITY, 0.0])
-    masses = specimen.body.masses + end_lumps(specimen, setup, faults)
-    load = Load(masses[:, None] * gravity)
-    start = find_equilibrium(_supported(specimen, setup), load, specimen.mesh.nodes)
+    masses = specimen.body.masses + lumps(specimen, setup, faults)
+    weight = masses[:, None] * gravity
+    load = Load(weight, drawing(specimen, weight, faults))
+    leaning = masses[:, None] * (object_from_world @ leaned(faults, 0.0))
+    first = replace(load, forces=load.forces + leaning)
+    start = find_equilibrium(_supported(specimen, setup), first, specimen.mesh.nodes)
     after = [float(time) for time in times if time > 0.0]
     if timing.is_slow:
         moving = _creeping(specimen, faults, load, start, after)
     else:
         moving = _swinging(specimen, setup, observation, faults, timing, load, start, after)
     return [start] * (len(times) - len(after)) + moving
+
+
+def drawing(specimen: Specimen, weight: FloatArray, faults: Faults) -> tuple[PotentialLaw, ...]:
+    """Return energies of what draws a body wherever it swings.
+
+    Args:
+        specimen: the body.
+        weight: of it, object frame [N], shape (N, 3).
+        faults: say what there is.
+    """
+    laws = []
+    if faults.clamp_form in LININGS:
+        laws.append(lining(specimen, specimen.mesh.nodes, faults))
+    if faults.leash:
+        rest = find_equilibrium(specimen.body, Load(weight), specimen.mesh.nodes)
+        laws.append(leash(specimen, rest, faults))
+    return tuple(laws)
+
+
+def leash(specimen: Specimen, rest: FloatArray, faults: Faults) -> PotentialLaw:
+    """Return a cord to the rig that is slack where a body rests, at nodes (N, 3) [m]."""
+    post = 1e-3 * np.array(faults.leash_post)
+    near, far = (np.linalg.norm(each - post, axis=1) for each in (specimen.mesh.nodes, rest))
+    stiffness = around(faults.leash, faults.leash_at, specimen.areas, specimen.shares)
+    return tether(post, stiffness, near + faults.leash_taut * (far - near))
+
+
+def lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
+    """Return the masses of what is stuck on a body at each node [kg], shape (N,)."""
+    return end_lumps(specimen, setup, faults) + chain_lumps(specimen, setup, faults)
+
+
+def chain_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
+    """Return the mass of a chain along one side at each node [kg], shape (N,)."""
+    if not faults.chain_mass:
+        return np.zeros(len(specimen.areas))
+    across = specimen.mesh.lattice[:, 1] / (0.5 * setup.shape.section[0])
+    is_there = (faults.chain_side * across > _EDGE) & (specimen.shares >= faults.chain_from)
+    weights = np.where(is_there, specimen.areas, 0.0)
+    return np.asarray(1e-3 * faults.chain_mass * weights / weights.sum())
 
 
 def end_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
@@ -76,7 +123,7 @@ def _creeping(
 ) -> list[FloatArray]:
     body = specimen.body
     share = specimen.shares[body.cells] @ body.quadrature.values.T
-    is_graded = faults.creep_form == 'power'
+    is_graded = faults.creep_form in GRADED
     pairs = prony_pairs(faults, share)
     return held_load(body, load, start, times, pairs, is_graded=is_graded)
 
@@ -91,16 +138,17 @@ def _swinging(
     start: FloatArray,
     times: Sequence[float],
 ) -> list[FloatArray]:
-    lumps = end_lumps(specimen, setup, faults)
+    stuck = lumps(specimen, setup, faults)
     masses = consistent_masses(specimen.mesh.nodes, specimen.body, setup.density)
-    masses = with_lumps(masses, specimen.body, lumps)
-    nodal, end = specimen.body.masses + lumps, _end_shares(specimen, setup)
+    masses = with_lumps(masses, specimen.body, stuck)
+    nodal, end = specimen.body.masses + stuck, _end_shares(specimen, setup)
     forces = Forces(
         load.forces,
         timing.damping,
         _drag(specimen, faults),
         setup.youngs_modulus,
         acting(observation, faults, nodal, end),
+        load.potentials,
     )
     return swing(specimen.body, masses, forces, start, times, _STEP)
 
@@ -109,4 +157,7 @@ def _drag(specimen: Specimen, faults: Faults) -> Drag:
     area = 1e-4 * faults.drag_area
     if faults.drag_form == 'sail':
         return make_sail(area, faults.drag_at, specimen.body.masses, specimen.shares)
+    if faults.drag_form == 'cup':
+        mouth, areas = faults.drag_mouth, specimen.areas
+        return make_cup(area, faults.drag_at, mouth, areas, specimen.shares)
     return make_drag(specimen.mesh, area, faults.drag_form)

@@ -63,7 +63,7 @@ from benchmarks.blind.swing_set import (
     draw_swing_set_timing,
     list_swing_set_cases,
     SWING_SET_EFFECTS,
-    SWINGS,
+    SWING_SETS,
 )
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
@@ -102,7 +102,7 @@ def write_case(case: Case, out: Path) -> float:
         _write_seen(case, setup, specimen, faults, timing, fresh)
         label.parent.mkdir(parents=True, exist_ok=True)
         center = camera_center(specimen, setup)
-        told = timing if case.set_name == SWINGS else None
+        told = timing if case.set_name in SWING_SETS else None
         write_json(label, label_of(case, setup, effects, faults, center, told))
         shutil.rmtree(target, ignore_errors=True)
         fresh.rename(target)
@@ -161,7 +161,7 @@ def _in_a_world(setup: Setup, law: str, random: np.random.Generator) -> Setup:
 def draw_timing(case: Case, effects: tuple[Effect, ...]) -> Timing:
     """Draw when a case's body is let go; creep and every fourth clean case are held loads."""
     random = case.random('timing')
-    if case.set_name == SWINGS:
+    if case.set_name in SWING_SETS:
         return draw_swing_set_timing(case, random)
     creeps = any(effect.identifier == 'creep' for effect in effects)
     is_slow = creeps or (case.kind == 'clean' and int(case.id[-3:]) % 4 == 3)
@@ -200,7 +200,7 @@ def _write_seen(
 def main(arguments: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--set', choices=(*FORM_SETS, SWINGS), required=True, dest='set_name')
+    parser.add_argument('--set', choices=(*FORM_SETS, *SWING_SETS), required=True, dest='set_name')
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', default='*', help='pattern of case names')
     parser.add_argument('--kind', default='*', help='clean, single, pair, outside, denied or form')
@@ -211,10 +211,11 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if given.set_name not in SETS and not given.forms:
         parser.error(f'the set {given.set_name} has other forms only: add --forms')
-    if given.set_name == SWINGS and not given.motion:
-        parser.error(f'the set {SWINGS} has motions only: add --motion')
-    if given.motion and given.forms and given.set_name not in ('sealed', SWINGS):
-        parser.error(f'motions have other forms in two sets only: say --set sealed or {SWINGS}')
+    if given.set_name in SWING_SETS and not given.motion:
+        parser.error(f'the set {given.set_name} has motions only: add --motion')
+    moving = ('sealed', *SWING_SETS)
+    if given.motion and given.forms and given.set_name not in moving:
+        parser.error(f'motions have other forms in some sets only: --set {" or ".join(moving)}')
     listed = {
         (False, False): list_cases,
         (True, False): list_motion_cases,
@@ -222,8 +223,8 @@ def main(arguments: list[str] | None = None) -> int:
         (True, True): list_motion_form_cases,
     }[given.motion, given.forms]
     every = (
-        list_swing_set_cases(given.salt)
-        if given.set_name == SWINGS
+        list_swing_set_cases(given.set_name, given.salt)
+        if given.set_name in SWING_SETS
         else listed(given.set_name, given.salt)
     )
     cases = [

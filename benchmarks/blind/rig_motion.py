@@ -29,7 +29,7 @@ def acting(
         masses: of the nodes [kg], shape (N,).
         end: share of each node in what acts on the end face, shape (N,).
     """
-    if not (faults.tilt_time or faults.shaken or faults.kicked):
+    if not (faults.tilt_time or faults.tilt_rate or faults.shaken or faults.kicked):
         return None
     object_from_world = observation.world_from_object[:3, :3].T
 
@@ -42,13 +42,22 @@ def acting(
 
 
 def leaned(faults: Faults, time: float) -> FloatArray:
-    """Return what a table that leans over adds to gravity, world frame [m/s^2], shape (3,)."""
-    if not faults.tilt_time or time <= 0.0:
+    """Return what a table that leans over or sways adds to gravity, world [m/s^2], shape (3,)."""
+    share = _leaned_share(faults, time)
+    if not share:
         return np.zeros(3)
-    share = -np.expm1(-time / faults.tilt_time)
     x, z = np.deg2rad(faults.gravity_tilt)
     down = np.array([0.0, -GRAVITY, 0.0])
     return np.asarray(rotation(share * np.array([x, 0.0, z])) @ down - down)
+
+
+def _leaned_share(faults: Faults, time: float) -> float:
+    """Return which share of its tilt a table has."""
+    if faults.tilt_rate:
+        return float(np.sin(2.0 * np.pi * faults.tilt_rate * time + faults.tilt_phase))
+    # It leans over once the ledge bears nothing.
+    is_leaning = bool(faults.tilt_time) and time > 0.0
+    return float(-np.expm1(-time / faults.tilt_time)) if is_leaning else 0.0
 
 
 def rig_shift(faults: Faults, time: float) -> FloatArray:

@@ -21,6 +21,7 @@ from benchmarks.blind.timing import Timing
 
 _ROLLS = 9  # Moments between which nodes of a rolling shutter's image are interpolated.
 _EXPOSURES = 6  # Moments whose mean an exposure is.
+_NEAR = 1e-3  # Between moments of which a rate is the difference [s].
 _ROUNDS = 5  # Until a node's row and the moment at which that is read belong together.
 
 
@@ -28,26 +29,34 @@ def filmed_views(
     specimen: Specimen, setup: Setup, observation: Observation, faults: Faults, timing: Timing
 ) -> list[Rendering]:
     """Return what every frame shows, without noise."""
+
+    def seen(time: float, place: FloatArray) -> Rendering:
+        there, then = rig_at(observation, faults, time), warmed_up(faults, time + timing.release)
+        return true_rendering(specimen, setup, there, then, place)
+
     spread = _spread(faults)
     times = np.array(moments(timing, faults))[:, None] + spread
     found = positions_at(specimen, setup, observation, faults, timing, times.ravel())
     count, views = len(spread), []
     for number, around in enumerate(times):
         places = found[number * count : (number + 1) * count]
-        if faults.stamps_form == 'rolling':
-            places = [rolled(np.array(places), setup, observation)]
-            around = around[count // 2 : count // 2 + 1]
-        views.append(
-            averaged(
-                [
-                    true_rendering(
-                        specimen, setup, rig_at(observation, faults, time), faults, place
-                    )
-                    for time, place in zip(around, places, strict=True)
-                ]
-            )
-        )
+        one = _in_one(np.array(places), setup, observation, faults)
+        if one is not None:
+            places, around = [one], around[count // 2 : count // 2 + 1]
+        views.append(averaged([seen(*each) for each in zip(around, places, strict=True)]))
     return views
+
+
+def _in_one(
+    places: FloatArray, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray | None:
+    """Return where nodes seem to be in a frame that is one image of several moments [m].
+
+    None: it is the mean of images, or of one moment.
+    """
+    if faults.stamps_form == 'rolling':
+        return rolled(places, setup, observation)
+    return by_range_rate(places, setup, observation, faults) if faults.doppler else None
 
 
 def _spread(faults: Faults) -> FloatArray:
@@ -57,7 +66,34 @@ def _spread(faults: Faults) -> FloatArray:
         return np.linspace(-half, half, _ROLLS)
     if faults.stamps_form == 'exposed':
         return half * ((2.0 * np.arange(_EXPOSURES) + 1.0) / _EXPOSURES - 1.0)
-    return np.zeros(1)
+    return np.linspace(-_NEAR, _NEAR, 3) if faults.doppler else np.zeros(1)
+
+
+def warmed_up(faults: Faults, since: float) -> Faults:
+    """Return faults as they are so long after the first frame [s], where a sensor warms up."""
+    if faults.depth_form != 'switched on':
+        return faults
+    left = float(np.exp(-since / faults.depth_time))
+    return replace(faults, depth_bias=left * faults.depth_bias)
+
+
+def by_range_rate(
+    places: FloatArray, setup: Setup, observation: Observation, faults: Faults
+) -> FloatArray:
+    """Return where nodes seem to be whose range errs by its rate, object frame [m], shape (N, 3).
+
+    Args:
+        places: of all nodes, a moment before, then and a moment after, shape (3, N, 3).
+        setup: its camera.
+        observation: the pose.
+        faults: say by how much.
+    """
+    to_camera = setup.depth_from_world @ observation.world_from_object
+    before, then, after = (applied(to_camera, place) for place in places)
+    ranges = np.linalg.norm(then, axis=1)
+    rates = (np.linalg.norm(after, axis=1) - np.linalg.norm(before, axis=1)) / (2.0 * _NEAR)
+    seeming = (1.0 + 1e-3 * faults.doppler * rates / ranges)[:, None] * then
+    return np.asarray((seeming - to_camera[:3, 3]) @ to_camera[:3, :3])
 
 
 def rolled(places: FloatArray, setup: Setup, observation: Observation) -> FloatArray:

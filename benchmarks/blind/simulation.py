@@ -60,6 +60,7 @@ from benchmarks.blind.slider import slider_masses
 from benchmarks.blind.slinky import slinky_masses
 from benchmarks.blind.specimen import Specimen
 from benchmarks.blind.sponge import sponge_masses
+from benchmarks.blind.springs import LININGS
 from benchmarks.blind.wear import worn
 from benchmarks.blind.wick import wick_masses
 
@@ -154,7 +155,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
 
 def _held(mesh: HexMesh, faults: Faults) -> IntArray:
     """Return the nodes that a clamp moves, shape (H,)."""
-    if faults.clamp_form == 'lined':
+    if faults.clamp_form in LININGS:
         # What lies in foam moves like all else.
         return mesh.held[:0]
     if faults.clamp_form == 'glued':
@@ -279,8 +280,8 @@ def settle(
         pressing = _pressing(observation, faults)
         part = _SINK_PARTS[faults.contact_form]
         return settle_on_pan(specimen.body, start, loads, pressing, sinks, part)
-    if faults.clamp_form == 'lined':
-        return settle_in_foam(specimen, load, nominal, give)
+    if faults.clamp_form in LININGS:
+        return settle_in_foam(specimen, load, nominal, faults)
     if faults.clamp_form == 'shear':
         return settle_sliding(specimen, load, nominal, give)
     if faults.clamp_form in _BEAMS:

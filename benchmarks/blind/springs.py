@@ -8,7 +8,8 @@ from benchmarks.blind.body import IntArray
 from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.shapes import FloatArray
 
-_MOUTH = 0.6  # By which share the foam of a jaw is softer at its mouth than at its bolt.
+# Jaws that are lined: by which share that is softer at the mouth than at the bolt.
+LININGS = {'lined': 0.6, 'boot': 0.0}
 _REACH = 0.05  # Half the share of the free length over which a hose or a thread is fixed.
 
 
@@ -30,7 +31,12 @@ def springs(places: FloatArray, stiffness: FloatArray) -> PotentialLaw:
 
 
 def foam_stiffness(
-    nodes: FloatArray, areas: FloatArray, held: IntArray, clamp: float, compliance: float
+    nodes: FloatArray,
+    areas: FloatArray,
+    held: IntArray,
+    clamp: float,
+    compliance: float,
+    softer: float = LININGS['lined'],
 ) -> FloatArray:
     """Return how stiff the foam of a jaw is at each node, 0 outside [N/m], shape (N,).
 
@@ -40,9 +46,10 @@ def foam_stiffness(
         held: nodes in the jaw.
         clamp: where its mouth is [m]; its bolt is at 0.
         compliance: turn of a rigid body in it by its moment, mean of y and z [rad/(N m)].
+        softer: share by which it is softer at the mouth.
     """
     found = np.zeros(len(nodes))
-    found[held] = areas[held] * (1.0 - _MOUTH * nodes[held, 0] / clamp)
+    found[held] = areas[held] * (1.0 - softer * nodes[held, 0] / clamp)
     arms = nodes - found @ nodes / found.sum()
     squares = found @ arms**2
     # About y and about z, both have the arms along x.

@@ -17,8 +17,8 @@ def moments(timing: Timing, faults: Faults) -> list[float]:
 
     Of a rolling shutter that is when the middle row was read, of an exposure its middle.
     """
-    if faults.stamps_form == 'backlog':
-        numbers, waits = backlog(timing, faults)
+    if faults.stamps_form in _WAITING:
+        numbers, waits = _WAITING[faults.stamps_form](timing, faults)
         # The camera's frames are even: the stamps are not.
         taken = timing.period * (numbers - numbers[0]) - waits[0] - timing.release
         return [float(when) for when in taken]
@@ -34,8 +34,8 @@ def moments(timing: Timing, faults: Faults) -> list[float]:
 def stamps(timing: Timing, faults: Faults) -> list[int]:
     """Return the stamps of the frames, after the first one [ns]."""
     numbers, waits = np.arange(timing.frame_count), np.zeros(timing.frame_count)
-    if faults.stamps_form == 'backlog':
-        numbers, waits = backlog(timing, faults)
+    if faults.stamps_form in _WAITING:
+        numbers, waits = _WAITING[faults.stamps_form](timing, faults)
     more = waits + (np.array(timing.jitter)[numbers] if timing.jitter else 0.0)
     period = round(1e9 * timing.period)
     return [
@@ -50,3 +50,23 @@ def backlog(timing: Timing, faults: Faults) -> tuple[np.ndarray, FloatArray]:
     left = np.flatnonzero(place < QUEUE - 1)
     part = place[left] / (QUEUE - 2.0)
     return left, 1e-3 * faults.stamps_late * (_SHORTEST + (_LONGEST - _SHORTEST) * part)
+
+
+def polled(timing: Timing, faults: Faults) -> tuple[np.ndarray, FloatArray]:
+    """Return the frames, and how long each waited until a driver asked for it next [s].
+
+    It asks at even times, the last of which before the first frame was `stamps_asked` of the way
+    from one to the next before that.
+    """
+    numbers, step = np.arange(timing.frame_count), 2e-3 * faults.stamps_late
+    return numbers, step - (timing.period * numbers + faults.stamps_asked * step) % step
+
+
+def set_over(timing: Timing, faults: Faults) -> tuple[np.ndarray, FloatArray]:
+    """Return the frames, and how late each is stamped by a clock that is set as they go on [s]."""
+    numbers = np.arange(timing.frame_count)
+    return numbers, 1e-3 * faults.stamps_late * (numbers < faults.stamps_set)
+
+
+# Which frames there are and how late each is stamped, of forms whose stamps are not even.
+_WAITING = {'backlog': backlog, 'polled': polled, 'set over': set_over}

@@ -17,6 +17,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded, LinAlgError
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.drag import Drag
+from benchmarks.blind.equilibrium import PotentialLaw, with_diagonal
 from benchmarks.blind.hexahedra import shape_functions, shape_gradients
 from benchmarks.blind.shapes import FloatArray
 
@@ -37,6 +38,7 @@ class Forces:
         drag: of the air.
         modulus: usual Young's modulus, to guess how stiff damping is [Pa].
         changing: further forces [N], shape (N, 3), by the time since the release [s]; None: none.
+        laws: energies of what else draws single nodes, by where they are.
     """
 
     loads: FloatArray
@@ -44,6 +46,7 @@ class Forces:
     drag: Drag
     modulus: float
     changing: Callable[[float], FloatArray] | None = None
+    laws: tuple[PotentialLaw, ...] = ()
 
 
 class NoMotionError(RuntimeError):
@@ -183,6 +186,8 @@ class _March:
         stiffer = 1.0 + 2.0 * self._forces.damping / (step * self._forces.modulus / 1.5)
         matrix = 2.0 / step * self._mass_band
         matrix = matrix + 0.5 * step * stiffer * self._body.band.assemble(elastic.blocks)
+        for law in self._forces.laws:
+            matrix = with_diagonal(matrix, self._body, 0.5 * step * law(place).diagonal)
         self._factor = cholesky_banded(matrix, lower=True, check_finite=False)
         self._factored_step = step
 
@@ -193,6 +198,8 @@ class _March:
         force -= self._forces.drag.forces(velocities)
         if self._forces.changing is not None:
             force += self._forces.changing(now)
+        for law in self._forces.laws:
+            force -= law(positions).gradient
         return force
 
     def _viscous(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a set-up of the set of motions `swings`: numbers that are 0 else."""
+"""What is wrong with a set-up of the sets of motions: numbers that are 0 else."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from benchmarks.blind.later_faults import Vector
 
 @dataclass(frozen=True)
 class SwingFaults:
-    """Amplitudes that came with the set `swings`, and what older ones say there.
+    """Amplitudes that came with the sets `swings` and `swings_two`, and what older ones say there.
 
     `stamps_form` may be `backlog`: images are stamped where they leave a queue, which grows frame
     by frame until one is dropped; `rolling`: rows are read one after another over twice
@@ -20,6 +20,15 @@ class SwingFaults:
     `power`: by a power of the time since the load; `flowing`: all stresses are lost at last, with
     one relaxation time; or `pour`: of what lies near the clamp alone. `tilt_form` may be
     `yielding`: a table leans over once the ledge bears nothing.
+
+    In the set `swings_two`, `stamps_form` may be `polled`: images are stamped where a driver asks
+    for them, which it does every twice `stamps_late`; or `set over`: a clock that is off is set
+    while it stamps. `drag_form` may be `cup`: half a hollow ball at one place, which moves more
+    easily with its round side ahead.
+    `creep_form` may be `root`: by the exponential of the root of the time since the load.
+    `clamp_form` may be `boot`: a sleeve of rubber, which is as soft all along what is held.
+    `tilt_form` may be `swaying`: a table on air, which leans to and fro. `depth_form` may be
+    `switched on`: a sensor that warms up, whose error falls by the exponential of the time.
 
     Attributes:
         stamps_phase: number of frames since a queue was empty, in the first frame.
@@ -34,6 +43,22 @@ class SwingFaults:
         shaken_way: direction in the world, of length 1.
         kicked: impulse that a ledge gives to the end face as it goes [N s].
         kicked_way: direction in the object's frame, of length 1.
+        stamps_asked: time since a driver asked for an image, at the first frame, as a share of
+            that until it asks again.
+        stamps_set: number of the first frame after a clock was set.
+        drag_mouth: 1 where a cup's mouth looks along the object's z, -1 where the other way.
+        tilt_rate: of a table that sways [Hz].
+        tilt_phase: at the release [rad].
+        depth_time: over which the error of a sensor that warms up falls to a third [s].
+        chain_mass: of a fine chain along one side, up to the tip [g].
+        chain_from: share of the free length where it begins.
+        chain_side: 1 where that is the side of positive y, -1 where it is the other one.
+        leash: stiffness of a rubber cord to a place of the body once it is taut [N/m].
+        leash_at: that place's share of the free length.
+        leash_post: where it is tied to the rig, object frame [mm].
+        leash_taut: how far that place has gone away from the post where it is taut, over how far
+            it goes where the body rests.
+        doppler: by how much a range is too long, over the rate at which it grows [ms].
     """
 
     stamps_phase: int = 0
@@ -48,3 +73,17 @@ class SwingFaults:
     shaken_way: Vector = (0.0, 0.0, 0.0)
     kicked: float = 0.0
     kicked_way: Vector = (0.0, 0.0, 0.0)
+    stamps_asked: float = 0.0
+    stamps_set: int = 0
+    drag_mouth: float = 0.0
+    tilt_rate: float = 0.0
+    tilt_phase: float = 0.0
+    depth_time: float = 1.0
+    chain_mass: float = 0.0
+    chain_from: float = 0.0
+    chain_side: float = 0.0
+    leash: float = 0.0
+    leash_at: float = 0.0
+    leash_post: Vector = (0.0, 0.0, 0.0)
+    leash_taut: float = 0.0
+    doppler: float = 0.0

@@ -39,20 +39,23 @@ def _over_time(name: str) -> Form:
     return Form('time_offset', name, draw)
 
 
-def _area(amount: float, setup: Setup, random: np.random.Generator) -> float:
+def area_by_mass(amount: float, setup: Setup, random: np.random.Generator) -> float:
     """Draw drag coefficient times area [cm^2] by the mass that the air slows down [cm^2/g]."""
     mass, _ = weight_moment(setup)
     return number(1e3 * mass * amount, random)
 
 
 def _laminar(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
-    return {'drag_form': 'laminar', 'drag_area': _area((10.0, 40.0, 90.0)[size], setup, random)}
+    return {
+        'drag_form': 'laminar',
+        'drag_area': area_by_mass((10.0, 40.0, 90.0)[size], setup, random),
+    }
 
 
 def _sail(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     return {
         'drag_form': 'sail',
-        'drag_area': _area((6.0, 25.0, 60.0)[size], setup, random),
+        'drag_area': area_by_mass((6.0, 25.0, 60.0)[size], setup, random),
         'drag_at': round(float(random.uniform(0.7, 0.95)), 3),
     }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 LEDGE = 1e-4  # The support holds the end face: what is this near to it [m].
+PERIOD = 1.0 / 30.0  # Between frames of a swing [s].
 # Of stamps: standard deviation, and the most [s].
 _JITTER, _MOST = 0.0002, 0.0005
 
@@ -44,7 +45,7 @@ def draw_swing(random: np.random.Generator) -> Timing:
     damping = float(f'{random.uniform(8.0, 40.0):.4g}')
     stated = float(f'{damping * (1.0 + 0.1 * random.standard_normal()):.4g}')
     release = round(float(random.uniform(0.175, 0.195)), 4)
-    return Timing(release, 1.0 / 30.0, 17, damping, max(stated, 0.5 * damping))
+    return Timing(release, PERIOD, 17, damping, max(stated, 0.5 * damping))
 
 
 def draw_hold(random: np.random.Generator) -> Timing:

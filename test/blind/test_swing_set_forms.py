@@ -6,40 +6,34 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.blind_swings import compliance, moves_by_size, soft_beam
 
 from benchmarks.blind.creep import held_load
 from benchmarks.blind.drag import AIR, Drag, make_drag, make_sail
 from benchmarks.blind.equilibrium import find_equilibrium, Load
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.filming import end_lumps, positions_at
-from benchmarks.blind.laying import softer
+from benchmarks.blind.filming import end_lumps
 from benchmarks.blind.relaxation import Pair, power_pairs, prony_pairs
 from benchmarks.blind.rig_motion import acting, leaned
 from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
-from benchmarks.blind.stamping import moments
 from benchmarks.blind.swing import consistent_masses, Forces, swing, with_lumps
 from benchmarks.blind.swing_set_forms import SWING_SET_FORMS
 from benchmarks.blind.swing_set_outside import first_rate, first_sag, SOFTER
-from benchmarks.blind.timing import draw_hold, draw_swing, Timing
+from benchmarks.blind.timing import draw_hold, draw_swing
 
 FORMS = {form.key: form for form in SWING_SET_FORMS}
 
 
 @pytest.fixture(scope='module')
 def setup() -> Setup:
-    drawn = draw_setup('beam', is_sealed=False, poses=1, random=np.random.default_rng(3))
-    return replace(drawn, youngs_modulus=6.0e5)
+    return soft_beam()
 
 
 @pytest.fixture(scope='module')
 def specimen(setup: Setup) -> Specimen:
     return make_specimen(setup, Faults(), refinement=0.5)
-
-
-def _drawn(key: str, setup: Setup, size: int) -> Faults:
-    return Faults(**FORMS[key].draw(size, setup, np.random.default_rng(8)))
 
 
 def _light(specimen: Specimen, part: float = 0.01) -> Load:
@@ -120,25 +114,6 @@ def test_pairs_of_a_power_law_are_that_law() -> None:
         assert np.abs(found - found[0] - 0.4 * (law - law[0])).max() < 4e-3
 
 
-def _compliance(pairs: list[Pair], times: np.ndarray, count: int = 1500) -> np.ndarray:
-    """Return how much softer stresses that relax are at times [s]: a Volterra equation.
-
-    The convolution of the relaxation with the rate of the compliance is 1.
-    """
-    grid = np.linspace(0.0, times[-1], count + 1)
-    step = grid[1]
-    middles = step * (np.arange(count) + 0.5)
-    stress = 1.0 - sum(g * (1.0 - np.exp(-middles / tau)) for g, tau in pairs)
-    found = np.ones(count + 1)
-    rises = np.zeros(count)
-    first = 1.0 - sum(g * (1.0 - np.exp(-grid[1:] / tau)) for g, tau in pairs)
-    for number in range(count):
-        known = first[number] + stress[number:0:-1] @ rises[:number]
-        rises[number] = (1.0 - known) / stress[0]
-        found[number + 1] = found[number] + rises[number]
-    return np.interp(times, grid, found)
-
-
 @pytest.mark.parametrize('form', ['power', 'flowing'])
 def test_a_light_load_creeps_as_the_compliance_of_its_law_says(
     specimen: Specimen, form: str
@@ -154,7 +129,7 @@ def test_a_light_load_creeps_as_the_compliance_of_its_law_says(
     elastic = find_equilibrium(specimen.body, load, rest) - rest
     held = held_load(specimen.body, load, rest, times, pairs, is_graded=form == 'power')
     found = [float(((one - rest) * elastic).sum() / (elastic**2).sum()) for one in held]
-    np.testing.assert_allclose(found, _compliance(pairs, times), rtol=0.01)
+    np.testing.assert_allclose(found, compliance(pairs, times), rtol=0.01)
     assert found[-1] > 1.2
 
 
@@ -311,31 +286,11 @@ def test_without_such_effects_nothing_acts(setup: Setup, specimen: Specimen) -> 
     assert acting(setup.observations[0], Faults(drag_area=3.0), masses, 0.0 * masses) is None
 
 
-@pytest.fixture(scope='module')
-def usual() -> tuple[Setup, Specimen]:
-    """Return a bar as it is drawn, and as it swings, which is softer."""
-    drawn = draw_setup('beam', is_sealed=True, poses=1, random=np.random.default_rng(5))
-    return drawn, make_specimen(softer(drawn, SOFTER), Faults())
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize('key', [key for key in FORMS if not key.startswith('time_offset')])
-def test_sizes_are_seen_and_the_large_one_is_about_twice_the_medium_one(
-    usual: tuple[Setup, Specimen], key: str
-) -> None:
-    drawn, specimen = usual
+def test_sizes_are_seen_and_the_large_one_is_about_twice_the_medium_one(key: str) -> None:
+    drawn = draw_setup('beam', is_sealed=True, poses=1, random=np.random.default_rng(5))
     timing = (draw_hold if key.startswith('creep') else draw_swing)(np.random.default_rng(2))
-    timing = replace(timing, frame_count=15)
-    plain, moves = _filmed(drawn, specimen, Faults(), timing), []
-    for size in (1, 2):
-        found = _filmed(drawn, specimen, _drawn(key, drawn, size), timing)
-        moves.append(1e3 * np.abs(found - plain).max())
+    moves = moves_by_size(drawn, FORMS[key].effect, replace(timing, frame_count=15))
     assert 1.0 < moves[0] < 7.0
     assert 1.5 < moves[1] / moves[0] < 3.2
-
-
-def _filmed(drawn: Setup, specimen: Specimen, faults: Faults, timing: Timing) -> np.ndarray:
-    """Return where nodes are in every frame [m], shape (T, N, 3)."""
-    times, soft = moments(timing, faults), softer(drawn, SOFTER)
-    observation = soft.observations[0]
-    return np.array(positions_at(specimen, soft, observation, faults, timing, times))

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from support.blind_swings import moves_by_size, soft_beam
 
 from benchmarks.blind.drag import make_drag
 from benchmarks.blind.faults import Faults
@@ -27,8 +28,7 @@ from benchmarks.blind.timing import draw_swing, Timing
 
 @pytest.fixture(scope='module')
 def setup() -> Setup:
-    drawn = draw_setup('beam', is_sealed=False, poses=1, random=np.random.default_rng(3))
-    return replace(drawn, youngs_modulus=6.0e5)
+    return soft_beam()
 
 
 @pytest.fixture(scope='module')
@@ -145,30 +145,15 @@ def test_motions_converge_with_the_square_of_the_step(
 @pytest.mark.parametrize('name', list(SWING_SET_OUTSIDE))
 def test_their_sizes_are_seen_and_only_in_a_motion(name: str) -> None:
     drawn = draw_setup('beam', is_sealed=True, poses=1, random=np.random.default_rng(5))
-    soft = softer(drawn, SOFTER)
-    specimen, timing = make_specimen(soft, Faults()), _timing()
-    observation, plain = soft.observations[0], _places(soft, specimen, Faults(), timing)
-    moves = []
+    soft, timing, drawer = softer(drawn, SOFTER), _timing(), SWING_SET_OUTSIDE[name]
+    specimen, observation = make_specimen(soft, Faults()), soft.observations[0]
     for size in (1, 2):
-        drawer = SWING_SET_OUTSIDE[name]
         faults = Faults(**drawer(size, drawn, np.random.default_rng(8)).changes)
-        moves.append(1e3 * np.abs(_places(soft, specimen, faults, timing) - plain).max())
         lying, other = (
             positions_at(specimen, soft, observation, each, timing, [-0.1])[0]
             for each in (faults, Faults())
         )
         assert np.array_equal(lying, other)
+    moves = moves_by_size(drawn, drawer, timing)
     assert 1.0 < moves[0] < 7.0
     assert 1.4 < moves[1] / moves[0] < 3.0
-
-
-def _places(setup: Setup, specimen: Specimen, faults: Faults, timing: Timing) -> np.ndarray:
-    """Return where nodes are in the room in every frame [m], shape (T, N, 3)."""
-    observation, times = setup.observations[0], moments(timing, faults)
-    places = positions_at(specimen, setup, observation, faults, timing, times)
-    return np.array(
-        [
-            applied(rig_at(observation, faults, time).world_from_object, place)
-            for time, place in zip(times, places, strict=True)
-        ]
-    )
