@@ -22,8 +22,9 @@ from diffcal_ros.calibration.parameters.form_parameters import form_parameters, 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
-from diffcal_ros.diagnosis.model_comparison.form_sizes import refitted
+from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, LEAST_LEANING
+from diffcal_ros.diagnosis.model_comparison.promised_fits import fitted_as_promised
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import are_in_reach, first_request, Judge
@@ -48,7 +49,8 @@ def others_in_any_form(
 ) -> list[Hypothesis]:
     """Return effects that were not refitted and may win in another form, fitted to the end.
 
-    One look at each, where tangents lead, is enough to judge that.
+    One look at each, where tangents lead, is enough to judge that, with what data favour of its
+    form to first order; only those that come near are fitted there.
 
     Args:
         pool: who refit, and what the nominal model is.
@@ -70,10 +72,14 @@ def others_in_any_form(
         for score in others
         if score.gain > _SEEN_AT_ALL * most or _is_seen_otherwise(pool, score.candidate)
     ]
-    looked = refitted(pool, [*looks, *freed])
+    looked = pool.refit_all([*looks, *freed])
     if not looked:
         return []
-    near = list(compress(looked, are_in_reach(looked, singles, judge)))
+    promised = [with_favoured_sizes(pool, model) for model in looked]
+    is_near = are_in_reach(promised, singles, judge)
+    near = fitted_as_promised(
+        pool, list(compress(looked, is_near)), list(compress(promised, is_near))
+    )
     return pool.finish(near, [-np.inf] * len(near))
 
 
