@@ -25,7 +25,7 @@ _CLOSED = (
     *('sixth', 'seventh', 'eighth', 'ninth', 'tenth', 'eleventh', 'twelfth', 'thirteenth'),
     *('fourteenth', 'fifteenth', 'sixteenth', 'seventeenth', 'eighteenth', 'nineteenth'),
     *('twentieth', 'twentyfirst', 'twentysecond', 'twentythird', 'twentyfourth', 'twentyfifth'),
-    *('twentysixth', 'twentyseventh', 'twentyeighth'),
+    *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth'),
     *('swing_set', 'new_forms', 'tip_moves', 'later_sets'),
 )
 
