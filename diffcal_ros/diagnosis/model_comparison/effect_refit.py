@@ -13,7 +13,7 @@ from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSe
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
-from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, FROM_A_FIT
+from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, Pace
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import names_of, strange_patches
@@ -59,6 +59,7 @@ def try_effects(
     max_iterations: int = 12,
     least_log_evidence: float = -np.inf,
     freed: Sequence[Parameter] = (),
+    pace: Pace = AT_FIRST,
 ) -> Hypothesis | None:
     """Add effects to the nominal model and refit everything.
 
@@ -72,6 +73,7 @@ def try_effects(
         max_iterations: evaluations of the model at most.
         least_log_evidence: log evidence below which the model is of no use.
         freed: see `with_effects`.
+        pace: of a fit that begins there.
 
     Returns:
         The refitted model, or None where it cannot be simulated.
@@ -90,7 +92,6 @@ def try_effects(
                 'max_iterations': max_iterations,
                 'least_log_evidence': least,
             }
-            pace = FROM_A_FIT if _goes_on(evaluator, base, added, begin) else AT_FIRST
             fitted = partial(refit, evaluator, pace=pace, **limits)
         fit = _refit_from(evaluator, base, begin, fitted)
         if fit is not None:
@@ -145,21 +146,6 @@ def _stands(candidate: Candidate, base: Refit, starts: Mapping[str, float]) -> b
 def _is_fitted(base: Refit, starts: Mapping[str, float]) -> bool:
     """Tell whether starts are where a fitted model is: they say so of all nominal parameters."""
     return set(base.parameters.names) <= starts.keys()
-
-
-def _goes_on(
-    evaluator: PatchEvaluator,
-    base: Refit,
-    added: Sequence[Candidate],
-    starts: Mapping[str, float],
-) -> bool:
-    """Tell whether a model begins where a fitted one is of which it lacks nothing.
-
-    The nominal one is, too, where there is nothing of the effects yet.
-    """
-    if not starts:
-        return all(candidate.effect.has_tangent for candidate in added)
-    return _is_fitted(base, starts) and starts.keys() <= set(evaluator.model.parameters.names)
 
 
 def _all_starts(

@@ -48,6 +48,7 @@ class RefitRequest:
         freed: what effects may be besides in single postures and other forms.
         expected: amplitudes that do not start where tangents lead, there, by name: by these it is
             told how large effects may well be.
+        pace: of a fit that begins there.
     """
 
     added: tuple[Candidate, ...]
@@ -56,6 +57,7 @@ class RefitRequest:
     least_log_evidence: float = -np.inf
     freed: tuple[Parameter, ...] = ()
     expected: dict[str, float] = field(default_factory=dict)
+    pace: Pace = AT_FIRST
 
     @property
     def words(self) -> str:
@@ -72,6 +74,7 @@ class RefitRequest:
             max_iterations=self.max_iterations,
             least_log_evidence=self.least_log_evidence,
             freed=self.freed,
+            pace=self.pace,
         )
         return None if found is None else found.fit
 

@@ -9,7 +9,7 @@ from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.patch_fits.patch_fit import HOPE
+from diffcal_ros.diagnosis.patch_fits.patch_fit import FROM_A_FIT, HOPE
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
@@ -54,7 +54,7 @@ def request_beside(
         freed: what the fitted effect is besides.
     """
     request = first_request(added, {**one, **score.candidate.screened}, rivals)
-    return replace(request, freed=freed, expected=starts_of(score))
+    return replace(request, freed=freed, expected=starts_of(score), pace=FROM_A_FIT)
 
 
 def within_reach(rivals: Sequence[Hypothesis]) -> float:

@@ -9,6 +9,7 @@ clamp known, and all parameters where that leaves them, the bias explains as muc
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
@@ -21,6 +22,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
     Judge,
     request_beside,
 )
+from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct
@@ -95,7 +97,9 @@ def _request(
 ) -> RefitRequest:
     """Return the refit of one effect of a pair and what is in the place of the other one."""
     both, freed = [kept, score.candidate], _freed_of(best, kept)
-    return request_beside(best.fit.values_by_name(), both, score, singles, freed)
+    request = request_beside(best.fit.values_by_name(), both, score, singles, freed)
+    # Without what is taken out it is where no fit ended.
+    return replace(request, pace=AT_FIRST)
 
 
 def _freed_of(pair: Hypothesis, kept: Candidate) -> tuple[Parameter, ...]:

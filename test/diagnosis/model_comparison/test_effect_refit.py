@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A second effect beside a fitted one begins where that is."""
 
-from diffcal_ros.diagnosis.model_comparison import effect_refit
+from dataclasses import replace
+
+from diffcal_ros.diagnosis.model_comparison import effect_refit, swapped_pairs
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import request_beside
-from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST, FROM_A_FIT
 from diffcal_ros.diagnosis.screening.shortlist import distinct, starts_of
 import numpy as np
 import pytest
@@ -55,27 +56,17 @@ def test_one_that_was_fitted_is_looked_for_nowhere_else(screened, both, one, mon
     assert asked == [['gravity_tilt'], ['depth_affine', 'gravity_tilt']]
 
 
-def test_patches_count_in_full_only_where_nothing_that_was_fitted_is_gone(
-    screened, both, one, monkeypatch
-):
+def test_patches_count_in_full_only_where_nothing_that_was_fitted_is_gone(screened, both, one):
     evaluator, nominal, _ = screened
     added = [score.candidate for score in both]
-    whole = try_effects(evaluator, nominal, added, one.fit.values_by_name(), max_iterations=2)
-    paces, refit = [], effect_refit.refit
-
-    def watched(*args, pace, **options):
-        paces.append(pace)
-        return refit(*args, pace=pace, **options)
-
-    monkeypatch.setattr(effect_refit, 'refit', watched)
-    for wanted, begin in (
-        (added, one.fit.values_by_name()),
-        (added, starts_of(both[0])),
-        (added[:1], whole.fit.values_by_name()),
-        (added, {}),
-    ):
-        try_effects(evaluator, nominal, wanted, begin, max_iterations=1)
-    assert paces == [FROM_A_FIT, AT_FIRST, AT_FIRST, FROM_A_FIT]
+    beside = request_beside(one.fit.values_by_name(), added, both[1], [], ())
+    whole = beside.fit(evaluator, nominal)
+    assert whole.pace.is_close, 'it is fitted on likewise'
+    alone = try_effects(evaluator, nominal, added[:1], starts_of(both[0]))
+    assert not alone.fit.pace.is_close
+    pair = replace(one, added=tuple(added), fit=whole)
+    swapped = swapped_pairs._request(pair, added[1], both[0], [one])
+    assert not swapped.fit(evaluator, nominal).pace.is_close
 
 
 class _Watched(RefitPool):
