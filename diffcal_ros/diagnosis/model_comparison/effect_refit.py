@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
@@ -88,11 +87,13 @@ def try_effects(
         begin = {**starts, **more}
         fitted: Callable[[FloatArray], Refit] = partial(_robust_refit, evaluator, base)
         if not is_robust:
-            limits: dict[str, Any] = {
-                'max_iterations': max_iterations,
-                'least_log_evidence': least,
-            }
-            fitted = partial(refit, evaluator, pace=pace, **limits)
+            fitted = partial(
+                refit,
+                evaluator,
+                max_iterations=max_iterations,
+                least_log_evidence=least,
+                pace=pace,
+            )
         fit = _refit_from(evaluator, base, begin, fitted)
         if fit is not None:
             found.append(Hypothesis(tuple(added), scene, evaluator, fit))

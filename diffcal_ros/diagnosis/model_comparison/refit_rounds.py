@@ -9,7 +9,7 @@ from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.patch_fits.patch_fit import FROM_A_FIT, HOPE
+from diffcal_ros.diagnosis.patch_fits.patch_fit import FROM_A_FIT, HOPE, Pace
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
@@ -40,6 +40,7 @@ def request_beside(
     score: Score,
     rivals: Sequence[Hypothesis],
     freed: tuple[Parameter, ...],
+    pace: Pace = FROM_A_FIT,
 ) -> RefitRequest:
     """Return a brief refit of a fitted effect and a second one, from where there is none of that.
 
@@ -52,9 +53,10 @@ def request_beside(
         score: of the second.
         rivals: others that it is held against.
         freed: what the fitted effect is besides.
+        pace: of a fit that begins there.
     """
     request = first_request(added, {**one, **score.candidate.screened}, rivals)
-    return replace(request, freed=freed, expected=starts_of(score), pace=FROM_A_FIT)
+    return replace(request, freed=freed, expected=starts_of(score), pace=pace)
 
 
 def within_reach(rivals: Sequence[Hypothesis]) -> float:

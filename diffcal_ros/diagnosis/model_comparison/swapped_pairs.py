@@ -9,7 +9,6 @@ clamp known, and all parameters where that leaves them, the bias explains as muc
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
@@ -96,10 +95,9 @@ def _request(
     best: Hypothesis, kept: Candidate, score: Score, singles: Sequence[Hypothesis]
 ) -> RefitRequest:
     """Return the refit of one effect of a pair and what is in the place of the other one."""
-    both, freed = [kept, score.candidate], _freed_of(best, kept)
-    request = request_beside(best.fit.values_by_name(), both, score, singles, freed)
-    # Without what is taken out it is where no fit ended.
-    return replace(request, pace=AT_FIRST)
+    stands, both = best.fit.values_by_name(), [kept, score.candidate]
+    # Without what is taken out that is where no fit ended.
+    return request_beside(stands, both, score, singles, _freed_of(best, kept), AT_FIRST)
 
 
 def _freed_of(pair: Hypothesis, kept: Candidate) -> tuple[Parameter, ...]:
