@@ -16,14 +16,12 @@ from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.motion.node_rotations import NodeRotations
+from diffcal_ros.fem.motion.rest_rounds import solve_with_rest
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# What the matrix leaves out of damping and drag is a thousandth of it: a round or two settle that.
-_REST_TOLERANCE = 1e-8
-_MAX_REST_ROUNDS = 30
 # From so many unknowns on, so many right sides take less time with a multifrontal factorisation,
 # made anew in every step, than with a simplicial one.
 _FRONTS_PAY, _MANY = 500, 4
@@ -133,25 +131,23 @@ class StepSystem:
         self, state: StepState, right_sides: FloatArray, *, is_transposed: bool
     ) -> FloatArray:
         """Solve exactly at the state factored last, shape (k, N, 3)."""
-        solution = self._solve_sides(right_sides)
+        first = self._solve_sides(right_sides)
         dynamics = self._dynamics
         if not dynamics.has_rest:
-            return solution
+            return first
         place = state.positions, state.velocities
-        last, size = solution, _sizes(solution)
-        for _ in range(_MAX_REST_ROUNDS):
-            product = dynamics.rest_product(*place, last, self._rate, is_transposed=is_transposed)
-            before = _sizes(last)
-            last = -self._solve_sides(product)
-            solution = solution + last
-            now = _sizes(last)
-            # The next round is smaller than this one by as much as this one than the last.
-            if (now * now <= _REST_TOLERANCE * size * before).all():
-                return solution
-        raise MotionError(
-            'damping outweighs inertia and stiffness in a step: lower the strain-rate damping or '
-            'the time step'
-        )
+
+        def rest(sides: FloatArray) -> FloatArray:
+            left = dynamics.rest_product(*place, sides, self._rate, is_transposed=is_transposed)
+            return self._solve_sides(left)
+
+        solution = solve_with_rest(rest, first)
+        if solution is None:
+            raise MotionError(
+                'damping outweighs inertia and stiffness in a step: lower the strain-rate '
+                'damping or the time step'
+            )
+        return solution
 
     def _solve_sides(self, right_sides: FloatArray) -> FloatArray:
         solution = np.zeros_like(right_sides)
@@ -162,11 +158,6 @@ class StepSystem:
             found = self._solver.solve(np.ascontiguousarray(sides.T)).T
         solution[:, self._free] = found.reshape(len(sides), -1, 3)
         return solution
-
-
-def _sizes(sides: FloatArray) -> FloatArray:
-    """Return the largest number of each side, shape (k,)."""
-    return np.asarray(np.abs(sides).max(axis=(1, 2)))
 
 
 def factor_at(system: StepSystem, rule: StepRule, state: StepState, count: int) -> None:

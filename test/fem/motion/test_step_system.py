@@ -17,6 +17,7 @@ from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 from support.beams import beam_mesh, held_end
 from support.bodies import GRAVITY, uniform_material
 
@@ -112,3 +113,45 @@ def test_many_sides_are_solved_for_as_one_is(random) -> None:
         alone = system.solve(state, side[None], is_transposed=False)[0]
         np.testing.assert_allclose(own, alone, atol=1e-7 * np.abs(alone).max())
     assert not system.is_ready(RULE)
+
+
+def _step_matrix(dynamics: Dynamics, state: StepState) -> np.ndarray:
+    """What a step's matrix is on free nodes, from its parts; shape (3 M, 3 M)."""
+    pattern, free = dynamics.pattern, dynamics.free
+    values = dynamics.system_values(state.positions, RULE.inertia, RULE.rate)
+    shape = (pattern.size, pattern.size)
+    lower = csc_array((values, pattern.row_indices, pattern.column_starts), shape).toarray()
+    each = np.zeros((pattern.size, *state.positions.shape))
+    each[:, free] = np.eye(pattern.size).reshape(pattern.size, -1, 3)
+    place = state.positions, state.velocities
+    left = dynamics.rest_product(*place, each, RULE.rate, is_transposed=False)
+    return lower + np.tril(lower, -1).T + left[:, free].reshape(pattern.size, -1).T
+
+
+@pytest.mark.parametrize('is_transposed', [False, True])
+@pytest.mark.parametrize('speed', [0.05, 60.0])
+def test_a_step_is_solved_however_much_damping_outweighs(random, speed, is_transposed) -> None:
+    mesh = beam_mesh((3, 1, 2))
+    dynamics = Dynamics(StaticBody(mesh, Element.LINEAR, held_end(mesh)))
+    damping = Damping(2000.0 * (1.0 + random.random(mesh.tet_count)))
+    dynamics.take(MotionInputs(uniform_material(mesh), damping, GRAVITY, NO_CONDITIONS))
+    rest = dynamics.body.discretisation.rest_nodes
+    velocities = speed * random.normal(size=rest.shape)
+    state = StepState(rest, velocities, np.zeros(rest.shape), rest)
+    sides = random.normal(size=(3, *rest.shape)) * np.array([1.0, 0.0, 1e-6])[:, None, None]
+    sides[:, dynamics.body.held_nodes] = 0.0
+    system = StepSystem(dynamics)
+    system.factor_for(len(sides), RULE, rest)
+    found = system.solve(state, sides, is_transposed=is_transposed)
+    matrix = _step_matrix(dynamics, state)
+    given = sides[:, dynamics.free].reshape(len(sides), -1)
+    expected = np.linalg.solve(matrix.T if is_transposed else matrix, given.T).T
+    solved = found[:, dynamics.free].reshape(len(sides), -1)
+    for one, by_matrix in zip(solved, expected, strict=True):
+        np.testing.assert_allclose(one, by_matrix, atol=1e-6 * np.abs(by_matrix).max())
+    assert not found[:, dynamics.body.held_nodes].any()
+    # Rounds settle the first speed and grow at the second.
+    factored = _step_matrix(dynamics, replace(state, velocities=np.zeros_like(rest)))
+    inverse = np.linalg.inv(factored)
+    spread = np.abs(np.linalg.eigvals(inverse @ matrix - np.eye(len(matrix)))).max()
+    assert (spread > 1.0) == (speed > 1.0)
