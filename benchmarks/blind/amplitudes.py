@@ -243,6 +243,8 @@ OUTSIDE_CLASS = {
     'kicked': 'load',
     'leash': 'load',
     'doppler': 'sensor',
+    'gust': 'load',
+    'rippled': 'sensor',
     'magnet': 'load',
     'tether': 'load',
     'heat': 'shape',

@@ -14,7 +14,7 @@ from benchmarks.blind.rotations import about, applied, rotation
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.specimen import Specimen
-from benchmarks.blind.springs import foam_stiffness, LININGS, springs
+from benchmarks.blind.springs import foam_stiffness, LININGS, putty, springs
 
 _TURN_TOLERANCE = 1e-6  # Of the compliant clamp's turn [rad].
 _SHIFT_TOLERANCE = 1e-8  # Of its shift [m].
@@ -105,7 +105,7 @@ def settle_in_foam(
 
 
 def lining(specimen: Specimen, places: FloatArray, faults: Faults) -> PotentialLaw:
-    """Return the springs of what a jaw is lined with.
+    """Return what holds a body in a jaw that is lined: springs, or putty.
 
     Args:
         specimen: the body.
@@ -115,6 +115,8 @@ def lining(specimen: Specimen, places: FloatArray, faults: Faults) -> PotentialL
     nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
     softer, give = LININGS[faults.clamp_form], faults.clamp_compliance
     stiffness = foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, give, softer)
+    if faults.clamp_form == 'putty':
+        return putty(places, stiffness, 1e-3 * faults.putty_give)
     return springs(places, stiffness)
 
 

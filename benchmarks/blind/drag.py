@@ -31,6 +31,7 @@ class Drag:
         slow: speed at which a part in proportion to the speed is as large [m/s]; 0: none.
         power: of the speed by which it grows, as large as the square at half a metre per second.
         back: share of it that is felt by what moves against the normals.
+        is_oblique: whether it goes with the whole speed as well, where there are normals.
     """
 
     to_points: csr_array
@@ -39,15 +40,17 @@ class Drag:
     slow: float = 0.0
     power: float = 2.0
     back: float = 1.0
+    is_oblique: bool = False
 
     def forces(self, velocities: FloatArray) -> FloatArray:
         """Return what holds the nodes back [N], from their velocities [m/s], shapes (N, 3)."""
-        there, weights = self.to_points @ velocities, self.weights
+        moved = there = self.to_points @ velocities
+        weights = self.weights
         if self.normals is not None:
             across = (there * self.normals).sum(axis=1, keepdims=True)
             there = across * self.normals
             weights = weights * np.where(across[:, 0] < 0.0, self.back, 1.0)
-        speeds = np.linalg.norm(there, axis=1) + self.slow
+        speeds = np.linalg.norm(moved if self.is_oblique else there, axis=1) + self.slow
         if self.power != 2.0:
             speeds = _SLOW ** (2.0 - self.power) * speeds ** (self.power - 1.0)
         return np.asarray(self.to_points.T @ ((weights * speeds)[:, None] * there))
@@ -118,3 +121,21 @@ def make_cup(area: float, at: float, mouth: float, areas: FloatArray, shares: Fl
     flat = make_sail(area, at, areas, shares)
     assert flat.normals is not None
     return replace(flat, normals=mouth * flat.normals, back=_ROUND_SIDE)
+
+
+def make_vane(area: float, at: float, slant: float, areas: FloatArray, shares: FloatArray) -> Drag:
+    """Return the drag of a flat plate that stands aslant at one place of a body.
+
+    A stream presses on its face alone, by its speed and by the part of that across the plate
+    (Eiffel 1910, La resistance de l'air): what swings up and down is pushed aside by it.
+
+    Args:
+        area: drag coefficient times area, where it moves squarely to its face [m^2].
+        at: see `make_sail`.
+        slant: of its normal, from the object's z towards its y [deg].
+        areas: see `make_cup`.
+        shares: see `make_sail`.
+    """
+    flat, angle = make_sail(area, at, areas, shares), np.deg2rad(slant)
+    normals = np.tile([0.0, np.sin(angle), np.cos(angle)], (len(areas), 1))
+    return replace(flat, normals=normals, is_oblique=True)

@@ -10,11 +10,12 @@ import numpy as np
 from benchmarks.blind.body import Body, IntArray
 from benchmarks.blind.clamps import lining
 from benchmarks.blind.creep import held_load
-from benchmarks.blind.drag import Drag, make_cup, make_drag, make_sail
+from benchmarks.blind.drag import Drag, make_cup, make_drag, make_sail, make_vane
 from benchmarks.blind.equilibrium import find_equilibrium, Load, PotentialLaw
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.gust import with_gust
 from benchmarks.blind.pulls import tether
-from benchmarks.blind.relaxation import GRADED, prony_pairs
+from benchmarks.blind.relaxation import GRADED, material_times, prony_pairs
 from benchmarks.blind.rig_motion import acting, leaned
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.shapes import FloatArray
@@ -22,6 +23,7 @@ from benchmarks.blind.simulation import Specimen
 from benchmarks.blind.springs import around, LININGS
 from benchmarks.blind.swing import consistent_masses, Forces, swing, with_lumps
 from benchmarks.blind.timing import LEDGE, Timing
+from benchmarks.blind.wadding import wadding_under
 
 _STEP = 1.0 / 600.0
 _EDGE = 0.99  # Of the way from the middle to a side, from which on a node is on that.
@@ -48,7 +50,9 @@ def positions_at(
     first = replace(load, forces=load.forces + leaning)
     start = find_equilibrium(_supported(specimen, setup), first, specimen.mesh.nodes)
     after = [float(time) for time in times if time > 0.0]
-    if timing.is_slow:
+    if faults.leak_mass:
+        moving = _leaking(specimen, faults, load, gravity, start, after)
+    elif timing.is_slow:
         moving = _creeping(specimen, faults, load, start, after)
     else:
         moving = _swinging(specimen, setup, observation, faults, timing, load, start, after)
@@ -69,6 +73,10 @@ def drawing(specimen: Specimen, weight: FloatArray, faults: Faults) -> tuple[Pot
     if faults.leash:
         rest = find_equilibrium(specimen.body, Load(weight), specimen.mesh.nodes)
         laws.append(leash(specimen, rest, faults))
+    if faults.wool:
+        up = -weight.sum(axis=0) / float(np.linalg.norm(weight.sum(axis=0)))
+        rest = find_equilibrium(specimen.body, Load(weight), specimen.mesh.nodes)
+        laws.append(wadding_under(specimen, rest, up, faults))
     return tuple(laws)
 
 
@@ -82,7 +90,8 @@ def leash(specimen: Specimen, rest: FloatArray, faults: Faults) -> PotentialLaw:
 
 def lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
     """Return the masses of what is stuck on a body at each node [kg], shape (N,)."""
-    return end_lumps(specimen, setup, faults) + chain_lumps(specimen, setup, faults)
+    stuck = end_lumps(specimen, setup, faults) + chain_lumps(specimen, setup, faults)
+    return stuck + leak_lumps(specimen, faults, 0.0)
 
 
 def chain_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
@@ -93,6 +102,22 @@ def chain_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
     is_there = (faults.chain_side * across > _EDGE) & (specimen.shares >= faults.chain_from)
     weights = np.where(is_there, specimen.areas, 0.0)
     return np.asarray(1e-3 * faults.chain_mass * weights / weights.sum())
+
+
+def leak_lumps(specimen: Specimen, faults: Faults, time: float) -> FloatArray:
+    """Return the mass at each node of water that runs out of a cup [kg], shape (N,).
+
+    By a hole in its bottom, through which it comes the slower the lower it stands (Torricelli).
+
+    Args:
+        specimen: the body.
+        faults: say how much there is at first, where, and how long it runs.
+        time: since the release [s].
+    """
+    if not faults.leak_mass:
+        return np.zeros(len(specimen.areas))
+    left = 1e-3 * faults.leak_mass * max(1.0 - time / faults.leak_time, 0.0) ** 2
+    return around(left, faults.leak_at, specimen.areas, specimen.shares)
 
 
 def end_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
@@ -124,8 +149,27 @@ def _creeping(
     body = specimen.body
     share = specimen.shares[body.cells] @ body.quadrature.values.T
     is_graded = faults.creep_form in GRADED
-    pairs = prony_pairs(faults, share)
-    return held_load(body, load, start, times, pairs, is_graded=is_graded)
+    pairs, when = prony_pairs(faults, share), material_times(faults, times)
+    return held_load(body, load, start, when, pairs, is_graded=is_graded)
+
+
+def _leaking(
+    specimen: Specimen,
+    faults: Faults,
+    load: Load,
+    gravity: FloatArray,
+    start: FloatArray,
+    times: Sequence[float],
+) -> list[FloatArray]:
+    """Return where a body rests while its load runs out; nothing of it creeps."""
+    whole, places = leak_lumps(specimen, faults, 0.0), start
+    found = []
+    for time in times:
+        gone = whole - leak_lumps(specimen, faults, time)
+        lighter = replace(load, forces=load.forces - gone[:, None] * gravity)
+        places = find_equilibrium(specimen.body, lighter, places)
+        found.append(places)
+    return found
 
 
 def _swinging(
@@ -147,7 +191,7 @@ def _swinging(
         timing.damping,
         _drag(specimen, faults),
         setup.youngs_modulus,
-        acting(observation, faults, nodal, end),
+        with_gust(acting(observation, faults, nodal, end), specimen, faults),
         load.potentials,
     )
     return swing(specimen.body, masses, forces, start, times, _STEP)
@@ -160,4 +204,7 @@ def _drag(specimen: Specimen, faults: Faults) -> Drag:
     if faults.drag_form == 'cup':
         mouth, areas = faults.drag_mouth, specimen.areas
         return make_cup(area, faults.drag_at, mouth, areas, specimen.shares)
+    if faults.drag_form == 'vane':
+        slant, areas = faults.drag_slant, specimen.areas
+        return make_vane(area, faults.drag_at, slant, areas, specimen.shares)
     return make_drag(specimen.mesh, area, faults.drag_form)

@@ -12,6 +12,8 @@ time, over rates that are spread as a Levy distribution,
     exp(-(t / tau)^0.5) = 1 / (2 pi^0.5) int s^-1.5 exp(-1 / (4 s)) exp(-s t / tau) ds.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.special import gamma
 
@@ -26,6 +28,22 @@ _FASTEST, _SLOWEST, _SPACING = 2.0, -8.5, 0.75
 _ROOT_FASTEST, _ROOT_SLOWEST = 4.0, -4.0
 # Forms whose pairs are of all rates: a step can be as long as what is still on its way.
 GRADED = ('power', 'root')
+
+
+def material_times(faults: Faults, times: Sequence[float]) -> list[float]:
+    """Return how long it would have taken to relax as far, had a body stayed as cool [s].
+
+    One that a lamp warms relaxes faster and faster (Schwarzl & Staverman 1952, J. Appl. Phys.
+    23): its rate comes up to `creep_haste` of what it was by the exponential of the time.
+
+    Args:
+        faults: say how.
+        times: since the load [s].
+    """
+    if faults.creep_form != 'warmed':
+        return list(times)
+    haste, slow = faults.creep_haste, faults.creep_warmth
+    return [haste * t + (haste - 1.0) * slow * float(np.expm1(-t / slow)) for t in times]
 
 
 def prony_pairs(faults: Faults, share: FloatArray) -> list[Pair]:

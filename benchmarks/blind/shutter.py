@@ -12,10 +12,12 @@ from benchmarks.blind.filming import positions_at
 from benchmarks.blind.observe import true_rendering
 from benchmarks.blind.renderer import Camera, Rendering
 from benchmarks.blind.rig_motion import rig_at
+from benchmarks.blind.ripples import rippled
 from benchmarks.blind.rotations import applied
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import Specimen
+from benchmarks.blind.smoothing import smoothed
 from benchmarks.blind.stamping import moments
 from benchmarks.blind.timing import Timing
 
@@ -31,7 +33,8 @@ def filmed_views(
     """Return what every frame shows, without noise."""
 
     def seen(time: float, place: FloatArray) -> Rendering:
-        there, then = rig_at(observation, faults, time), warmed_up(faults, time + timing.release)
+        there, since = rig_at(observation, faults, time), time + timing.release
+        then = drooped(warmed_up(faults, since), since)
         return true_rendering(specimen, setup, there, then, place)
 
     spread = _spread(faults)
@@ -43,8 +46,9 @@ def filmed_views(
         one = _in_one(np.array(places), setup, observation, faults)
         if one is not None:
             places, around = [one], around[count // 2 : count // 2 + 1]
-        views.append(averaged([seen(*each) for each in zip(around, places, strict=True)]))
-    return views
+        shown = [seen(*each) for each in zip(around, places, strict=True)]
+        views.append(rippled(shown, _NEAR, faults) if faults.rippled else averaged(shown))
+    return smoothed(views, faults.smoothing)
 
 
 def _in_one(
@@ -66,7 +70,7 @@ def _spread(faults: Faults) -> FloatArray:
         return np.linspace(-half, half, _ROLLS)
     if faults.stamps_form == 'exposed':
         return half * ((2.0 * np.arange(_EXPOSURES) + 1.0) / _EXPOSURES - 1.0)
-    return np.linspace(-_NEAR, _NEAR, 3) if faults.doppler else np.zeros(1)
+    return np.linspace(-_NEAR, _NEAR, 3) if faults.doppler or faults.rippled else np.zeros(1)
 
 
 def warmed_up(faults: Faults, since: float) -> Faults:
@@ -75,6 +79,19 @@ def warmed_up(faults: Faults, since: float) -> Faults:
         return faults
     left = float(np.exp(-since / faults.depth_time))
     return replace(faults, depth_bias=left * faults.depth_bias)
+
+
+def drooped(faults: Faults, since: float) -> Faults:
+    """Return faults as they are so long after the first frame [s], where a camera droops.
+
+    What friction holds gives way by the logarithm of the time (Dieterich 1972, J. Geophys. Res.
+    77): as much again in ten times as long.
+    """
+    if not faults.camera_hold:
+        return faults
+    share = float(np.log1p(max(since, 0.0) / faults.camera_hold) / np.log(10.0))
+    x, y, z = faults.camera_turn
+    return replace(faults, camera_turn=(share * x, share * y, share * z))
 
 
 def by_range_rate(

@@ -9,7 +9,7 @@ from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.shapes import FloatArray
 
 # Jaws that are lined: by which share that is softer at the mouth than at the bolt.
-LININGS = {'lined': 0.6, 'boot': 0.0}
+LININGS = {'lined': 0.6, 'boot': 0.0, 'putty': 0.0}
 _REACH = 0.05  # Half the share of the free length over which a hose or a thread is fixed.
 
 
@@ -26,6 +26,28 @@ def springs(places: FloatArray, stiffness: FloatArray) -> PotentialLaw:
         away = positions - places
         pull = stiffness[:, None] * away
         return Potential(0.5 * float((pull * away).sum()), pull, diagonal)
+
+    return energy
+
+
+def putty(places: FloatArray, stiffness: FloatArray, give: float) -> PotentialLaw:
+    """Return what draws nodes to places as springs do at first, and ever less the farther.
+
+    Args:
+        places: of all nodes [m], shape (N, 3).
+        stiffness: of each node at first [N/m], shape (N,).
+        give: how far a spring would be drawn out by the most that holds a node [m].
+    """
+
+    def energy(positions: FloatArray) -> Potential:
+        away = (positions - places) / give
+        root = np.sqrt(1.0 + (away**2).sum(axis=1))
+        outer = away[:, :, None] * away[:, None, :] / root[:, None, None] ** 2
+        return Potential(
+            energy=float(give**2 * (stiffness @ (root - 1.0))),
+            gradient=(give * stiffness / root)[:, None] * away,
+            diagonal=(stiffness / root)[:, None, None] * (np.eye(3) - outer),
+        )
 
     return energy
 

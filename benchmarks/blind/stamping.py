@@ -68,5 +68,16 @@ def set_over(timing: Timing, faults: Faults) -> tuple[np.ndarray, FloatArray]:
     return numbers, 1e-3 * faults.stamps_late * (numbers < faults.stamps_set)
 
 
+def stalled(timing: Timing, faults: Faults) -> tuple[np.ndarray, FloatArray]:
+    """Return the frames, and how long each waited for a computer that did something else once [s].
+
+    What piled up by then is worked off evenly.
+    """
+    numbers = np.arange(timing.frame_count)
+    since = numbers - faults.stamps_stall
+    left = np.where(since >= 0, np.maximum(1.0 - since / faults.stamps_drain, 0.0), 0.0)
+    return numbers, 1e-3 * faults.stamps_late * left
+
+
 # Which frames there are and how late each is stamped, of forms whose stamps are not even.
-_WAITING = {'backlog': backlog, 'polled': polled, 'set over': set_over}
+_WAITING = {'backlog': backlog, 'polled': polled, 'set over': set_over, 'stalled': stalled}

@@ -9,7 +9,7 @@ from benchmarks.blind.later_faults import Vector
 
 @dataclass(frozen=True)
 class SwingFaults:
-    """Amplitudes that came with the sets `swings` and `swings_two`, and what older ones say there.
+    """Amplitudes that came with the sets of motions, and what older ones say there.
 
     `stamps_form` may be `backlog`: images are stamped where they leave a queue, which grows frame
     by frame until one is dropped; `rolling`: rows are read one after another over twice
@@ -29,6 +29,12 @@ class SwingFaults:
     `clamp_form` may be `boot`: a sleeve of rubber, which is as soft all along what is held.
     `tilt_form` may be `swaying`: a table on air, which leans to and fro. `depth_form` may be
     `switched on`: a sensor that warms up, whose error falls by the exponential of the time.
+
+    In the set `swings_three`, `stamps_form` may be `stalled`: a computer that did something else
+    once stamps what piled up late. `drag_form` may be `vane`: a plate that stands aslant at one
+    place. `creep_form` may be `warmed`: with one relaxation time, which falls as a lamp warms
+    the body. `clamp_form` may be `putty`: it holds as a boot does at first, and gives way ever
+    more.
 
     Attributes:
         stamps_phase: number of frames since a queue was empty, in the first frame.
@@ -59,6 +65,30 @@ class SwingFaults:
         leash_taut: how far that place has gone away from the post where it is taut, over how far
             it goes where the body rests.
         doppler: by how much a range is too long, over the rate at which it grows [ms].
+        stamps_stall: number of the frame at which a computer did something else.
+        stamps_drain: frames in which what piled up by then is worked off.
+        smoothing: share of the depth shown before that a filter keeps at each pixel.
+        drag_slant: of a vane's normal, from the object's z towards its y [deg].
+        creep_haste: how many times as fast a body relaxes at last that a lamp warms.
+        creep_warmth: over which a third is left of what that has yet to grow [s].
+        leak_mass: of water that runs out of a cup from the release on [g].
+        leak_at: share of the free length where that stands.
+        leak_time: until it is empty [s].
+        putty_give: how far a spring as stiff as putty is at first would be drawn out by the most
+            that this holds [mm].
+        camera_hold: time by whose tenfold and so on a camera droops by `camera_turn` [s]; 0: it
+            does not, and is off by that from the first.
+        wool: stiffness at first of all the wadding on which the outer part comes to lie [N/m].
+        wool_from: share of the free length from which on there is some.
+        wool_top: how low it begins, over how far the lowest place above it goes down to rest.
+        wool_floor: how low the floor below it is, likewise.
+        gust: most that a gust pushes with, spread over the free surface [N].
+        gust_from: when it begins, after the release [s].
+        gust_time: how long it blows [s].
+        gust_way: where it pushes, object frame, of length 1.
+        rippled: most error of a depth over the rate at which it grows there [ms].
+        ripple_period: of that over the image's columns [px].
+        ripple_phase: at the first column [rad].
     """
 
     stamps_phase: int = 0
@@ -87,3 +117,25 @@ class SwingFaults:
     leash_post: Vector = (0.0, 0.0, 0.0)
     leash_taut: float = 0.0
     doppler: float = 0.0
+    stamps_stall: int = 0
+    stamps_drain: float = 1.0
+    smoothing: float = 0.0
+    drag_slant: float = 0.0
+    creep_haste: float = 1.0
+    creep_warmth: float = 1.0
+    leak_mass: float = 0.0
+    leak_at: float = 0.0
+    leak_time: float = 1.0
+    putty_give: float = 1.0
+    camera_hold: float = 0.0
+    wool: float = 0.0
+    wool_from: float = 0.0
+    wool_top: float = 0.0
+    wool_floor: float = 0.0
+    gust: float = 0.0
+    gust_from: float = 0.0
+    gust_time: float = 1.0
+    gust_way: Vector = (0.0, 0.0, 0.0)
+    rippled: float = 0.0
+    ripple_period: float = 1.0
+    ripple_phase: float = 0.0

@@ -13,6 +13,8 @@ from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.swing_set_forms import SWING_SET_FORMS
 from benchmarks.blind.swing_set_outside import SWING_SET_OUTSIDE
+from benchmarks.blind.swings_three_forms import SWINGS_THREE_FORMS
+from benchmarks.blind.swings_three_outside import SWINGS_THREE_OUTSIDE
 from benchmarks.blind.swings_two_forms import SWINGS_TWO_FORMS
 from benchmarks.blind.swings_two_outside import SWINGS_TWO_OUTSIDE
 from benchmarks.blind.timing import draw_hold, draw_swing, jittery, Timing
@@ -46,6 +48,12 @@ class SwingSet:
 SWING_SETS = {
     'swings': SwingSet(24, SWING_SET_FORMS, SWING_SET_OUTSIDE, ('creep',)),
     'swings_two': SwingSet(16, SWINGS_TWO_FORMS, SWINGS_TWO_OUTSIDE, ('creep', 'depth_affine')),
+    'swings_three': SwingSet(
+        16,
+        SWINGS_THREE_FORMS,
+        SWINGS_THREE_OUTSIDE,
+        ('creep', 'added_mass', 'camera_offset'),
+    ),
 }
 SWING_SET_EFFECTS: dict[str, Drawer] = {
     name: drawer for each in SWING_SETS.values() for name, drawer in each.effects.items()
