@@ -8,7 +8,7 @@ from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter, ParameterSet
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.fem.laws import find_law
-from diffcal_ros.fem.motion.inputs import MotionChange
+from diffcal_ros.fem.motion.inputs import in_course, MotionChange
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.terms.conditions import CableState, Conditions
 from diffcal_ros.material import Material
@@ -147,13 +147,28 @@ class BodyInputs:
     ) -> Change | None:
         if parameter.posture not in (None, setup_index):
             return None
+        knot = parameter.knot
+        time = None if knot is None else knot.at
+        found = self._effect_change_at(parameter, setup_index, rest_nodes, coordinates, time)
+        return found if found is None or knot is None else in_course(found, knot)
+
+    def _effect_change_at(
+        self,
+        parameter: Parameter,
+        setup_index: int,
+        rest_nodes: FloatArray,
+        coordinates: FloatArray,
+        time: float | None,
+    ) -> Change | None:
+        """Return how an amplitude acts where all are as at a time [s]; None: at all times."""
         is_moving = self._scene.observations[setup_index].motion is not None
         if EFFECTS[parameter.effect].needs_motion and not is_moving:
             return None
-        own = self._effects.amplitudes(coordinates, setup_index)[parameter.effect]
+        amplitudes = self._effects.amplitudes(coordinates, setup_index, time)
+        own = amplitudes[parameter.effect]
         mode = self._effects.modulus_mode(parameter, own)
         if mode is not None:
             return Change(youngs_modulus=mode * self.material(coordinates).youngs_modulus)
-        gravity = self.gravity(setup_index, coordinates)
+        gravity = self._effects.gravity(amplitudes, setup_index)
         site = self._effects.site(setup_index, rest_nodes, gravity)
         return EFFECTS[parameter.effect].change(parameter.amplitude, own, site)

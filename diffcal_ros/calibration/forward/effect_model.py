@@ -13,6 +13,7 @@ from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
 from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.elements.element import Discretisation
+from diffcal_ros.fem.motion.inputs import GravityCourse
 from diffcal_ros.fem.own_frame import own_origin
 from diffcal_ros.fem.statics.creep import Creep, NO_CREEP
 from diffcal_ros.fem.terms.conditions import Conditions, NO_CONDITIONS
@@ -40,23 +41,31 @@ class EffectModel:
         rest = world_positions(scene.mesh, scene.observations[0])
         self._pivot = own_origin(TetMesh(rest, scene.mesh.tets))
 
-    def amplitudes(self, coordinates: FloatArray, setup_index: int | None = None) -> Amplitudes:
+    def amplitudes(
+        self,
+        coordinates: FloatArray,
+        setup_index: int | None = None,
+        time: float | None = None,
+    ) -> Amplitudes:
         """Return the amplitudes at some coordinates, SI units, by effect and component.
 
         Args:
             coordinates: shape (k,).
             setup_index: of the posture in which they are asked for; None: what they are in all.
+            time: after the first frame [s]; None: what they are at all times.
         """
         found = {name: dict(given) for name, given in self._scene.effects.items()}
         for parameter, coordinate in zip(self._parameters, coordinates, strict=True):
             if not parameter.effect:
                 continue
             own = found.setdefault(parameter.effect, {})
-            if parameter.posture is None:
+            if parameter.is_in_all:
                 own[parameter.amplitude] = float(coordinate)
-            elif parameter.posture == setup_index:
+                continue
+            weight = parameter.weight_in(setup_index, time)
+            if weight:
                 # It comes after what it adds to.
-                _add(own, parameter, float(coordinate))
+                _add(own, parameter, weight * float(coordinate))
         return {name: {**EFFECTS[name].settings, **own} for name, own in found.items()}
 
     def object_axes(self, setup_index: int) -> BodyAxes:
@@ -99,6 +108,17 @@ class EffectModel:
         for effect, own in _there(amplitudes):
             gravity = effect.gravity(own, gravity)
         return gravity
+
+    def gravity_course(self, coordinates: FloatArray, setup_index: int) -> GravityCourse:
+        """Return what gravity is more in the course of one recording."""
+        usual = self.gravity(self.amplitudes(coordinates, setup_index), setup_index)
+        course = []
+        for knot in dict.fromkeys(own.knot for own in self._parameters if own.knot is not None):
+            there = self.amplitudes(coordinates, setup_index, knot.at)
+            more = self.gravity(there, setup_index) - usual
+            if more.any():
+                course.append((knot, more))
+        return tuple(course)
 
     def log_modulus(self, amplitudes: Amplitudes) -> FloatArray | None:
         """Return what is added to the logarithm of Young's modulus, shape (T,), or None."""

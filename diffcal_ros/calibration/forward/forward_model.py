@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from diffcal_ros.calibration.forward.body_factory import instants
 from diffcal_ros.calibration.forward.body_inputs import BodyInputs
 from diffcal_ros.calibration.forward.effect_model import EffectModel
 from diffcal_ros.calibration.forward.posture import Posture, PostureInputs, PostureStates
@@ -67,6 +68,7 @@ class ForwardModel:
         pivots = [self._pivot(observation) for observation in observations]
         self.cameras = CameraOffsets(scene, self.observations, parameters, pivots)
         self.effects = EffectModel(scene, parameters)
+        self._has_knots = any(own.knot is not None for own in parameters)
         self.inputs = BodyInputs(scene, parameters, self.effects)
         self._warm = warm
         self._last: Solution | None = None
@@ -276,8 +278,9 @@ class ForwardModel:
 
     def sensor(self, coordinates: FloatArray, number: int) -> SensorModel:
         """Return how the depth camera of one observation reads."""
-        posture = self.observations[number].setup_index
-        return self.effects.sensor(self.effects.amplitudes(coordinates, posture))
+        seen = self.observations[number]
+        amplitudes = self.effects.amplitudes(coordinates, seen.setup_index, seen.time)
+        return self.effects.sensor(amplitudes)
 
     def _body_tangents(self, index: int, solution: Solution) -> FloatArray:
         """World displacement per unit of each coordinate [m], zero for camera parameters."""
@@ -314,9 +317,19 @@ class ForwardModel:
             conditions=replace(conditions, cables=self.inputs.cables(index, coordinates)),
             damping=self.inputs.damping(coordinates),
             release_time=self.inputs.release_time(index, coordinates),
-            time_offset=self.effects.time_offset(amplitudes),
+            time_offset=self._time_offset(index, coordinates),
             creep=self.effects.creep(amplitudes),
+            gravity_course=self.effects.gravity_course(coordinates, index),
         )
+
+    def _time_offset(self, index: int, coordinates: FloatArray) -> FloatArray | float:
+        """Return by how much stamps of one posture are late [s], of each where they differ."""
+        times = (None, *instants(self.observations, index)) if self._has_knots else (None,)
+        usual, *own = (
+            self.effects.time_offset(self.effects.amplitudes(coordinates, index, time))
+            for time in times
+        )
+        return np.array(own) if any(late != usual for late in own) else usual
 
     def _seen(self, fields: dict[int, FloatArray], coordinates: FloatArray) -> list[FloatArray]:
         """Turn fields of all states, shape (.., S, N, 3), to those that the cameras see."""

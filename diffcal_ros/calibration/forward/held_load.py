@@ -113,7 +113,7 @@ class HeldLoadPosture:
             body.go_to(warm.solved[frame])
         body.solve_equilibrium(
             self._material(inputs, frame),
-            inputs.gravity,
+            inputs.gravity_at(float(self._times[frame])),
             held_path=path,
             conditions=inputs.conditions,
         )
@@ -195,6 +195,9 @@ class HeldLoadPosture:
         if isinstance(change, MotionChange):
             # What is let go later has been held for less.
             slower = -change.release_time * inputs.creep.rate(held) * modulus
+            if change.gravity is not None:
+                weight = float(change.weights(self._times[frame]))
+                change = replace(change, gravity=weight * change.gravity)
         if change.youngs_modulus is not None:
             slower = slower + inputs.creep.factor(held) * change.youngs_modulus
         return replace(change, youngs_modulus=slower) if slower.any() else change

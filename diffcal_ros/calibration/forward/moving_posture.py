@@ -163,6 +163,7 @@ class MovingPosture:
             conditions=inputs.conditions,
             release_time=inputs.release_time,
             time_offset=inputs.time_offset,
+            gravity_course=inputs.gravity_course,
             rungs=rungs or None,
             near=near,
         )

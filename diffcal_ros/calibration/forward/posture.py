@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+from diffcal_ros.fem.motion.inputs import gravity_in, GravityCourse
 from diffcal_ros.fem.statics.creep import Creep, NO_CREEP
 from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.fem.statics.mesh_error import MeshError
@@ -35,8 +36,9 @@ class PostureInputs:
         conditions: effects on the body.
         damping: by strain rates [Pa s], shape (T,).
         release_time: when the support lets go, after the first frame [s].
-        time_offset: by which the stamps of the frames are late [s].
+        time_offset: by which the stamps of the frames are late [s], of all or of each, shape (S,).
         creep: of the material under a load that is held.
+        gravity_course: what gravity is more in the course of a recording.
     """
 
     material: Material
@@ -44,8 +46,13 @@ class PostureInputs:
     conditions: Conditions
     damping: FloatArray
     release_time: float
-    time_offset: float = 0.0
+    time_offset: FloatArray | float = 0.0
     creep: Creep = NO_CREEP
+    gravity_course: GravityCourse = ()
+
+    def gravity_at(self, time: float) -> FloatArray:
+        """Return gravity at a time after the first frame [s]."""
+        return gravity_in(self.gravity_course, self.gravity, time)
 
 
 class PostureStates(Protocol):

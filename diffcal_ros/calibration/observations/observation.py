@@ -82,6 +82,11 @@ class Observation:
         """Tell whether it is a frame that is kept from the fit."""
         return self.instant is not None and self.instant.is_held_out
 
+    @property
+    def time(self) -> float | None:
+        """Return when it was taken after the first frame [s]; None of a body at rest."""
+        return None if self.instant is None else self.instant.time
+
 
 def pose_owners(observations: Sequence[Observation]) -> tuple[int, ...]:
     """Return for each observation the first one that was taken from the same camera pose."""

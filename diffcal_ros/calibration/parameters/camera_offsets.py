@@ -50,16 +50,19 @@ class CameraOffsets:
         poses = sorted(set(self._owners))
         self.offset_pivot: FloatArray = np.mean([pivots[owner] for owner in poses], axis=0)
 
-    def rigid_offset(self, coordinates: FloatArray, posture: int | None = None) -> FloatArray:
+    def rigid_offset(
+        self, coordinates: FloatArray, posture: int | None = None, time: float | None = None
+    ) -> FloatArray:
         """Return the offset's translation [m] and rotation vector [rad], shape (6,).
 
         Args:
             coordinates: shape (k,).
             posture: number of the one that is seen; None: what it is in all.
+            time: after the first frame [s], where it is seen in motion.
         """
         stated = stated_offset(self._scene.effects)
         return self._parameters.twist(
-            Kind.RIGID_OFFSET, coordinates, stated=stated, posture=posture
+            Kind.RIGID_OFFSET, coordinates, stated=stated, posture=posture, time=time
         )
 
     def points(self, number: int, world: FloatArray, coordinates: FloatArray) -> FloatArray:
@@ -165,8 +168,10 @@ class CameraOffsets:
         for index, own in enumerate(self._parameters):
             if own.kind is Kind.CAMERA_POSE and own.target == owner:
                 found[index] = moved_by(start, pose, point, own.axis) @ turned.T
-            elif own.kind is Kind.RIGID_OFFSET and own.posture in (None, seen):
-                found[index] = moved_by(between, offset, pivot, own.axis)
+            elif own.kind is Kind.RIGID_OFFSET:
+                weight = own.weight_in(seen, self._observations[number].time)
+                if weight:
+                    found[index] = weight * moved_by(between, offset, pivot, own.axis)
         placed = moved(between, offset, pivot)
         lens = self.lens(number, coordinates)
         if lens.any():
@@ -187,7 +192,9 @@ class CameraOffsets:
                 pivot if measured is None else measured,
             ),
             (
-                self.rigid_offset(coordinates, self._posture(number)),
+                self.rigid_offset(
+                    coordinates, self._posture(number), self._observations[number].time
+                ),
                 self.offset_pivot,
             ),
         ]

@@ -8,6 +8,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter
 from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.scene.model import Quantity
+from diffcal_ros.time_knot import TimeKnot
 
 
 def form_parameters(effect: Effect, size: float) -> list[Parameter]:
@@ -47,6 +48,26 @@ def posture_parameter(amplitude: Parameter, posture: int, size: float) -> Parame
         quantity=_about_zero(part, part.upper - part.lower, size),
         is_nuisance=True,
         posture=posture,
+    )
+
+
+def knot_parameter(amplitude: Parameter, knot: TimeKnot, size: float) -> Parameter:
+    """Return what an amplitude of an effect is more around a time of a recording.
+
+    Args:
+        amplitude: what it is at all times.
+        knot: that time.
+        size: standard deviation about zero, in usual sizes.
+    """
+    part = amplitude.part
+    # As many knots may be of one time as there are ways of being another one.
+    name = f'{amplitude.name}@{knot.at:.4g}+{knot.spacing:.2g}s'
+    return replace(
+        amplitude,
+        name=name,
+        quantity=_about_zero(part, part.upper - part.lower, size),
+        is_nuisance=True,
+        knot=knot,
     )
 
 

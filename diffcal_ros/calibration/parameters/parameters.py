@@ -12,6 +12,7 @@ from diffcal_ros.effects.effect import Component
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.least_squares.normal_equations import Prior
 from diffcal_ros.scene.model import Quantity
+from diffcal_ros.time_knot import TimeKnot
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,6 +59,8 @@ class Parameter:
         amplitude: which of the effect's amplitudes it is.
         posture: number of the only one where it counts, on top of what the amplitude is in all;
             None: it is that.
+        knot: the time after the first frame around which alone it counts, likewise; None: it
+            counts at all times.
     """
 
     name: str
@@ -70,6 +73,25 @@ class Parameter:
     effect: str = ''
     amplitude: str = ''
     posture: int | None = None
+    knot: TimeKnot | None = None
+
+    @property
+    def is_in_all(self) -> bool:
+        """Tell whether it is what something is in all postures at all times, and not more."""
+        return self.posture is None and self.knot is None
+
+    def weight_in(self, posture: int | None, time: float | None) -> float:
+        """Return by how much it counts in a posture at a time after the first frame [s].
+
+        Args:
+            posture: number of it; None: what something is in all is asked for.
+            time: None: at rest, or what it is at all times is asked for.
+        """
+        if self.posture not in (None, posture):
+            return 0.0
+        if self.knot is None:
+            return 1.0
+        return 0.0 if time is None else float(self.knot.weights(time))
 
     @property
     def component(self) -> Component | None:
@@ -83,7 +105,7 @@ class Parameter:
 
     @property
     def is_freed(self) -> bool:
-        """Tell whether it is what an effect is more in one posture, or in another form."""
+        """Tell whether it is what an effect is more in one posture, at a time, or in form."""
         return bool(self.effect) and self.is_nuisance
 
     @property
@@ -172,6 +194,7 @@ class ParameterSet:
         target: int | None = None,
         stated: FloatArray | None = None,
         posture: int | None = None,
+        time: float | None = None,
     ) -> FloatArray:
         """Return the rigid motion that parameters of one kind are [m, rad], shape (6,).
 
@@ -181,15 +204,16 @@ class ParameterSet:
             target: what they are of; None: of anything.
             stated: what it is where no parameter is of it, shape (6,); None: none.
             posture: number of the one in which it is asked for; None: what it is in all.
+            time: see `Parameter.weight_in`.
         """
         values, own = np.zeros(6) if stated is None else stated.copy(), np.zeros(6)
         for parameter, coordinate in zip(self.parameters, coordinates, strict=True):
             if parameter.kind is not kind or target not in (None, parameter.target):
                 continue
-            if parameter.posture is None:
+            if parameter.is_in_all:
                 values[parameter.axis] = coordinate
-            elif parameter.posture == posture:
-                own[parameter.axis] = coordinate
+            else:
+                own[parameter.axis] += parameter.weight_in(posture, time) * coordinate
         return values + own
 
     def find(self, kind: Kind) -> list[int]:

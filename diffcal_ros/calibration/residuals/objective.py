@@ -248,10 +248,11 @@ class RobustObjective:
         if not self._effect_indices:
             return (unbiased.depth, by_depth), (unbiased.edge, by_edge)
         seen = self.comparers[number].seen(view, unbiased.depth.indices)
-        posture = self.model.observations[number].setup_index
+        observation = self.model.observations[number]
         for index in self._effect_indices:
             own = self.parameters.parameters[index]
             column = EFFECTS[own.effect].depth_error_mode(own.amplitude, seen)
-            if column is not None and own.posture in (None, posture):
-                by_depth[:, index] = column
+            weight = own.weight_in(observation.setup_index, observation.time)
+            if column is not None and weight:
+                by_depth[:, index] = weight * column
         return (unbiased.depth, by_depth), (unbiased.edge, by_edge)

@@ -7,6 +7,8 @@
 on the free nodes, with a diagonal M (`lumped_mass`).
 """
 
+from dataclasses import replace
+
 from diffcal_ros.fem.motion.air_drag import AirDrag
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
 from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses
@@ -31,6 +33,7 @@ class Dynamics:
         self.drag = AirDrag(body.discretisation, self.free)
         self.masses = np.zeros((body.discretisation.node_count, 1))
         self.loads = np.zeros((body.discretisation.node_count, 3))
+        self._time = 0.0
         self._inputs: MotionInputs | None = None
         self._mass_damping = 0.0
 
@@ -43,8 +46,9 @@ class Dynamics:
 
     def take(self, inputs: MotionInputs) -> None:
         """Take material, damping, gravity and effects."""
-        self._inputs = inputs
-        self.loads = self.body.prepare(inputs.material, inputs.gravity, inputs.conditions)
+        self._inputs, self._time = inputs, 0.0
+        gravity = inputs.gravity_at(0.0)
+        self.loads = self.body.prepare(inputs.material, gravity, inputs.conditions)
         masses = lumped_masses(self.body.discretisation, self.fractions, inputs.material.density)
         if inputs.conditions.added_masses is not None:
             masses = masses + inputs.conditions.added_masses
@@ -57,6 +61,21 @@ class Dynamics:
         self.elements.set_damping(inputs.damping.strain_rate)
         self._mass_damping = inputs.damping.mass
         self.drag.set_area(inputs.conditions.air_drag)
+
+    def go_to(self, time: float) -> None:
+        """Have loads as they are at a time since the start [s]."""
+        before, self._time = self._time, time
+        inputs = self.inputs
+        if inputs.gravity_course and time != before:
+            more = inputs.gravity_at(time) - inputs.gravity_at(before)
+            self.loads = self.loads + self._weight_of(more)
+
+    def _weight_of(self, gravity: FloatArray) -> FloatArray:
+        """Return what a gravity more pulls at nodes [N]."""
+        change, inputs = Change(gravity=gravity), self.inputs
+        return self.body.force_changes.along(
+            np.zeros_like(self.loads), change, inputs.material, inputs.gravity
+        )
 
     def forces(self, positions: FloatArray, velocities: FloatArray) -> FloatArray:
         """Return f(x, v)."""
@@ -171,10 +190,10 @@ class Dynamics:
         accelerations: FloatArray,
         change: Change,
     ) -> FloatArray:
-        """Return how M a + f follows the inputs in a fixed state."""
-        inputs = self.inputs
+        """Return how M a + f follows the inputs in a fixed state, at the time gone to."""
+        inputs, change = self.inputs, change_at(change, self.inputs, self._time)
         residual = -self.body.force_changes.along(
-            positions, change, inputs.material, inputs.gravity
+            positions, change, inputs.material, inputs.gravity_at(self._time)
         )
         inertial = accelerations + self._mass_damping * velocities
         if change.density is not None:
@@ -194,3 +213,25 @@ class Dynamics:
     def mass_damping(self) -> float:
         """Mass-proportional damping [1/s]."""
         return self._mass_damping
+
+
+def change_at(change: Change, inputs: MotionInputs, time: float) -> Change:
+    """Return what a change of a motion is at a time since the start [s].
+
+    Its gravity counts there by its knot, and what is let go later has gravity as it is later.
+
+    Args:
+        change: with its knot on that axis.
+        inputs: of the motion.
+        time: since the start [s].
+    """
+    if not isinstance(change, MotionChange):
+        return change
+    gravity = change.gravity
+    if gravity is not None and change.knot is not None:
+        gravity = float(change.weights(time)) * gravity
+    if change.release_time != 0.0:
+        for knot, own in inputs.gravity_course:
+            later = change.release_time * knot.slope(time) * own
+            gravity = later if gravity is None else gravity + later
+    return change if gravity is change.gravity else replace(change, gravity=gravity)

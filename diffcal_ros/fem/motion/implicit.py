@@ -100,6 +100,7 @@ class ImplicitIntegrator:
         dynamics = self._dynamics
         velocities = np.zeros_like(start)
         velocities[dynamics.body.held_nodes] = held_at(0.0).velocities
+        dynamics.go_to(0.0)
         accelerations = dynamics.accelerations(start, velocities)
         begin = StepState(start, velocities, accelerations, accelerations)
         self._system.forget()

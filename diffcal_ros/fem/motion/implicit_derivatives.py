@@ -39,6 +39,7 @@ class ImplicitDerivatives:
         """Return a stored state; its accelerations follow from the equation of motion."""
         positions = self._trajectory.positions[index]
         velocities = self._trajectory.velocities[index]
+        self._dynamics.go_to(self._trajectory.times[index])
         accelerations = self._dynamics.accelerations(positions, velocities)
         return StepState(positions, velocities, accelerations, accelerations)
 

@@ -100,7 +100,9 @@ class Marcher:
     ) -> tuple[StepState, float]:
         """Take a step; return its end and how far it is off [m]."""
         dynamics, system = self.dynamics, self.system
-        held = self.held_at(trajectory.times[-1] + rule.step)
+        time = trajectory.times[-1] + rule.step
+        dynamics.go_to(time)
+        held = self.held_at(time)
         step = ImplicitStep(dynamics, system, rule, begin, held, tolerance)
         end = step.take(predictor.guess(trajectory, rule.step, step.unbalanced))
         if not self.is_measured:

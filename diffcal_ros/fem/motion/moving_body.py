@@ -15,6 +15,7 @@ from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.held_nodes import HeldNodes, HeldState
 from diffcal_ros.fem.motion.implicit import ImplicitIntegrator
 from diffcal_ros.fem.motion.inputs import (
+    GravityCourse,
     HeldMotion,
     MotionChange,
     MotionError,
@@ -145,7 +146,8 @@ class MovingBody:
         held_motion: HeldMotion | None = None,
         conditions: Conditions = NO_CONDITIONS,
         release_time: float | None = None,
-        time_offset: float = 0.0,
+        time_offset: FloatArray | float = 0.0,
+        gravity_course: GravityCourse = (),
         rungs: Sequence[int] | None = None,
         near: Path | None = None,
     ) -> Motion:
@@ -161,7 +163,9 @@ class MovingBody:
                 until then. None: they stay.
             conditions: effects on the body; added masses count as inertia too.
             release_time: [s], in place of the release's own.
-            time_offset: by which the stamps are late [s]: the body is where it was so long before.
+            time_offset: by which the stamps are late [s], of all or of each, shape (F,): the body
+                is where it was so long before.
+            gravity_course: what gravity is more around times on the axis of the stamps.
             rungs: steps to take since the release, such as those of an earlier `Motion`. Its
                 derivatives hold them fixed: only motions of the same steps differ smoothly. None:
                 they are chosen anew.
@@ -178,7 +182,9 @@ class MovingBody:
         if release_time is None:
             release_time = 0.0 if self.release is None else self.release.time
         self._release_time = release_time
-        inputs = MotionInputs(material, damping, np.asarray(gravity, dtype=np.float64), conditions)
+        since_start = tuple((knot.since(release_time), own) for knot, own in gravity_course)
+        gravity = np.asarray(gravity, dtype=np.float64)
+        inputs = MotionInputs(material, damping, gravity, conditions, since_start)
         self._held = HeldNodes(self.static_body, held_motion, conditions.clamp_motion)
         start = self._start.solve_equilibrium(inputs, self._held.vertices_at(release_time))
         self._dynamics.take(inputs)
@@ -201,7 +207,8 @@ class MovingBody:
         Args:
             changes: `MotionChange` or `Change`.
         """
-        motion = self.motion
+        motion, stamped = self.motion, changes
+        changes = [_since(self._release_time, change) for change in changes]
         held = self._held_changes(changes, 0.0)
         clamped = np.zeros((len(changes), *motion.positions.shape[1:]))
         for number, state in enumerate(held):
@@ -212,11 +219,11 @@ class MovingBody:
         fields = self.integrator.tangents(
             changes, start, lambda time: self._held_changes(changes, time)
         )
-        for field, change in zip(fields, changes, strict=True):
+        for field, change in zip(fields, stamped, strict=True):
             if isinstance(change, MotionChange):
-                later = change.release_time + change.time_offset
-                if later != 0.0:
-                    field -= later * motion.velocities
+                later = change.release_time + change.time_offset * change.weights(motion.stamps)
+                if later.any():
+                    field -= later[:, None, None] * motion.velocities
         return fields
 
     def gradient(self, by_positions: FloatArray) -> MotionGradient:
@@ -224,8 +231,15 @@ class MovingBody:
 
         Args:
             by_positions: derivative of a scalar by the positions [1/m], shape (F, N, 3).
+
+        Raises:
+            NotImplementedError: where gravity is another one in the course of time.
         """
         motion = self.motion
+        if self._dynamics.inputs.gravity_course:
+            raise NotImplementedError(
+                'no gradient goes through gravity in the course of time: use `tangents`'
+            )
         if by_positions.shape != motion.positions.shape:
             raise ValueError(
                 f'the derivative has shape {by_positions.shape}: it must be like the positions, '
@@ -256,6 +270,13 @@ class MovingBody:
 
     def _held_changes(self, changes: Sequence[Change], time: float) -> list[HeldState | None]:
         return [self._held.change(self._release_time + time, change) for change in changes]
+
+
+def _since(start: float, change: Change) -> Change:
+    """Return a change with its knot on an axis that begins at the start [s]."""
+    if not isinstance(change, MotionChange) or change.knot is None:
+        return change
+    return replace(change, knot=change.knot.since(start))
 
 
 def _check_steps(integrator: str, time_step: float, tolerance: float | None) -> None:

@@ -122,6 +122,7 @@ class SemiImplicitIntegrator:
 
     def _advance_once(self, state: State, step: int) -> tuple[State, FloatArray]:
         """Return the next state and the accelerations [m/s^2] that led there."""
+        self._dynamics.go_to(self._time(step))
         accelerations = self._dynamics.accelerations(*state)
         velocities = state[1] + self._step * accelerations
         positions = state[0] + self._step * velocities

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.fem.held_part import HeldPath
+from diffcal_ros.fem.motion.dynamics import change_at
 from diffcal_ros.fem.motion.inputs import MotionInputs, Release
 from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.fem.statics.static_body import StaticBody
@@ -69,7 +70,7 @@ class Start:
         )
         state = self.static.solve_own_equilibrium(
             inputs.material,
-            inputs.gravity,
+            inputs.gravity_at(0.0),
             held_path=self._held_path(clamp_positions),
             conditions=conditions,
         )
@@ -83,10 +84,12 @@ class Start:
             held: how clamped nodes follow them, zero elsewhere [m], shape (k, N, 3).
         """
         static, inputs = self.static, self._current()
-        positions = static.own_state.positions
+        positions, gravity = static.own_state.positions, inputs.gravity_at(0.0)
         forces = np.stack(
             [
-                static.force_changes.along(positions, change, inputs.material, inputs.gravity)
+                static.force_changes.along(
+                    positions, change_at(change, inputs, 0.0), inputs.material, gravity
+                )
                 for change in changes
             ]
         )
@@ -112,7 +115,7 @@ class Start:
         reaction = by_positions - static.solver.stiffness.force_tangent(positions, adjoint)
         by_held[static.held_nodes] = reaction[static.held_nodes]
         gradient = static.force_changes.pull_back(
-            positions, adjoint, inputs.material, inputs.gravity
+            positions, adjoint, inputs.material, inputs.gravity_at(0.0)
         )
         return gradient, by_held
 

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Amplitudes of effects that are others around a time: slopes of all frames, and what is read."""
+
+from dataclasses import replace
+
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.parameters.form_parameters import knot_parameter
+from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
+from diffcal_ros.calibration.parameters.parameters import ParameterSet
+from diffcal_ros.scene.model import QUASI_STATIC
+from diffcal_ros.time_knot import knots_between
+import numpy as np
+import pytest
+from support.moving_beams import moving_model, moving_scene
+
+TIMES = (0.02, 0.06, 0.13, 0.2)
+KNOTS = knots_between(0.0, 0.2, 3)
+# By effect, an amplitude and how much of it there is around each knot, SI units.
+COURSES = {
+    'gravity_tilt': ('a', (0.03, -0.05, 0.02)),
+    'time_offset': ('late', (0.002, 0.006, -0.003)),
+    'rigid_offset': ('x', (0.002, -0.001, 0.004)),
+    'depth_affine': ('bias', (0.002, -0.001, 0.004)),
+}
+_SLOPE = 1e-5
+
+
+def _model(effect: str, integrator: str = 'implicit') -> tuple[ForwardModel, np.ndarray]:
+    """Return a model with a course, and its coordinates."""
+    scene = moving_scene((4, 1, 1), fit=('youngs_modulus',), integrator=integrator)
+    name, amounts = COURSES[effect]
+    wanted = (effect,) if effect in ('gravity_tilt', 'rigid_offset') else (f'{effect}.{name}',)
+    parameters = make_parameters(scene, ('youngs_modulus', *wanted), with_edge_bias=False)
+    own = next(one for one in parameters if one.amplitude == name)
+    more = tuple(knot_parameter(own, knot, 1.0) for knot in KNOTS)
+    model = moving_model(scene, TIMES)
+    whole = ParameterSet((*parameters.parameters, *more), parameters.pose_covariances)
+    model = model.with_parameters(scene, whole)
+    start = whole.start()
+    start[-3:] = amounts
+    return model, start
+
+
+@pytest.mark.parametrize('effect', ['gravity_tilt', 'time_offset', 'rigid_offset'])
+def test_tangents_are_the_slopes_of_all_frames(effect) -> None:
+    model, start = _model(effect)
+    tangents = np.stack(model.tangents(start))
+    for place in range(len(start) - 3, len(start)):
+        errors = []
+        for step in (1e-3, 1e-4, 1e-5):
+            change = step * np.eye(len(start))[place]
+            ahead = np.stack([view.points for view in model.views(start + change)])
+            behind = np.stack([view.points for view in model.views(start - change)])
+            slope = (ahead - behind) / (2.0 * step)
+            errors.append(np.linalg.norm(slope - tangents[:, place]) / np.linalg.norm(slope))
+        assert min(errors) < (1e-4 if effect == 'time_offset' else _SLOPE), errors
+
+
+def test_a_held_load_sags_by_gravity_as_it_is_in_each_frame() -> None:
+    model, start = _model('gravity_tilt', QUASI_STATIC)
+    tangents = np.stack(model.tangents(start))
+    for place in range(len(start) - 3, len(start)):
+        change = 1e-4 * np.eye(len(start))[place]
+        ahead = np.stack([view.points for view in model.views(start + change)])
+        behind = np.stack([view.points for view in model.views(start - change)])
+        slope = (ahead - behind) / 2e-4
+        np.testing.assert_allclose(slope, tangents[:, place], atol=1e-4 * np.abs(slope).max())
+    # A frame is as with a tilt that is the same at all times, but for how gravity goes straight
+    # between knots, and a tilt round.
+    same = start.copy()
+    same[-3:] = float(np.interp(TIMES[2], [k.at for k in KNOTS], start[-3:]))
+    np.testing.assert_allclose(
+        model.views(start)[2].points, model.views(same)[2].points, atol=1e-4
+    )
+    off = model.views(start)[3].points - model.views(same)[3].points
+    assert np.abs(off).max() > 1e-3
+
+
+def test_a_camera_reads_in_each_frame_what_it_adds_then() -> None:
+    model, start = _model('depth_affine')
+    heights = np.interp(TIMES, [knot.at for knot in KNOTS], start[-3:])
+    for number, height in enumerate(heights):
+        ((_, own),) = model.sensor(start, number).errors
+        assert own['bias'] == pytest.approx(height, abs=1e-12)
+    assert not np.stack(model.tangents(start))[:, -3:].any()
+
+
+def test_what_is_more_around_a_time_is_nothing_of_a_body_at_rest() -> None:
+    model, start = _model('depth_affine')
+    own = model.parameters.parameters[-1]
+    assert own.is_freed
+    assert not own.is_in_all
+    assert own.weight_in(0, None) == 0.0
+    assert own.weight_in(0, 0.2) == 1.0
+    assert replace(own, posture=1).weight_in(0, 0.2) == 0.0
+    assert model.effects.amplitudes(start, 0)['depth_affine']['bias'] == 0.0
