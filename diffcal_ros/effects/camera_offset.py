@@ -39,6 +39,8 @@ class CameraOffset(Effect):
     across_picture = ('x', 'y')
     # It may be moved between two recordings.
     most_by_pose = 1.0
+    # A turn about the clamp at any time follows whatever bends. A camera that moves shifts that.
+    varying = SHIFT
     # As whatever sees wrongly: not where it is said to be, or with another picture.
     forms = tuple(
         Component(name, '1', -20.0 * size, 20.0 * size, size, '1', 1.0)

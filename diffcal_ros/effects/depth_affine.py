@@ -83,6 +83,7 @@ class DepthAffine(Effect):
     variants = (('bias',), ('scale',), ('scale', 'bias'))
     # A camera warms up.
     most_by_pose = 1.0
+    varying = ('scale', 'bias')
 
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
         """Return the derivative by scale [m], bias or an amount of a power."""

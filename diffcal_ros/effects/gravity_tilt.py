@@ -28,6 +28,8 @@ class GravityTilt(Effect):
     outside_twins = ('a steady push to the side',)
     kind = 'gravity_tilt'
     is_fitted_whole = needs_gravity = True
+    # A table sways.
+    varying = ('a', 'b')
     # Of 14 development cases with this name 10 were tilts, the others a steady side wind.
     most_confidence = 0.7
     # Of a steady force on every part in proportion to its mass a tilt is all that there is, but

@@ -19,6 +19,8 @@ class TimeOffset(Effect):
     twins = ('air_drag',)
     needs_motion = True
     hides_in_release = True
+    varying = ('late',)
+    scatters_in_time = True
 
     def lateness(self, own: Numbers) -> float:
         """Return by how much the stamps are late [s]."""

@@ -8,7 +8,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.scene.model import QUASI_STATIC, Scene
 import numpy as np
-from support.moving_beams import moving_model, moving_scene
+from support.moving_beams import moving_model, moving_scene, slope_errors
 
 TIMES = (0.02, 1.0, 4.0, 20.0)
 PAIR = {'creep.share': 0.2, 'creep.tau': 3.0}
@@ -36,15 +36,8 @@ def test_the_body_sags_on_while_it_creeps() -> None:
 
 def test_tangents_of_all_frames() -> None:
     model, start = _model(('youngs_modulus', 'creep', 'release_time', 'gravity_tilt'))
-    tangents = np.stack(model.tangents(start))
     for place, parameter in enumerate(model.parameters):
-        errors = []
-        for step in (1e-2, 1e-3, 1e-4):
-            change = step * np.eye(len(start))[place]
-            ahead = np.stack([view.points for view in model.views(start + change)])
-            behind = np.stack([view.points for view in model.views(start - change)])
-            slope = (ahead - behind) / (2.0 * step)
-            errors.append(np.linalg.norm(slope - tangents[:, place]) / np.linalg.norm(slope))
+        errors = slope_errors(model, start, place, (1e-2, 1e-3, 1e-4))
         # To first order in a tilt, which is a few degrees.
         assert min(errors) < (1e-2 if 'tilt' in parameter.name else _SLOPE), parameter.name
 

@@ -69,6 +69,27 @@ def moving_model(scene: Scene, times: Sequence[float]) -> ForwardModel:
     return ForwardModel(scene, instants(times, [nothing] * len(times)), parameters)
 
 
+def slope_errors(
+    model: ForwardModel, start: np.ndarray, place: int, steps: Sequence[float] = (1e-3, 1e-4, 1e-5)
+) -> list[float]:
+    """Return by what share tangents of all frames differ from slopes, by size of the step.
+
+    Args:
+        model: of a motion.
+        start: coordinates, shape (k,).
+        place: of the parameter among them.
+        steps: of central differences.
+    """
+    tangents, errors = np.stack(model.tangents(start))[:, place], []
+    for step in steps:
+        change = step * np.eye(len(start))[place]
+        ahead = np.stack([view.points for view in model.views(start + change)])
+        behind = np.stack([view.points for view in model.views(start - change)])
+        slope = (ahead - behind) / (2.0 * step)
+        errors.append(float(np.linalg.norm(slope - tangents) / np.linalg.norm(slope)))
+    return errors
+
+
 def true_depths(scene: Scene, times: Sequence[float]) -> list[np.ndarray]:
     """Depth [m] at some times under the scene's start values; NaN beside the body."""
     model = moving_model(scene, times)

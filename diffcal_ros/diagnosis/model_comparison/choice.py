@@ -76,6 +76,7 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     near = {key for key in others if top - levels[key] < as_well + doubt}
     owed = FORM_DOUBT * owed_to_poses(best, evaluator, nominal)
     near |= _as_near_by_poses(best, rivals, owed, as_well * selection.noise_scale)
+    near |= _as_good_at_all_times(best, rivals, nominal, as_well * selection.noise_scale)
     short = _better_if_more(models, best) - levels.keys()
     near |= short
     if not evaluator.is_measured:
@@ -178,6 +179,32 @@ def _as_near_by_poses(
         and best.level - rival.level < as_well + doubt
         and 0.5 * (rival.chi_square - best.chi_square) < as_well
         and doubt > 0.0
+    }
+
+
+def _as_good_at_all_times(
+    best: Hypothesis, rivals: Sequence[Hypothesis], nominal: Refit, as_well: float
+) -> set[tuple[str, ...]]:
+    """Return effects, the same at all times, that only a best free in time puts behind.
+
+    Of what that owes to its freedom, no more than all that it explains, a share is in doubt.
+
+    Args:
+        best: favoured model.
+        rivals: others.
+        nominal: fit of the model without effects.
+        as_well: log evidence within which models are as good.
+    """
+    if not best.is_free_in_time:
+        return set()
+    owed = max(best.log_evidence - nominal.log_evidence, 0.0)
+    least = best.level - FORM_DOUBT * owed - as_well
+    return {
+        rival.identifiers
+        for rival in rivals
+        if not rival.is_free_in_time
+        and rival.identifiers != best.identifiers
+        and rival.level > least
     }
 
 

@@ -90,7 +90,7 @@ def favoured_shares(fit: Refit) -> Mapping[str, float]:
 
 def _ways_of(fit: Refit) -> list[list[int]]:
     """Return the places of the freed parameters of a fit, those of one way together."""
-    ways: dict[tuple[str, bool, str], list[int]] = {}
+    ways: dict[tuple[str, bool, float, str], list[int]] = {}
     for place, own in enumerate(fit.parameters):
         if own.is_freed:
             ways.setdefault(_way_of(own), []).append(place)
@@ -115,11 +115,15 @@ def _likeliest(
     return sizes
 
 
-def _way_of(own: Parameter) -> tuple[str, bool, str]:
-    """Return which amplitudes have a size in common: of one way at all places, or in all poses."""
-    if own.posture is not None:
-        return own.effect, True, own.amplitude
-    return own.effect, False, _PLACE.sub('', own.amplitude)
+def _way_of(own: Parameter) -> tuple[str, bool, float, str]:
+    """Return which amplitudes have a size in common.
+
+    Those of one way at all places, in all poses, or around all knots as far apart.
+    """
+    if own.is_in_all:
+        return own.effect, False, 0.0, _PLACE.sub('', own.amplitude)
+    spacing = 0.0 if own.knot is None else own.knot.spacing
+    return own.effect, own.posture is not None, spacing, own.amplitude
 
 
 def _resized(own: Parameter, share: float) -> Parameter:

@@ -141,7 +141,12 @@ class Hypothesis:
     @property
     def is_free_in_form(self) -> bool:
         """Tell whether an effect is in a form of its own."""
-        return any(own.posture is None for own in self.freed)
+        return any(own.is_in_all for own in self.freed)
+
+    @property
+    def is_free_in_time(self) -> bool:
+        """Tell whether an effect is another one in the course of a recording."""
+        return any(own.knot is not None for own in self.freed)
 
     @property
     def is_free_in_everything(self) -> bool:

@@ -22,15 +22,16 @@ _STEPS = 3
 def in_any_form(model: Hypothesis, base: Refit) -> Refit:
     """Return a model's fit with parameters, and their errors, as by effects of whatever form.
 
-    Bodies at rest have been judged so; a motion is led on, step by step, from where its fit in the
-    library's form ended.
+    Bodies at rest have been judged so, and what is free in time was fitted so. Another motion is
+    led on, step by step, from where its fit in the library's form ended.
 
     Args:
         model: the chosen one.
         base: fit of the model without its effects.
     """
     evaluator = model.evaluator
-    if not (evaluator.model.is_moving and evaluator.is_measured):
+    is_judged_so = model.is_free_in_time or not evaluator.model.is_moving
+    if is_judged_so or not evaluator.is_measured:
         return model.in_any_form
     basis = FormBasis.of(evaluator, model.fit, base)
     best = with_tolerance(model, basis, is_brief=True)

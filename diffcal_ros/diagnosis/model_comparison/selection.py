@@ -27,6 +27,7 @@ from diffcal_ros.diagnosis.model_comparison.judged_models import (
 )
 from diffcal_ros.diagnosis.model_comparison.less_freedom import with_less_freedom
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import others_in_any_form
+from diffcal_ros.diagnosis.model_comparison.over_time import others_over_time
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence
@@ -213,15 +214,19 @@ def select(
         singles, basis = judged_singles(pool, [*singles, *others], basis)
     if pool.nominal.stays_robust:
         singles = sorted(ranked(singles), key=by_evidence)
-    pairs: list[Hypothesis] = []
+    pairs, over_time = list[Hypothesis](), list[Hypothesis]()
     if with_pairs and singles and _is_poor(pool, singles[0], basis):
+        over_time = others_over_time(pool, scores, singles)
+    # Beside an effect that is free to be another one at any time a second one may be anything.
+    leaders = sorted([*singles[:1], *over_time], key=by_evidence)
+    if with_pairs and leaders and _is_poor(pool, leaders[0], basis):
         pairs = best_pairs(pool, singles, scores, basis)
         pairs = with_swapped(pool, pairs, singles, scores, judge_by(basis))
         pairs = with_less_freedom(pool, judged(pairs, basis, is_brief=True), basis)
         pairs = with_those_freed(pool, pairs, basis, singles)
         singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
         singles = with_halves_freed(pool, singles, pairs, basis)
-    return compared(pool, singles, pairs, basis)
+    return compared(pool, [*singles, *over_time], pairs, basis)
 
 
 def compared(

@@ -16,12 +16,13 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     LEAST_LEANING,
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import PAIR_GAIN
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture, words_with_fixture
-from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, LEAST_CLOSURE
+from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, LEAST_CLOSURE, POOR
 from diffcal_ros.diagnosis.verdict.verdict_figures import (
     closed_by,
     closed_in_its_form,
@@ -88,7 +89,7 @@ def _of_the_gap(
     part, where = _judged_where(hypothesis, nominal)
     # An effect may hide in a parameter that strains what is known of it.
     before = patch_gap(unstrained(nominal), part)
-    after = patch_gap(hypothesis.fit.groups, part)
+    after = patch_gap(told_frame_by_frame(hypothesis.fit.groups, hypothesis.fit), part)
     if before.rms <= before.whole_floor:
         return (
             f'but {where} the gap is within the floors '
@@ -140,6 +141,8 @@ def freedom_of(hypothesis: Hypothesis) -> str | None:
         # Of seven names that were given so two were right, both beside another effect: a lens and
         # a place of its own in each pose follow what contact, a mass or a bend does, too.
         return 'in another form and as another one in each pose, which may be anything'
+    if hypothesis.is_free_in_time and hypothesis.fit.chi_square_per_patch > POOR:
+        return 'as another one in the course of the recording, and leaves more than noise'
     fraction = off_in_form(hypothesis)
     if fraction > _farthest_form(hypothesis):
         return f'in a form that is off by {fraction:.0%} of what it does'

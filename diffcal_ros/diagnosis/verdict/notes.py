@@ -9,11 +9,13 @@ from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.doubts import freedom_of
+from diffcal_ros.diagnosis.verdict.effect_course import spread_over_time
 from diffcal_ros.diagnosis.verdict.naming import Naming
 from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE
 from diffcal_ros.diagnosis.verdict.verdict import NamedEffect
@@ -73,6 +75,7 @@ def notes_of(
         *(of_another_form(choice.hypothesis) if choice and named.effects else ()),
         *(_in_spite_of_form(choice.hypothesis) if choice and named.effects else ()),
         *(spread_over_poses(choice.hypothesis) if choice and named.effects else ()),
+        *(spread_over_time(choice.hypothesis) if choice and named.effects else ()),
         *_beside(choice, named.effects),
         *_class_of_all(choice if not (named.is_open or named.effects) else None),
         *_left_out(evaluator, outliers),
@@ -204,7 +207,8 @@ def _of_fixture(evaluator: PatchEvaluator, nominal: Refit) -> list[str]:
 
 def _left(hypothesis: Hypothesis) -> list[str]:
     """Say how much a model leaves, and what of that its form may be."""
-    left = patch_gap(hypothesis.fit.groups, Part.REPORT)
+    fit = hypothesis.fit
+    left = patch_gap(told_frame_by_frame(fit.groups, fit), Part.REPORT)
     if left.rms <= FAR_ABOVE * left.whole_floor:
         return []
     judged = hypothesis.judged

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
@@ -15,7 +16,7 @@ from diffcal_ros.diagnosis.verdict.verdict import StandIn
 import numpy as np
 
 # A model that leaves more chi-square per patch, and a gap of so many floors, is not it.
-_POOR = 2.0
+POOR = 2.0
 FAR_ABOVE = 1.7
 # One that closes less of the gap, or where the floor was measured of chi-square, is not it.
 LEAST_CLOSURE = 0.7
@@ -77,7 +78,7 @@ def is_unexplained(
     """
     if not is_measured:
         return not closure >= LEAST_CLOSURE
-    gap = patch_gap(added.fit.groups, Part.REPORT)
+    gap = patch_gap(told_frame_by_frame(added.fit.groups, added.fit), Part.REPORT)
     judged, left = added.judged, gap.rms
     if judged is not None and judged.fraction <= FARTHEST_FORM:
         # In a form that may have its name.
@@ -101,7 +102,7 @@ def is_unexplained(
     fraction = (nominal.chi_square_per_patch - added.chi_square_per_patch) / excess
     if not fraction >= LEAST_CLOSURE:
         return True
-    return added.chi_square_per_patch > _POOR and is_far_above
+    return added.chi_square_per_patch > POOR and is_far_above
 
 
 def describe_unknown(

@@ -27,6 +27,8 @@ class NamedEffect:
         confidence: probability that the name is right, 0 to 1.
         sentence: for a person.
         outside_twins: causes outside the library that look the same, in words.
+        course: amplitudes in each frame of a motion, as `amplitude`, in the order of their times;
+            empty where they are the same in all.
     """
 
     identifier: str
@@ -40,6 +42,7 @@ class NamedEffect:
     sentence: str
     outside_twins: tuple[str, ...] = ()
     form: dict[str, float] = field(default_factory=dict)
+    course: dict[str, list[float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

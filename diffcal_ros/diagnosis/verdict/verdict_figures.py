@@ -12,11 +12,13 @@ from diffcal_ros.diagnosis.detection.limits import Drawn, drawn_parameters
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import is_strained, unstrained
 from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
+from diffcal_ros.diagnosis.verdict.effect_course import course_of
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import NotSimulatedError
@@ -55,6 +57,7 @@ def named_effects(
                 sentence=candidate.effect.sentence,
                 outside_twins=candidate.effect.outside_twins,
                 form=form_of(hypothesis, candidate),
+                course=course_of(hypothesis, candidate),
             )
         )
     return tuple(found)
@@ -72,7 +75,7 @@ def form_of(hypothesis: Hypothesis, candidate: Candidate) -> dict[str, float]:
     return {
         part.amplitude: float(value)
         for part, value in zip(fit.parameters, fit.coordinates, strict=True)
-        if part.is_freed and part.posture is None and part.effect == candidate.identifier
+        if part.is_freed and part.is_in_all and part.effect == candidate.identifier
     }
 
 
@@ -150,7 +153,8 @@ def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
     What hides in a parameter or pose of which better is known belongs to the gap.
     """
     before = patch_gap(unstrained(nominal), Part.REPORT)
-    after = patch_gap(unstrained(added, nominal.parameters), Part.REPORT)
+    left = told_frame_by_frame(unstrained(added, nominal.parameters), added)
+    after = patch_gap(left, Part.REPORT)
     return GapFigures(
         nominal=1e3 * before.rms,
         added=1e3 * after.rms,
@@ -171,9 +175,12 @@ def judged_part(nominal: Refit, *, is_moving: bool) -> Part:
 
 
 def closure_of(nominal: Refit, added: Refit, is_measured: bool, part: Part = Part.REPORT) -> float:
-    """Return (nominal - added) / (nominal - floor) on the patches of a part."""
-    before = patch_gap(unstrained(nominal), part)
-    after = patch_gap(unstrained(added, nominal.parameters), part)
+    """Return (nominal - added) / (nominal - floor) on the patches of a part.
+
+    What differs from frame to frame is found in each, by patches of it that do not count.
+    """
+    left = told_frame_by_frame(unstrained(added, nominal.parameters), added)
+    before, after = patch_gap(unstrained(nominal), part), patch_gap(left, part)
     floor = before.whole_floor
     old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
     return closed_fraction(old, new, floor)

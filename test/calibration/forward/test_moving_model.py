@@ -12,7 +12,14 @@ from diffcal_ros.fem.motion.moving_body import INTEGRATOR_NAMES
 from diffcal_ros.scene.sections.motion import INTEGRATORS
 import numpy as np
 import pytest
-from support.moving_beams import instants, moving_model, moving_scene, RELEASE_TIME, true_depths
+from support.moving_beams import (
+    instants,
+    moving_model,
+    moving_scene,
+    RELEASE_TIME,
+    slope_errors,
+    true_depths,
+)
 
 FIT = ('youngs_modulus', 'damping', 'density', 'release_time', 'rigid_offset')
 # Before the release, at once after it, and through the first swing.
@@ -31,15 +38,8 @@ def model() -> ForwardModel:
 def test_tangents_are_the_slopes_of_all_frames(model: ForwardModel) -> None:
     start = model.parameters.start()
     start[4:] = [0.002, -0.001, 0.003, 0.02, -0.01, 0.03]
-    tangents = np.stack(model.tangents(start))
     for place, name in enumerate(model.parameters.names):
-        errors = []
-        for step in (1e-3, 1e-4, 1e-5):
-            change = step * np.eye(len(start))[place]
-            ahead = np.stack([view.points for view in model.views(start + change)])
-            behind = np.stack([view.points for view in model.views(start - change)])
-            slope = (ahead - behind) / (2.0 * step)
-            errors.append(np.linalg.norm(slope - tangents[:, place]) / np.linalg.norm(slope))
+        errors = slope_errors(model, start, place)
         # Between two steps positions are polynomials whose ends move with the release time.
         assert min(errors) < (1e-4 if name == 'release_time' else _SLOPE), name
 

@@ -5,7 +5,11 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.form_parameters import form_parameters, posture_parameter
+from diffcal_ros.calibration.parameters.form_parameters import (
+    form_parameters,
+    knot_parameter,
+    posture_parameter,
+)
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
@@ -19,6 +23,7 @@ from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.unknown import is_unexplained, Unknown
 from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form, closure_of
+from diffcal_ros.time_knot import knots_between
 import numpy as np
 import pytest
 from support.judged_models import refitted_with, with_judgement
@@ -126,6 +131,22 @@ def test_what_is_free_in_form_and_in_each_pose_may_be_anything(clearly_screened,
     assert not other.is_free_in_everything, 'the parts are of another effect'
     (doubt,) = doubts_about(_with_poses(form), nominal)
     assert 'may be anything' in doubt
+
+
+@pytest.mark.parametrize(('left', 'is_named'), [(1.5, True), (2.5, False)])
+def test_what_is_free_at_any_time_leaves_no_more_than_about_noise(tilted, left, is_named):
+    known = tilted.fit.parameters
+    own = known.parameters[known.names.index(tilted.added[0].names[0])]
+    parts = [knot_parameter(own, knot, 0.1) for knot in knots_between(0.0, 0.4, 3)]
+    model = _with_parts(tilted, parts)
+    count = model.fit.patch_count - len(model.fit.coordinates)
+    model = replace(model, fit=replace(model.fit, chi_square=left * count))
+    assert model.is_free_in_time
+    assert not tilted.is_free_in_time
+    assert not model.is_free_in_form, 'it is of the form of the library at any time'
+    said = doubts.freedom_of(model)
+    assert (said is None) == is_named
+    assert is_named or 'in the course of the recording, and leaves more than noise' in said
 
 
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
