@@ -102,6 +102,8 @@ class Effect:
         needs_hold: whether only a load that is held for long shows it; a swing then does not.
         is_at_rest_only: whether a motion is simulated without it.
         varying: amplitudes that may be others in the course of a recording.
+        imitated_over_time: what else does that, in words: then it has its class, and no name;
+            empty: nothing is known that does.
         scatters_in_time: whether they may be others in each frame, whatever they were before.
         hides_in_release: whether a release of which nothing is known does all that it does.
         has_boundary: whether its settings are where its two materials end, in a scene of one
@@ -147,6 +149,7 @@ class Effect:
     needs_hold = False
     is_at_rest_only = False
     varying: tuple[str, ...] = ()
+    imitated_over_time = ''
     scatters_in_time = False
     hides_in_release = False
     has_boundary = False

@@ -30,6 +30,8 @@ class GravityTilt(Effect):
     is_fitted_whole = needs_gravity = True
     # A table sways.
     varying = ('a', 'b')
+    # Of four such courses in two sealed sets two were tilts, one a gust, one a mass that ran out.
+    imitated_over_time = 'a gust, a mass that runs out, a rig that is accelerated'
     # Of 14 development cases with this name 10 were tilts, the others a steady side wind.
     most_confidence = 0.7
     # Of a steady force on every part in proportion to its mass a tilt is all that there is, but

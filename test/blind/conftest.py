@@ -26,7 +26,7 @@ _CLOSED = (
     *('fourteenth', 'fifteenth', 'sixteenth', 'seventeenth', 'eighteenth', 'nineteenth'),
     *('twentieth', 'twentyfirst', 'twentysecond', 'twentythird', 'twentyfourth', 'twentyfifth'),
     *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth'),
-    *('swing_set', 'swings_two', 'new_forms', 'tip_moves', 'later_sets'),
+    *('swing_set', 'swings_two', 'swings_three', 'new_forms', 'tip_moves', 'later_sets'),
 )
 
 

@@ -76,7 +76,7 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     near = {key for key in others if top - levels[key] < as_well + doubt}
     owed = FORM_DOUBT * owed_to_poses(best, evaluator, nominal)
     near |= _as_near_by_poses(best, rivals, owed, as_well * selection.noise_scale)
-    near |= _as_good_at_all_times(best, rivals, nominal, as_well * selection.noise_scale)
+    near |= _as_good_but_for_a_course(best, rivals, nominal, as_well * selection.noise_scale)
     short = _better_if_more(models, best) - levels.keys()
     near |= short
     if not evaluator.is_measured:
@@ -182,12 +182,13 @@ def _as_near_by_poses(
     }
 
 
-def _as_good_at_all_times(
+def _as_good_but_for_a_course(
     best: Hypothesis, rivals: Sequence[Hypothesis], nominal: Refit, as_well: float
 ) -> set[tuple[str, ...]]:
-    """Return effects, the same at all times, that only a best free in time puts behind.
+    """Return effects that only a best one that is free in time puts behind, by its freedom.
 
-    Of what that owes to its freedom, no more than all that it explains, a share is in doubt.
+    Of what it owes to that, no more than all that it explains, a share is in doubt: beside what is
+    the same at all times, and where it leaves more than noise beside what is as free.
 
     Args:
         best: favoured model.
@@ -202,7 +203,7 @@ def _as_good_at_all_times(
     return {
         rival.identifiers
         for rival in rivals
-        if not rival.is_free_in_time
+        if not (rival.is_free_in_time and best.leaves_noise)
         and rival.identifiers != best.identifiers
         and rival.level > least
     }

@@ -111,6 +111,9 @@ def _of_freedom(
     reason = freedom_of(hypothesis)
     if reason is not None and not is_spoken_for(hypothesis, closure, witness):
         return reason
+    imitated = _imitated_over_time(hypothesis)
+    if imitated is not None:
+        return imitated
     differs = _differs_by_pose(hypothesis)
     if differs is not None:
         return f'with {differs}'
@@ -133,6 +136,16 @@ def is_spoken_for(hypothesis: Hypothesis, closure: float, witness: FieldWitness 
     count = len(hypothesis.added)
     is_far = hypothesis.is_free_in_everything or off_in_form(hypothesis) > FARTHEST_FORM / count
     return not (count > 1 and is_far) and witness.speaks_for(hypothesis)
+
+
+def _imitated_over_time(hypothesis: Hypothesis) -> str | None:
+    """Say what else may be another one in the course of a recording as an effect is."""
+    own = {one.effect for one in hypothesis.freed if one.knot is not None}
+    for added in hypothesis.added:
+        words = added.effect.imitated_over_time
+        if words and added.identifier in own:
+            return f'as another one in the course of the recording, which {words} may be as well'
+    return None
 
 
 def freedom_of(hypothesis: Hypothesis) -> str | None:

@@ -5,6 +5,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+from diffcal_ros.calibration.parameters.form_parameters import knot_parameter
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
@@ -16,6 +17,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.diagnosis.verdict.effect_course import course_of, spread_over_time
+from diffcal_ros.time_knot import knots_between
 import numpy as np
 import pytest
 from support.filmed import filmed, filmed_scene
@@ -115,6 +117,15 @@ def test_what_owes_all_to_its_course_is_clearly_ahead_or_shares_the_answer(behin
     assert _named(best, tilted, nominal, 60.0) == pytest.approx(0.5)
     # At all times alike it owes nothing.
     assert _named(always, tilted, nominal, 60.0) > 0.99
+    # What is as free owes as much, which is in doubt where neither leaves noise.
+    own = next(one for one in tilted.fit.parameters if one.effect == 'gravity_tilt')
+    knots = tuple(knot_parameter(own, knot, 1.0) for knot in knots_between(0.0, 0.4, 3))
+    free = try_effects(evaluator, nominal, [TILT], {}, freed=knots)
+    assert free is not None
+    count = best.fit.patch_count
+    for left, confidence in ((0.8, 1.0), (1.5, 0.5)):
+        there = replace(best, fit=replace(best.fit, chi_square=left * count))
+        assert _named(there, free, nominal, 60.0) == pytest.approx(confidence, abs=0.01)
 
 
 @pytest.mark.parametrize('case', ['noise is a guess', 'few frames', 'two poses', 'at rest'])

@@ -16,6 +16,7 @@ from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
+from diffcal_ros.diagnosis.patches.patch_group import with_columns
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict import doubts, naming
@@ -147,6 +148,19 @@ def test_what_is_free_at_any_time_leaves_no_more_than_about_noise(tilted, left, 
     said = doubts.freedom_of(model)
     assert (said is None) == is_named
     assert is_named or 'in the course of the recording, and leaves more than noise' in said
+
+
+def test_a_load_over_time_has_its_class_alone(clearly_screened, tilted):
+    _, nominal, _ = clearly_screened
+    known = tilted.fit.parameters
+    own = known.parameters[known.names.index(tilted.added[0].names[0])]
+    parts = [knot_parameter(own, knot, 0.1) for knot in knots_between(0.0, 0.4, 3)]
+    model = _with_parts(tilted, parts)
+    nothing = [np.zeros((len(group.patches.values), 3)) for group in model.fit.groups]
+    fit = replace(model.fit, groups=with_columns(model.fit.groups, nothing))
+    (said,) = doubts_about(replace(model, fit=fit), nominal)
+    assert 'which a gust, a mass that runs out, a rig that is accelerated may be as well' in said
+    assert doubts_about(tilted, nominal) == ()
 
 
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
