@@ -10,10 +10,12 @@ from diffcal_ros import __version__
 from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import DiagnosisTrace
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.effects.registry import EFFECTS, seen_boundary, what_settles
 from diffcal_ros.effects.spots import spots_of
+from diffcal_ros.report.figures.course_figure import course_figure
 from diffcal_ros.report.figures.diagnosis_figure import residual_figure, score_figure
 from diffcal_ros.report.figures.figure_png import data_uri, png_bytes
 from diffcal_ros.report.figures.spot_figure import spot_figure
@@ -47,6 +49,7 @@ def write_diagnosis_page(path: Path, name: str, trace: DiagnosisTrace) -> None:
         _headline(name, diagnosis),
         _pictures(trace),
         _spots(trace),
+        _courses(diagnosis),
         _gap_table(trace),
         _effects_table(diagnosis),
         _parameters(diagnosis),
@@ -94,9 +97,26 @@ def _spots(trace: DiagnosisTrace) -> str:
     )
 
 
+def _courses(diagnosis: Diagnosis) -> str:
+    """Show what named effects are in the course of the recording, where they are others in it."""
+    when, found = diagnosis.when, list[str]()
+    for effect in diagnosis.effects:
+        if when is None or not effect.course:
+            continue
+        picture = data_uri(png_bytes(course_figure(effect, when.times, when.held_out)))
+        name = escape(effect.identifier)
+        found.append(
+            f'<figure><img alt="{name} over time" src="{picture}"><figcaption>{name} in each '
+            'frame. Hollow ones no fit has seen: what they are follows from the frames beside '
+            'them, or from half of their own patches where frames scatter.</figcaption></figure>\n'
+        )
+    return f'<h2>What changes in the recording</h2>\n{"".join(found)}' if found else ''
+
+
 def _gap_table(trace: DiagnosisTrace) -> str:
     """Write the held-out gap of each pose."""
     best = trace.selection.best if trace.selection is not None else None
+    left = [] if best is None else told_frame_by_frame(best.fit.groups, best.fit)
     rows = []
     for number, observation in enumerate(trace.evaluator.model.observations):
         own = [group for group in trace.nominal.groups if group.view == number]
@@ -105,7 +125,7 @@ def _gap_table(trace: DiagnosisTrace) -> str:
             continue
         cells = [escape(observation.name), plain(1e3 * before.rms)]
         if best is not None:
-            after = patch_gap([b for b in best.fit.groups if b.view == number], Part.REPORT)
+            after = patch_gap([b for b in left if b.view == number], Part.REPORT)
             cells.append(plain(1e3 * after.rms))
         else:
             cells.append('–')

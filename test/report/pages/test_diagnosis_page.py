@@ -8,7 +8,10 @@ import re
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.verdict.time_course import TimeCourse
+from diffcal_ros.diagnosis.verdict.verdict import NamedEffect
 from diffcal_ros.effects.spots import OF_SIDE, ROUND, ROWS, spot_settings, Spots
+from diffcal_ros.report.figures.course_figure import course_figure
 from diffcal_ros.report.figures.spot_figure import spot_figure
 from diffcal_ros.report.pages.diagnosis_page import write_diagnosis_page
 from diffcal_ros.report.tables.verdict_text import verdict_lines
@@ -82,3 +85,34 @@ def test_a_map_of_spots_is_shown_where_one_is_stated(tmp_path) -> None:
         write_diagnosis_page(path, 'beam', diagnose(scene, [watched(seed=1)]))
         pages.append(path.read_text())
     assert ['map of spots' in page for page in pages] == [False, True]
+
+
+def test_a_course_is_shown_frame_by_frame(tmp_path) -> None:
+    trace = diagnose(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.003)])
+    named = NamedEffect(
+        'time_offset', 'sensor', {'late': 2.9}, {'late': 0.3}, {'late': 'ms'}, {}, {}, 0.8, 'late'
+    )
+    course = {'late': [1.0, 2.0, 4.0, 4.5]}
+    when = TimeCourse(
+        times=(0.0, 0.1, 0.2, 0.3),
+        rms_mm=(0.1, 0.2, 0.3, 0.4),
+        held_out=(False, False, True, False),
+        largest='late, at 0.300 s',
+        part='near the tip',
+        mean_mm=(0.0, 0.1, None, 0.2),
+        frequency_hz=None,
+    )
+    effect = replace(named, course=course)
+    line, fitted, hollow, _ = course_figure(effect, when.times, when.held_out).axes[0].lines
+    np.testing.assert_array_equal(line.get_ydata(), course['late'])
+    np.testing.assert_array_equal(fitted.get_xdata(), [0.0, 0.1, 0.3])
+    np.testing.assert_array_equal(hollow.get_xydata(), [[0.2, 4.0]])
+    assert hollow.get_markerfacecolor() == 'white'
+    pages = []
+    for number, effects in enumerate(((named,), (effect,))):
+        diagnosis = replace(trace.diagnosis, effects=effects, when=when)
+        path = tmp_path / f'{number}.html'
+        write_diagnosis_page(path, 'beam', replace(trace, diagnosis=diagnosis))
+        pages.append(path.read_text())
+    assert [f'{effect.identifier} over time' in page for page in pages] == [False, True]
+    assert ['What changes in the recording' in page for page in pages] == [False, True]
