@@ -88,7 +88,8 @@ def run(args: argparse.Namespace) -> int:
     print(f'\npage      {args.out / _PAGE}')
     print(f'took      {trace.diagnosis.seconds:.0f} s')
     _suggest_solver(trace.diagnosis.seconds)
-    if trace.diagnosis.effects:
+    effects = trace.diagnosis.effects
+    if effects and not any(effect.course for effect in effects):
         print(f'to add it to the model: diffcal accept {args.out}')
     return _UNKNOWN if trace.diagnosis.verdict is Verdict.CANNOT_TELL else 0
 

@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from diffcal_ros.effects.registry import EFFECTS
+from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model_file import (
     effects_in_force,
@@ -34,7 +34,8 @@ def accept(folder: Path, identifiers: Sequence[str] = ()) -> tuple[Path, tuple[s
         The model file, and the effects that were added.
 
     Raises:
-        InputError: when there is no verdict, nothing to accept, or the effect is there already.
+        InputError: when there is no verdict, nothing to accept, an effect that is another one in
+            each frame, or the effect is there already.
     """
     verdict = _read(folder)
     scene = Path(str(verdict['details']['scene']))
@@ -48,6 +49,13 @@ def accept(folder: Path, identifiers: Sequence[str] = ()) -> tuple[Path, tuple[s
         known = ', '.join(found) or 'none'
         raise InputError(
             f'{folder / VERDICT_FILE} has no amplitude of {missing[0]!r}: it has {known}'
+        )
+    changing = [name for name in wanted if found[name].get('course')]
+    if changing:
+        raise InputError(
+            f'{changing[0]} is another one in each frame of that recording, and a scene has one '
+            f'for all: mend what is filmed, and record again ({what_settles(changing[:1])} tells '
+            'whether it is gone)'
         )
     versions = read_versions(scene)
     there = [name for name in wanted if name in effects_in_force(versions)]

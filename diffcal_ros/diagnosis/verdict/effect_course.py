@@ -45,6 +45,6 @@ def spread_over_time(hypothesis: Hypothesis) -> list[str]:
         if words:
             said.append(
                 f'{candidate.identifier} is another one in the course of the recording: '
-                f'{", ".join(words)}; the model takes what is the same at all times'
+                f'{", ".join(words)}; no scene has that: mend what is filmed, and record again'
             )
     return said

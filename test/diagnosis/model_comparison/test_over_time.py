@@ -75,7 +75,7 @@ def test_a_course_is_told_in_words(behind) -> None:
     best = max(found, key=lambda own: own.level)
     (said,) = spread_over_time(best)
     assert said.startswith('time_offset is another one in the course of the recording: late from')
-    assert said.endswith('ms; the model takes what is the same at all times')
+    assert said.endswith('ms; no scene has that: mend what is filmed, and record again')
     assert spread_over_time(always) == []
     assert course_of(always, always.added[0]) == {}
 

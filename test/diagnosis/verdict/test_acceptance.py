@@ -57,3 +57,17 @@ def test_what_is_not_sure_is_accepted_on_request(tmp_path):
     (version,) = read_versions(tmp_path / 'scene.yaml')
     assert path.is_file()
     assert (version.confidence, version.amplitudes) == (0.5, {'mass': 0.01, 'at': 0.7})
+
+
+def test_what_is_another_one_in_each_frame_is_not_accepted(tmp_path):
+    folder = _diagnosed(tmp_path, 'added_mass')
+    content = json.loads((folder / 'verdict.json').read_text())
+    content['details']['candidates'][0]['course'] = {'mass': [9.0, 12.0]}
+    (folder / 'verdict.json').write_text(json.dumps(content))
+    words = (
+        'added_mass is another one in each frame of that recording, and a scene has one for all'
+    )
+    with pytest.raises(InputError, match=words) as raised:
+        accept(folder, ['added_mass'])
+    assert 'record again' in str(raised.value)
+    assert read_versions(tmp_path / 'scene.yaml') == []
