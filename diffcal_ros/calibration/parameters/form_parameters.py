@@ -61,7 +61,7 @@ def knot_parameter(amplitude: Parameter, knot: TimeKnot, size: float) -> Paramet
     """
     part = amplitude.part
     # As many knots may be of one time as there are ways of being another one.
-    name = f'{amplitude.name}@{knot.at:.4g}+{knot.spacing:.2g}s'
+    name = f'{amplitude.name}@{knot.at:.7g}+{knot.spacing:.3g}s'
     return replace(
         amplitude,
         name=name,

@@ -71,7 +71,7 @@ def _times(pool: RefitPool) -> list[float]:
     times = [one.time for one in seen if one.time is not None]
     if len({one.setup_index for one in seen}) > 1 or len(times) < len(seen):
         return []
-    return sorted(times)
+    return sorted(set(times))
 
 
 def _course(

@@ -9,7 +9,7 @@ from diffcal_ros.calibration.parameters.form_parameters import knot_parameter
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.scene.model import QUASI_STATIC
-from diffcal_ros.time_knot import knots_between
+from diffcal_ros.time_knot import knots_between, TimeKnot
 import numpy as np
 import pytest
 from support.moving_beams import moving_model, moving_scene, slope_errors
@@ -83,3 +83,12 @@ def test_what_is_more_around_a_time_is_nothing_of_a_body_at_rest() -> None:
     assert own.weight_in(0, 0.2) == 1.0
     assert replace(own, posture=1).weight_in(0, 0.2) == 0.0
     assert model.effects.amplitudes(start, 0)['depth_affine']['bias'] == 0.0
+
+
+def test_amplitudes_of_long_recordings_have_names_of_their_own() -> None:
+    model, _ = _model('depth_affine')
+    own = model.parameters.parameters[-1]
+    times = 86_400.0 + np.arange(20) / 30.0
+    knots = (*knots_between(times[0], times[-1], 9), *(TimeKnot(float(t), 0.01) for t in times))
+    names = {knot_parameter(own, knot, 1.0).name for knot in knots}
+    assert len(names) == len(knots)

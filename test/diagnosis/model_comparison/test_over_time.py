@@ -128,12 +128,16 @@ def test_what_owes_all_to_its_course_is_clearly_ahead_or_shares_the_answer(behin
         assert _named(there, free, nominal, 60.0) == pytest.approx(confidence, abs=0.01)
 
 
-@pytest.mark.parametrize('case', ['noise is a guess', 'few frames', 'two poses', 'at rest'])
+@pytest.mark.parametrize(
+    'case', ['noise is a guess', 'few frames', 'two poses', 'at rest', 'stamps are the same']
+)
 def test_nothing_has_a_course_where_there_is_no_recording_that_tells(case) -> None:
     seen = [
         SimpleNamespace(time=0.1 * number, setup_index=0)
         for number in range(7 if case == 'few frames' else 14)
     ]
+    if case == 'stamps are the same':
+        seen = [*seen[:7], *seen[:7]]
     if case == 'two poses':
         seen[-1].setup_index = 1
     if case == 'at rest':
