@@ -14,7 +14,7 @@ from benchmarks.blind.cases import Case
 from benchmarks.blind.drag import make_drag
 from benchmarks.blind.equilibrium import PotentialLaw
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.filming import positions_at
+from benchmarks.blind.filming import drawing, positions_at
 from benchmarks.blind.forms import BY_KEY
 from benchmarks.blind.generator import draw_case, draw_timing, main
 from benchmarks.blind.labels import label_of
@@ -27,7 +27,7 @@ from benchmarks.blind.rotations import applied
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.scene_file import scene_text
 from benchmarks.blind.sensor import DRAWN
-from benchmarks.blind.setups import draw_setup, Setup
+from benchmarks.blind.setups import draw_setup, GRAVITY, Setup
 from benchmarks.blind.simulation import make_specimen, Specimen
 from benchmarks.blind.stamping import moments, stamps
 from benchmarks.blind.swing import consistent_masses, Forces, swing
@@ -195,6 +195,16 @@ def energies_of_a_swing(
         drawn.append(sum(law(middle).energy for law in laws))
         whole.append(moving + still + drawn[-1] - float((weight * middle).sum()))
     return np.array(whole), np.array(drawn)
+
+
+def check_a_swing_keeps_its_energy(specimen: Specimen, setup: Setup, faults: Faults) -> None:
+    """Check all forces of a motion at once: what a clamp's springs have is not there else."""
+    weight = specimen.body.masses[:, None] * np.array([0.0, 0.0, -GRAVITY])
+    laws = drawing(specimen, weight, faults)
+    whole, drawn = energies_of_a_swing(specimen, setup, weight, laws, 0.03)
+    assert len(laws) == 1
+    assert drawn.max() > 1e-6
+    assert np.ptp(whole) < 0.03 * np.ptp(drawn)
 
 
 def check_draws_by_its_energy(law: PotentialLaw, places: np.ndarray, step: float) -> None:

@@ -111,9 +111,12 @@ class EffectModel:
 
     def gravity_course(self, coordinates: FloatArray, setup_index: int) -> GravityCourse:
         """Return what gravity is more in the course of one recording."""
+        knots = dict.fromkeys(own.knot for own in self._parameters if own.knot is not None)
+        if not knots:
+            return ()
         usual = self.gravity(self.amplitudes(coordinates, setup_index), setup_index)
         course = []
-        for knot in dict.fromkeys(own.knot for own in self._parameters if own.knot is not None):
+        for knot in knots:
             there = self.amplitudes(coordinates, setup_index, knot.at)
             more = self.gravity(there, setup_index) - usual
             if more.any():

@@ -18,6 +18,7 @@ from diffcal_ros.calibration.forward.solution import KnownSolutions, Solution, V
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.parameters.camera_offsets import CameraOffsets
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
+from diffcal_ros.effects.registry import Amplitudes
 from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.fem.statics.static_body import StaticBody
 from diffcal_ros.material import Material
@@ -68,7 +69,6 @@ class ForwardModel:
         pivots = [self._pivot(observation) for observation in observations]
         self.cameras = CameraOffsets(scene, self.observations, parameters, pivots)
         self.effects = EffectModel(scene, parameters)
-        self._has_knots = any(own.knot is not None for own in parameters)
         self.inputs = BodyInputs(scene, parameters, self.effects)
         self._warm = warm
         self._last: Solution | None = None
@@ -317,19 +317,29 @@ class ForwardModel:
             conditions=replace(conditions, cables=self.inputs.cables(index, coordinates)),
             damping=self.inputs.damping(coordinates),
             release_time=self.inputs.release_time(index, coordinates),
-            time_offset=self._time_offset(index, coordinates),
+            time_offset=self._time_offset(index, coordinates, amplitudes),
             creep=self.effects.creep(amplitudes),
             gravity_course=self.effects.gravity_course(coordinates, index),
         )
 
-    def _time_offset(self, index: int, coordinates: FloatArray) -> FloatArray | float:
-        """Return by how much stamps of one posture are late [s], of each where they differ."""
-        times = (None, *instants(self.observations, index)) if self._has_knots else (None,)
-        usual, *own = (
-            self.effects.time_offset(self.effects.amplitudes(coordinates, index, time))
-            for time in times
-        )
-        return np.array(own) if any(late != usual for late in own) else usual
+    def _time_offset(
+        self, index: int, coordinates: FloatArray, usual: Amplitudes
+    ) -> FloatArray | float:
+        """Return by how much stamps of one posture are late [s], of each where they differ.
+
+        Args:
+            index: of the posture.
+            coordinates: shape (k,).
+            usual: amplitudes at all times.
+        """
+        always, effects = self.effects.time_offset(usual), self.effects
+        if all(own.knot is None for own in self.parameters):
+            return always
+        late = [
+            effects.time_offset(effects.amplitudes(coordinates, index, time))
+            for time in instants(self.observations, index)
+        ]
+        return np.array(late) if any(own != always for own in late) else always
 
     def _seen(self, fields: dict[int, FloatArray], coordinates: FloatArray) -> list[FloatArray]:
         """Turn fields of all states, shape (.., S, N, 3), to those that the cameras see."""

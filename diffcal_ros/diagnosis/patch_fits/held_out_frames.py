@@ -8,10 +8,11 @@ explained by it.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import moved, PatchGroup
+from diffcal_ros.diagnosis.patches.patches import cell_places
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, PatchGap
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +36,12 @@ def told_frame_by_frame(groups: Sequence[PatchGroup], fit: Refit) -> list[PatchG
     step = np.zeros(len(fit.coordinates))
     for index in unseen:
         step[index] = _found(groups, fit, index)
-    return [_without_used(g) if g.view in frames else g for g in moved(groups, step)]
+    return [g.chosen(~_used(g)) if g.view in frames else g for g in moved(groups, step)]
+
+
+def gap_frame_by_frame(fit: Refit, part: Part = Part.REPORT) -> PatchGap:
+    """Return the gap that a fit leaves on patches of a part; see `told_frame_by_frame`."""
+    return patch_gap(told_frame_by_frame(fit.groups, fit), part)
 
 
 def _unseen(groups: Sequence[PatchGroup], fit: Refit) -> list[int]:
@@ -63,15 +69,5 @@ def _found(groups: Sequence[PatchGroup], fit: Refit, index: int) -> float:
 
 def _used(group: PatchGroup) -> BoolArray:
     """Tell by which patches something is found: every second one, as on a chessboard."""
-    rows, columns = np.divmod(group.patches.cells, 100_000)
+    rows, columns = cell_places(group.patches.cells)
     return np.asarray((rows + columns) % 2 == 0) & group.is_report
-
-
-def _without_used(group: PatchGroup) -> PatchGroup:
-    kept = ~_used(group)
-    return replace(
-        group,
-        patches=group.patches.chosen(kept),
-        mesh=group.mesh[kept],
-        is_report=group.is_report[kept],
-    )

@@ -6,7 +6,7 @@ from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.diagnosis.patches.patches import Patches
+from diffcal_ros.diagnosis.patches.patches import cell_places, Patches
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,6 +42,15 @@ class PatchGroup:
     mesh: FloatArray
     is_report: BoolArray
     is_rigid: bool = False
+
+    def chosen(self, kept: BoolArray) -> 'PatchGroup':
+        """Return some of its patches, shape (n,); none may be left."""
+        return replace(
+            self,
+            patches=self.patches.chosen(kept),
+            mesh=self.mesh[kept],
+            is_report=self.is_report[kept],
+        )
 
 
 def of_the_body(groups: Sequence[PatchGroup]) -> list[PatchGroup]:
@@ -101,7 +110,7 @@ def report_part(observation: Observation, cells: NDArray[np.int64]) -> BoolArray
     """Tell which patches are kept for the report: whole frames of a motion, else cells."""
     if observation.instant is not None:
         return np.full(len(cells), observation.is_held_out)
-    rows, columns = np.divmod(cells, 100_000)
+    rows, columns = cell_places(cells)
     # Every second cell of every second row: none touches another.
     found: BoolArray = (rows % 2 == 0) & (columns % 2 == 0)
     return found
@@ -145,13 +154,7 @@ def only(groups: Sequence[PatchGroup], names: Set[FullName]) -> list[PatchGroup]
     found = []
     for group in groups:
         own = np.array([name in names for name in full_names([group])], dtype=bool)
-        kept = replace(
-            group,
-            patches=group.patches.chosen(own),
-            mesh=group.mesh[own],
-            is_report=group.is_report[own],
-        )
-        found.append(kept)
+        found.append(group.chosen(own))
     return found
 
 

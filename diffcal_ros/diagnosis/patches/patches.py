@@ -166,6 +166,16 @@ def edge_patches(
     return Patches(values, slopes[:, :-2], covariance, centers, cells, totals, common, uneven=own)
 
 
+# Numbers of cells count these in a row: no image is as wide.
+_IN_A_ROW = 100_000
+
+
+def cell_places(numbers: IntArray) -> tuple[IntArray, IntArray]:
+    """Return in which rows and columns of cells those of some numbers are, shape (n,) each."""
+    rows, columns = np.divmod(numbers, _IN_A_ROW)
+    return rows, columns
+
+
 def cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:
     """Return the number of the image cell in which each pixel lies, shape (M,).
 
@@ -174,7 +184,7 @@ def cell_numbers(pixels: NDArray[np.int32], cell: int) -> IntArray:
         cell: side of the cells [px].
     """
     columns, rows = (pixels // cell).T.astype(np.int64)
-    return rows * 100_000 + columns
+    return rows * _IN_A_ROW + columns
 
 
 def _trust(values: FloatArray, numbers: IntArray, slack: float) -> FloatArray:

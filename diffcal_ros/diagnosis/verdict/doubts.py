@@ -16,7 +16,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     LEAST_LEANING,
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import PAIR_GAIN
-from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import gap_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
@@ -89,7 +89,7 @@ def _of_the_gap(
     part, where = _judged_where(hypothesis, nominal)
     # An effect may hide in a parameter that strains what is known of it.
     before = patch_gap(unstrained(nominal), part)
-    after = patch_gap(told_frame_by_frame(hypothesis.fit.groups, hypothesis.fit), part)
+    after = gap_frame_by_frame(hypothesis.fit, part)
     if before.rms <= before.whole_floor:
         return (
             f'but {where} the gap is within the floors '

@@ -9,11 +9,10 @@ from diffcal_ros.diagnosis.detection.disagreement import Disagreement
 from diffcal_ros.diagnosis.detection.local_outlier import LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import gap_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.doubts import freedom_of
 from diffcal_ros.diagnosis.verdict.effect_course import spread_over_time
 from diffcal_ros.diagnosis.verdict.naming import Naming
@@ -207,8 +206,7 @@ def _of_fixture(evaluator: PatchEvaluator, nominal: Refit) -> list[str]:
 
 def _left(hypothesis: Hypothesis) -> list[str]:
     """Say how much a model leaves, and what of that its form may be."""
-    fit = hypothesis.fit
-    left = patch_gap(told_frame_by_frame(fit.groups, fit), Part.REPORT)
+    left = gap_frame_by_frame(hypothesis.fit)
     if left.rms <= FAR_ABOVE * left.whole_floor:
         return []
     judged = hypothesis.judged

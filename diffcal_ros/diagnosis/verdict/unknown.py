@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
-from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
+from diffcal_ros.diagnosis.patch_fits.held_out_frames import gap_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
@@ -78,7 +78,7 @@ def is_unexplained(
     """
     if not is_measured:
         return not closure >= LEAST_CLOSURE
-    gap = patch_gap(told_frame_by_frame(added.fit.groups, added.fit), Part.REPORT)
+    gap = gap_frame_by_frame(added.fit)
     judged, left = added.judged, gap.rms
     if judged is not None and judged.fraction <= FARTHEST_FORM:
         # In a form that may have its name.

@@ -15,7 +15,7 @@ from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import is_strained, unstrained
-from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, PatchGap
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.verdict.effect_course import course_of
@@ -152,9 +152,7 @@ def gap_figures(nominal: Refit, added: Refit) -> GapFigures:
 
     What hides in a parameter or pose of which better is known belongs to the gap.
     """
-    before = patch_gap(unstrained(nominal), Part.REPORT)
-    left = told_frame_by_frame(unstrained(added, nominal.parameters), added)
-    after = patch_gap(left, Part.REPORT)
+    before, after = _gaps(nominal, added, Part.REPORT)
     return GapFigures(
         nominal=1e3 * before.rms,
         added=1e3 * after.rms,
@@ -175,15 +173,20 @@ def judged_part(nominal: Refit, *, is_moving: bool) -> Part:
 
 
 def closure_of(nominal: Refit, added: Refit, is_measured: bool, part: Part = Part.REPORT) -> float:
-    """Return (nominal - added) / (nominal - floor) on the patches of a part.
+    """Return (nominal - added) / (nominal - floor) on the patches of a part."""
+    before, after = _gaps(nominal, added, part)
+    floor = before.whole_floor
+    old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
+    return closed_fraction(old, new, floor)
+
+
+def _gaps(nominal: Refit, added: Refit, part: Part) -> tuple[PatchGap, PatchGap]:
+    """Return the gap of a model and that with effects added, with what hides in parameters.
 
     What differs from frame to frame is found in each, by patches of it that do not count.
     """
     left = told_frame_by_frame(unstrained(added, nominal.parameters), added)
-    before, after = patch_gap(unstrained(nominal), part), patch_gap(left, part)
-    floor = before.whole_floor
-    old, new = before.size(is_measured=is_measured), after.size(is_measured=is_measured)
-    return closed_fraction(old, new, floor)
+    return patch_gap(unstrained(nominal), part), patch_gap(left, part)
 
 
 def closed_by(nominal: Refit, added: Hypothesis) -> float:
