@@ -65,12 +65,35 @@ def find_spots(
     views = [SpottedView.of(*seen[number]) for number in own]
     found = spot_map(views)
     held = [held_by(parts, seen[number][1]) for number in own]
-    is_there = (
-        is_of_all_poses([v.beside(found) for v in views], [postures[number] for number in own])
+    if not _is_there(views, [postures[number] for number in own], held, found):
+        return []
+    return _as_read(evaluator, nominal, found)
+
+
+def _is_there(
+    views: Sequence[SpottedView],
+    postures: Sequence[int],
+    held: Sequence[FloatArray],
+    found: SpotMap,
+) -> bool:
+    """Tell whether a map is one of the surface, by the pixels that it can follow.
+
+    What is far off beside it, at outlines above all, is none of it, and no other map's.
+
+    Args:
+        views: pixels.
+        postures: number of the pose of each.
+        held: what is in parts of the surface that were found, of each view, shape (n, p).
+        found: the map.
+    """
+    kept = [view.is_followed(found) for view in views]
+    views = [view.where(own) for view, own in zip(views, kept, strict=True)]
+    others = [columns[own] for columns, own in zip(held, kept, strict=True)]
+    return (
+        is_of_all_poses(views, postures)
         and _is_sharp(views, found)
-        and left_by_map(views, found.levels) < LEFT * sum_left(views, held)
+        and left_by_map(views, found.levels) < LEFT * sum_left(views, others)
     )
-    return _as_read(evaluator, nominal, found) if is_there else []
 
 
 def is_of_all_poses(views: Sequence[SpottedView], postures: Sequence[int]) -> bool:

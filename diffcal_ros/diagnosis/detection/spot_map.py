@@ -59,10 +59,10 @@ class SpottedView:
         """Return some of the pixels."""
         return SpottedView(self.left[chosen], self.cells[chosen], self.smooth[chosen])
 
-    def beside(self, found: 'SpotMap') -> 'SpottedView':
-        """Return the pixels that a map and what is smooth leave no outliers."""
+    def is_followed(self, found: 'SpotMap') -> BoolArray:
+        """Tell which pixels a map and what is smooth leave no outliers, shape (n,)."""
         left, _ = left_beside(self, self.on(found.levels))
-        return self.where(_weights(left) >= _LEAST_WEIGHT)
+        return np.asarray(_weights(left) >= _LEAST_WEIGHT)
 
     def on(self, levels: FloatArray) -> FloatArray:
         """Return the level of the cell that each pixel sees, shape (n, 1)."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A texture of a body's surface is found from pixels, whatever is smooth in each view."""
 
-from diffcal_ros.diagnosis.detection.find_spots import _is_sharp, is_of_all_poses
+from diffcal_ros.diagnosis.detection.find_spots import _is_there
 from diffcal_ros.diagnosis.detection.spot_map import (
     CELLS,
     left_beside,
@@ -12,6 +12,7 @@ from diffcal_ros.diagnosis.detection.spot_map import (
     nearer_the_second,
     spot_map,
     SpottedView,
+    sum_left,
 )
 from diffcal_ros.effects.spots import cells_of, OF_SIDE, ROUND, ROWS
 import numpy as np
@@ -66,15 +67,29 @@ def test_a_texture_is_found_but_for_which_level_is_which(random, height, share):
     assert abs(found.height) == pytest.approx(HEIGHT, rel=0.05)
     # One level too far and the other too near are the same.
     assert np.sign(found.height) == np.sign(height if alike > 0.5 else -height)
-    assert is_of_all_poses([view.beside(found) for view in views], range(3))
-    assert _is_sharp(views, found)
+    assert _is_taken_for_spots(views, range(3))
 
 
 def _is_taken_for_spots(views, postures):
+    nothing = [np.zeros((len(view.left), 0)) for view in views]
+    return _is_there(views, postures, nothing, spot_map(views))
+
+
+def test_pixels_far_off_at_outlines_hide_no_texture(random):
+    spots = _dots(random)
+    views = [_view(random, _painted(spots), offset=own, outliers=0.15) for own in OFFSETS]
     found = spot_map(views)
-    return is_of_all_poses([view.beside(found) for view in views], postures) and _is_sharp(
-        views, found
-    )
+    # They are a tenth of the pixels, and most of what is left.
+    whole = sum_left(views, [np.zeros((len(view.left), 0)) for view in views])
+    assert left_by_map(views, found.levels) > 0.5 * whole
+    assert _is_taken_for_spots(views, range(3))
+
+
+def test_parts_that_leave_as_little_are_no_spots(random):
+    spots = np.arange(ROWS)[:, None] * np.ones((1, ROUND)) > 0.4 * ROWS
+    views = [_view(random, _painted(spots.ravel()), offset=own) for own in OFFSETS]
+    held = [view.on(spots.ravel().astype(float)) for view in views]
+    assert not _is_there(views, range(3), held, spot_map(views))
 
 
 def test_what_is_elsewhere_on_the_body_in_each_pose_is_no_texture_of_it(random):
