@@ -100,8 +100,10 @@ class Effect:
         needs_gravity: whether a body without weight shows nothing of it.
         needs_motion: whether a body at rest shows nothing of it.
         needs_hold: whether only a load that is held for long shows it; a swing then does not.
-        is_at_rest_only: whether a motion is simulated without it.
+        is_at_rest_only: whether a swing is simulated without it; a load that is held is not.
         varying: amplitudes that may be others in the course of a recording.
+        of_course: amplitudes that it has in the course of a recording alone, where it may be
+            other causes of its class.
         imitated_over_time: what else does that, in words: then it has its class, and no name;
             empty: nothing is known that does.
         scatters_in_time: whether they may be others in each frame, whatever they were before.
@@ -149,6 +151,7 @@ class Effect:
     needs_hold = False
     is_at_rest_only = False
     varying: tuple[str, ...] = ()
+    of_course: tuple[Component, ...] = ()
     imitated_over_time = ''
     scatters_in_time = False
     hides_in_release = False
@@ -176,8 +179,8 @@ class Effect:
 
     @property
     def parts(self) -> tuple[Component, ...]:
-        """Its amplitudes, and those of its other forms."""
-        return (*self.components, *self.forms)
+        """Its amplitudes, those of its other forms, and those that it has over time alone."""
+        return (*self.components, *self.forms, *self.of_course)
 
     def component(self, name: str) -> Component:
         """Return one of its parts by name."""

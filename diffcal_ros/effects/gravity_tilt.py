@@ -4,13 +4,16 @@
 
 from dataclasses import replace
 
-from diffcal_ros.effects.effect import DEGREE, Effect, FloatArray, Numbers
+from diffcal_ros.effects.effect import Component, DEGREE, Effect, FloatArray, Numbers
 from diffcal_ros.effects.rigid import pair_of, ROLLED, tilt_components
 from diffcal_ros.effects.site import Site
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.rigid_motion import tilt_axes
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
+
+# By what share gravity is more, in the course of a recording.
+_HEAVIER = 'heavier'
 
 
 class GravityTilt(Effect):
@@ -28,8 +31,9 @@ class GravityTilt(Effect):
     outside_twins = ('a steady push to the side',)
     kind = 'gravity_tilt'
     is_fitted_whole = needs_gravity = True
-    # A table sways.
-    varying = ('a', 'b')
+    # A table sways. What pushes for a while pushes along gravity as well as across it.
+    of_course = (Component(_HEAVIER, '1', -0.5, 0.5, 8.0 * DEGREE, '%', 100.0),)
+    varying = ('a', 'b', 'heavier')
     # Of four such courses in two sealed sets two were tilts, one a gust, one a mass that ran out.
     imitated_over_time = 'a gust, a mass that runs out, a rig that is accelerated'
     # Of 14 development cases with this name 10 were tilts, the others a steady side wind.
@@ -43,7 +47,8 @@ class GravityTilt(Effect):
 
     def gravity(self, own: Numbers, gravity: FloatArray) -> FloatArray:
         """Return the tilted gravity [m/s^2], shape (3,)."""
-        return rotation_matrix(pair_of(own) @ np.stack(tilt_axes(gravity))) @ gravity
+        turn = rotation_matrix(pair_of(own) @ np.stack(tilt_axes(gravity)))
+        return np.asarray((1.0 + own.get(_HEAVIER, 0.0)) * (turn @ gravity))
 
     def weight_doubt(self, own: Numbers) -> float:
         """Return what a push adds, if it is one: along gravity as much as in each way across."""
@@ -53,6 +58,8 @@ class GravityTilt(Effect):
 
     def change(self, component: str, own: Numbers, site: Site) -> Change:
         """Return a turn of gravity, to first order in the tilt, which is a few degrees."""
+        if component == _HEAVIER:
+            return Change(gravity=site.gravity / (1.0 + own.get(_HEAVIER, 0.0)))
         axis = self.frame(own, site)[component]
         return Change(gravity=np.cross(axis, site.gravity))
 

@@ -16,7 +16,15 @@ from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.scene.model import Quantity
 import numpy as np
 import pytest
-from support.filmed import filmed, filmed_hold, filmed_scene, held_scene, RELEASE, STIFF
+from support.filmed import (
+    filmed,
+    filmed_hold,
+    filmed_scene,
+    held_scene,
+    RELEASE,
+    SAGGING,
+    STIFF,
+)
 from support.moving_beams import DAMPING
 from support.scenes import beam_scene
 
@@ -124,12 +132,30 @@ def test_creep_is_named_with_its_time_and_a_load_that_is_only_held_agrees() -> N
     assert plain.verdict is Verdict.AGREE
 
 
+@pytest.mark.slow
+def test_a_clamp_that_gives_way_to_a_load_that_is_held_is_named() -> None:
+    frames = filmed_hold(seed=2, compliance=12.0)
+    diagnosis = diagnose(held_scene(), frames).diagnosis
+    assert diagnosis.verdict is Verdict.DISAGREE
+    (effect,) = diagnosis.effects
+    assert effect.identifier == 'compliant_clamp'
+    assert effect.amplitude['compliance'] == pytest.approx(12.0, rel=_AMPLITUDE)
+    assert diagnosis.gap_mm.added < 0.4 * diagnosis.gap_mm.nominal
+    before, after = (diagnosis.parameters[when]['youngs_modulus'] for when in ('before', 'after'))
+    # Before, the body was softer in place of its clamp.
+    assert before['value'] < 0.8 * SAGGING
+    assert abs(after['value'] - SAGGING) < _SURE * after['std_error']
+
+
 def test_effects_are_offered_where_they_can_be_seen() -> None:
     at_rest = {c.identifier for c in candidates(beam_scene())}
     assert not at_rest & {'time_offset', 'air_drag'}
     moving = {c.identifier for c in candidates(filmed_scene())}
     assert moving >= {'time_offset', 'air_drag', 'gravity_tilt', 'added_mass'}
     assert not moving & {'compliant_clamp', 'contact_plane'}
+    # A load that is held is in equilibrium, as at rest.
+    held = {c.identifier for c in candidates(held_scene())}
+    assert held >= {'compliant_clamp', 'contact_plane', 'creep'}
     free = {c.identifier for c in candidates(filmed_scene(), fit=('damping', 'release_time'))}
     assert 'time_offset' not in free
     known = replace(RELEASE, prior_mean=0.05, prior_std=0.001)

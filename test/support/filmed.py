@@ -72,11 +72,22 @@ def held_scene() -> Scene:
     return replace(scene, observations=(replace(setup, motion=motion),), fit=('youngs_modulus',))
 
 
-def filmed_hold(*, seed: int, share: float = 0.0, tau: float = 4.0) -> list[Observation]:
-    """Film a beam that creeps, from another mesh; see `held_scene`."""
+def filmed_hold(
+    *, seed: int, share: float = 0.0, tau: float = 4.0, compliance: float = 0.0
+) -> list[Observation]:
+    """Film a beam under a load that is held, from another mesh; see `held_scene`.
+
+    Args:
+        seed: of noise and of the sensor's smooth error.
+        share: of the stresses that relax.
+        tau: by this time [s].
+        compliance: of the clamp [rad/(N m)].
+    """
     scene = moving_scene((10, 3, 3), modulus=SAGGING, release_time=9.0, integrator=QUASI_STATIC)
     if share:
         scene = replace(scene, effects={'creep': {'share': share, 'tau': tau}})
+    if compliance:
+        scene = replace(scene, effects={'compliant_clamp': {'compliance': compliance}})
     stamps = 1.8 * np.arange(_COUNT)
     depths = true_depths(scene, [float(t) for t in stamps])
     return _frames(stamps, depths, np.random.default_rng(seed))

@@ -19,17 +19,16 @@ def form_parameters(effect: Effect, size: float) -> list[Parameter]:
         size: standard deviation about zero, in usual sizes of each.
     """
     return [
-        Parameter(
-            effect.amplitude_name(part.name),
-            Kind(effect.form_kind),
-            number,
-            part.unit,
-            _about_zero(part, part.upper, size),
-            is_nuisance=True,
-            effect=effect.identifier,
-            amplitude=part.name,
-        )
+        _nuisance(effect, part, number, size, Kind(effect.form_kind))
         for number, part in enumerate(effect.forms)
+    ]
+
+
+def course_parameters(effect: Effect) -> list[Parameter]:
+    """Return the parameters of what an effect is over time alone; see `Effect.of_course`."""
+    return [
+        _nuisance(effect, part, number, 1.0, Kind.EFFECT)
+        for number, part in enumerate(effect.of_course)
     ]
 
 
@@ -77,6 +76,19 @@ def posture_parameters(
     """Return what amplitudes are more in each posture; see `posture_parameter`."""
     numbers = sorted(postures)
     return [posture_parameter(own, number, size) for own in amplitudes for number in numbers]
+
+
+def _nuisance(effect: Effect, part: Component, number: int, size: float, kind: Kind) -> Parameter:
+    return Parameter(
+        effect.amplitude_name(part.name),
+        kind,
+        number,
+        part.unit,
+        _about_zero(part, part.upper, size),
+        is_nuisance=True,
+        effect=effect.identifier,
+        amplitude=part.name,
+    )
 
 
 def _about_zero(part: Component, reach: float, size: float) -> Quantity:

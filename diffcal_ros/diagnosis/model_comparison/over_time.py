@@ -12,7 +12,7 @@ frames beside them tell.
 from collections.abc import Sequence
 from itertools import compress
 
-from diffcal_ros.calibration.parameters.form_parameters import knot_parameter
+from diffcal_ros.calibration.parameters.form_parameters import course_parameters, knot_parameter
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
@@ -80,6 +80,7 @@ def _course(
     """Return what amplitudes of an effect may be more around each knot, by their usual sizes."""
     model = with_effects(pool.nominal, pool.base, [candidate])[1].model
     own = [one for one in model.parameters if one.name in candidate.names]
+    own += course_parameters(candidate.effect)
     amplitudes = [one for one in own if one.amplitude in candidate.effect.varying]
     knots = knots_between(times[0], times[-1], min(_KNOTS, 1 + len(times) // _FRAMES))
     if candidate.effect.scatters_in_time:

@@ -129,6 +129,6 @@ def shown_effects(scene: Scene, fitted: Collection[str]) -> list[Effect]:
         effect
         for effect in EFFECTS.values()
         if not (effect.needs_motion and effect.needs_hold not in kinds)
-        and not (effect.is_at_rest_only and motions)
+        and not (effect.is_at_rest_only and False in kinds)
         and not (effect.hides_in_release and is_free)
     ]

@@ -5,9 +5,10 @@
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
-from diffcal_ros.calibration.parameters.form_parameters import knot_parameter
+from diffcal_ros.calibration.parameters.form_parameters import course_parameters, knot_parameter
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
+from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.model import QUASI_STATIC
 from diffcal_ros.time_knot import knots_between, TimeKnot
 import numpy as np
@@ -26,13 +27,24 @@ COURSES = {
 _SLOPE = 1e-5
 
 
-def _model(effect: str, integrator: str = 'implicit') -> tuple[ForwardModel, np.ndarray]:
-    """Return a model with a course, and its coordinates."""
+def _model(
+    effect: str, integrator: str = 'implicit', more_of: str = ''
+) -> tuple[ForwardModel, np.ndarray]:
+    """Return a model with a course, and its coordinates.
+
+    Args:
+        effect: of which.
+        integrator: of the motion.
+        more_of: an amplitude that it has over time alone, in place of its usual one.
+    """
     scene = moving_scene((4, 1, 1), fit=('youngs_modulus',), integrator=integrator)
     name, amounts = COURSES[effect]
     wanted = (effect,) if effect in ('gravity_tilt', 'rigid_offset') else (f'{effect}.{name}',)
     parameters = make_parameters(scene, ('youngs_modulus', *wanted), with_edge_bias=False)
     own = next(one for one in parameters if one.amplitude == name)
+    if more_of:
+        (own,) = course_parameters(EFFECTS[effect])
+        assert own.amplitude == more_of
     more = tuple(knot_parameter(own, knot, 1.0) for knot in KNOTS)
     model = moving_model(scene, TIMES)
     whole = ParameterSet((*parameters.parameters, *more), parameters.pose_covariances)
@@ -48,6 +60,22 @@ def test_tangents_are_the_slopes_of_all_frames(effect) -> None:
     for place in range(len(start) - 3, len(start)):
         errors = slope_errors(model, start, place)
         assert min(errors) < (1e-4 if effect == 'time_offset' else _SLOPE), errors
+
+
+@pytest.mark.parametrize('integrator', ['implicit', 'semi_implicit', QUASI_STATIC])
+def test_what_pushes_along_gravity_for_a_while_has_slopes_too(integrator) -> None:
+    model, start = _model('gravity_tilt', integrator, more_of='heavier')
+    tilted = start.copy()
+    tilted[1:3] = 0.05, -0.02
+    for place in range(len(start) - 3, len(start)):
+        errors = slope_errors(model, tilted, place)
+        assert min(errors) < (1e-4 if integrator == QUASI_STATIC else _SLOPE), errors
+    # At a time it is what gravity is in all, and a tenth more.
+    same = tilted.copy()
+    same[-3:] = 0.1
+    gravity = model.effects.gravity(model.effects.amplitudes(same, 0, TIMES[2]), 0)
+    steady = model.effects.gravity(model.effects.amplitudes(same, 0), 0)
+    np.testing.assert_allclose(gravity, 1.1 * steady, rtol=1e-12)
 
 
 def test_a_held_load_sags_by_gravity_as_it_is_in_each_frame() -> None:
