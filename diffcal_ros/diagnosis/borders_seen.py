@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Where materials end on a body whose scene does not say so, and what that makes of its model."""
+"""Where what a camera reads ends on a body or in the picture, and what that makes of its model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +16,8 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
     with_spots,
 )
 from diffcal_ros.diagnosis.detection.material_parts import find_parts
+from diffcal_ros.diagnosis.detection.picture_edges import find_picture_edge, with_edge
+from diffcal_ros.diagnosis.detection.pictured_views import SeenEdge
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
 from diffcal_ros.diagnosis.model_comparison.settled_spots import settled_spots
@@ -44,11 +46,13 @@ class _Seen:
         maps: of spots, the likeliest first.
         parts: of the surface, the highest first.
         places: of borders along the body, shares of the free length.
+        edge: in the picture.
     """
 
     maps: Sequence[BoolArray] = ()
     parts: tuple[SurfacePart, ...] = ()
     places: tuple[float, ...] = ()
+    edge: SeenEdge | None = None
 
 
 def with_borders_seen(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchEvaluator, Refit]:
@@ -98,6 +102,9 @@ def _seen(evaluator: PatchEvaluator, fit: Refit) -> _Seen | None:
         return _Seen(maps=maps)
     if parts:
         return _Seen(parts=parts)
+    edge = find_picture_edge(evaluator, fit)
+    if edge is not None:
+        return _Seen(edge=edge)
     if not found:
         at = find_depth_discontinuity(evaluator, fit)
         if at is None:
@@ -117,6 +124,8 @@ def _knowing_what_shows(
         known = knowing(with_parts(scene, seen.parts), evaluator, nominal)
         parts = settled_parts(*known, seen.parts, beside)
         return knowing(with_parts(scene, parts), evaluator, nominal)
+    if seen.edge is not None:
+        return knowing(with_edge(scene, seen.edge), evaluator, nominal)
     return knowing(with_borders(scene, seen.places), evaluator, nominal)
 
 

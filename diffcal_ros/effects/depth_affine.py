@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The depth camera reads (1 + scale) z + bias, or another bias over its picture or by angle.
 
+Beyond an edge in its picture it may read otherwise at once: see `picture_edge`.
+
 What falls on a lens or in front of it, a smudge, a beam of light, what a wall throws back, is
 somewhere in the picture, and follows no polynomial of it.
 
@@ -12,8 +14,9 @@ for accurate range sensing*, Computer Vision and Image Understanding 114, 2010).
 
 from dataclasses import replace
 
+from diffcal_ros.effects import picture_edge
 from diffcal_ros.effects.along_body import hat
-from diffcal_ros.effects.effect import Component, Effect, FloatArray
+from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import SeenPixels
 import numpy as np
 
@@ -39,6 +42,8 @@ _PLACES = {
 _ASLANT = {'aslant': 1, 'aslant_2': 2}
 _HALF = 0.5
 _BIAS = Component('bias', 'm', -0.05, 0.05, 0.005, 'mm', 1e3)
+# By how much more it reads too far beyond an edge.
+_BEYOND = 'beyond'
 
 
 def _power(name: str, degree: int, edge: float, where: str) -> Component:
@@ -64,7 +69,11 @@ class DepthAffine(Effect):
     components = (
         Component('scale', '1', -0.1, 0.1, 0.03, '%', 100.0),
         _BIAS,
+        replace(_BIAS, name=_BEYOND),
     )
+    settings = picture_edge.SETTINGS
+    map_pattern = picture_edge.PATTERN
+    has_edge = True
     forms = (
         *(
             _power(name, sum(powers), _EDGE, f'by {name} at the edge of the picture')
@@ -85,12 +94,24 @@ class DepthAffine(Effect):
     most_by_pose = 1.0
     varying = ('scale', 'bias')
 
+    def variants_in(self, settings: Numbers) -> tuple[tuple[str, ...], ...]:
+        """Return what is tried, with what is beyond an edge where there is one."""
+        if not picture_edge.has_edge(settings):
+            return self.variants
+        return (*self.variants, (_BEYOND,), ('bias', _BEYOND))
+
+    def limits_of(self, setting: str) -> tuple[float, float]:
+        """Return what a setting may be."""
+        return picture_edge.setting_limits(setting)
+
     def depth_error_mode(self, component: str, seen: SeenPixels) -> FloatArray:
         """Return the derivative by scale [m], bias or an amount of a power."""
         if component == 'scale':
             return seen.depth
         if component == 'bias':
             return np.ones_like(seen.depth)
+        if component == _BEYOND:
+            return np.zeros_like(seen.depth) if seen.beyond is None else seen.beyond
         if component in _ASLANT:
             aslant = np.zeros_like(seen.depth) if seen.facing is None else 1.0 - seen.facing
             return aslant ** _ASLANT[component]

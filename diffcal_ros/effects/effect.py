@@ -110,6 +110,7 @@ class Effect:
         hides_in_release: whether a release of which nothing is known does all that it does.
         has_boundary: whether its settings are where its two materials end, in a scene of one
             region, see `bands`.
+        has_edge: whether its settings may be an edge in the picture, see `picture_edge`.
         class_with_fixture: the class of what moves the fixture as this moves what it holds; empty:
             it moves nothing of a rig. See `displaced`.
         across_picture: amplitudes that move the body across the picture, where the form of the
@@ -156,6 +157,7 @@ class Effect:
     scatters_in_time = False
     hides_in_release = False
     has_boundary = False
+    has_edge = False
     class_with_fixture = ''
     across_picture: tuple[str, ...] = ()
     most_along = 1.0
@@ -176,6 +178,10 @@ class Effect:
     def variants(self) -> tuple[tuple[str, ...], ...]:
         """Amplitudes that are tried together."""
         return (tuple(part.name for part in self.components),)
+
+    def variants_in(self, settings: Numbers) -> tuple[tuple[str, ...], ...]:
+        """Return `variants` where a scene states settings, and perhaps none of its amplitudes."""
+        return self.variants
 
     @property
     def parts(self) -> tuple[Component, ...]:

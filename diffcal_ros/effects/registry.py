@@ -16,6 +16,7 @@ from diffcal_ros.effects.depth_affine import DepthAffine
 from diffcal_ros.effects.depth_bias_by_region import DepthBiasByRegion
 from diffcal_ros.effects.effect import Effect, Numbers
 from diffcal_ros.effects.gravity_tilt import GravityTilt
+from diffcal_ros.effects.picture_edge import edge_in, PictureEdge
 from diffcal_ros.effects.rest_curvature import RestCurvature
 from diffcal_ros.effects.stiffness_contrast import StiffnessContrast
 from diffcal_ros.effects.strain_stiffening import StrainStiffening
@@ -58,6 +59,21 @@ def boundary_effects() -> list[Effect]:
 def seen_boundary() -> Effect:
     """Return the one of those whose boundary the depth camera sees."""
     return next(effect for effect in boundary_effects() if effect.group == 'sensor')
+
+
+def edge_effect() -> Effect:
+    """Return the effect that may have an edge in the picture."""
+    return next(effect for effect in EFFECTS.values() if effect.has_edge)
+
+
+def edge_seen(effects: Amplitudes, number: int) -> PictureEdge | None:
+    """Return the edge in the picture of an observation; None: there is none.
+
+    Args:
+        effects: that a scene states.
+        number: of the observation, from 0.
+    """
+    return edge_in(effects.get(edge_effect().identifier, {}), number)
 
 
 def what_settles(identifiers: Iterable[str]) -> str:

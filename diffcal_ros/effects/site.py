@@ -99,6 +99,8 @@ class SeenPixels:
         parts: in which parts of the surface they are, see `surface_parts`, shape (..., p); None:
             materials end where regions do, or nobody asks.
         times: how many times as much each part adds as the first, shape (p,).
+        beyond: by how much they are beyond an edge in the picture, 0 to 1, as `depth`; None:
+            there is no edge, or nobody asks.
     """
 
     depth: FloatArray
@@ -109,6 +111,7 @@ class SeenPixels:
     locate: Callable[[], FloatArray] | None = None
     parts: BoolArray | None = None
     times: FloatArray | None = None
+    beyond: FloatArray | None = None
 
     @cached_property
     def places(self) -> FloatArray | None:

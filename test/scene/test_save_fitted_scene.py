@@ -83,7 +83,7 @@ def test_effects_that_were_fitted_or_accepted_are_part_of_it(write_scene, tmp_pa
     again = load_scene(tmp_path / 'fitted.yaml')
     assert again.effects == {
         'added_mass': {'mass': 0.005, 'at': 0.9},
-        'depth_affine': {'scale': 0.0, 'bias': 0.003},
+        'depth_affine': {'scale': 0.0, 'bias': 0.003, 'beyond': 0.0},
         'gravity_tilt': {'a': 0.02, 'b': 0.0},
     }
     assert again.fit == scene.fit

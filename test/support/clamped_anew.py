@@ -58,7 +58,8 @@ def rolled(rolls, sits, counts):
     """Return a scene of several poses that knows of no offset, and what was seen of them.
 
     Args:
-        rolls: how the beam is rolled in each [rad], shape (n,).
+        rolls: how the beam is rolled in each [rad], shape (n,), or turned: rotation vectors,
+            shape (n, 3).
         sits: how it sits in its clamp [m, rad], world frame, shape (n, 6).
         counts: elements of the scene's mesh.
     """
@@ -67,7 +68,8 @@ def rolled(rolls, sits, counts):
     mesh, random = beam_mesh((14, 4, 4), SIZE), np.random.default_rng(5)
     setups, seen = [], []
     for number, (roll, offset) in enumerate(zip(rolls, sits, strict=True)):
-        turned = transform(rotation_matrix(np.array([roll, 0.0, 0.0])), np.zeros(3))
+        turn = np.array([roll, 0.0, 0.0]) if np.ndim(roll) == 0 else np.asarray(roll)
+        turned = transform(rotation_matrix(turn), np.zeros(3))
         own = replace(
             setup, name=f'pose_{number}', world_from_object=setup.world_from_object @ turned
         )

@@ -9,7 +9,7 @@ from diffcal_ros.calibration.forward.sensor_model import SensorModel, SurfacePla
 from diffcal_ros.calibration.parameters.parameters import Parameter, ParameterSet
 from diffcal_ros.effects import surface_parts
 from diffcal_ros.effects.effect import Effect, Numbers
-from diffcal_ros.effects.registry import Amplitudes, EFFECTS, seen_boundary
+from diffcal_ros.effects.registry import Amplitudes, edge_seen, EFFECTS, seen_boundary
 from diffcal_ros.effects.site import SeenPixels, Site, Tets
 from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.elements.element import Discretisation
@@ -209,7 +209,10 @@ class EffectModel:
         rest, axes = shape.rest_nodes, self.axes(setup_index)
         is_second = self.second_triangles(shape.nodes, triangles)
         surface = SurfacePlaces(
-            is_second, axes.on_surface(rest, triangles), axes.sides(rest, triangles)
+            is_second,
+            axes.on_surface(rest, triangles),
+            axes.sides(rest, triangles),
+            edge=edge_seen(self._scene.effects, setup_index),
         )
         stated = self._scene.effects.get(seen_boundary().identifier)
         if self._tets.is_second is not None or stated is None:

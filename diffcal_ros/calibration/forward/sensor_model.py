@@ -7,6 +7,7 @@ from functools import cache
 
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.effects.effect import Numbers
+from diffcal_ros.effects.picture_edge import PictureEdge
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.effects.site import SeenPixels
 from diffcal_ros.effects.surface_parts import SeenPart
@@ -57,12 +58,14 @@ class SurfacePlaces:
             shape (F, 3, 3); None: they are none of a body.
         sides: which way the triangles face, see `SeenPixels`, shape (F, 2); None: likewise.
         parts: of the second material; empty: it is where elements are of it.
+        edge: in the picture; None: there is none.
     """
 
     is_second: NDArray[np.bool_]
     corners: FloatArray | None = None
     sides: FloatArray | None = None
     parts: tuple[SeenPart, ...] = ()
+    edge: PictureEdge | None = None
 
     @property
     def places(self) -> FloatArray | None:
@@ -106,6 +109,7 @@ class SurfacePlaces:
             None if self.corners is None else locate,
             parts,
             np.array([own.times for own in self.parts]),
+            None if self.edge is None else self.edge.beyond(directions),
         )
 
     def places_at(

@@ -62,7 +62,7 @@ class SpottedView:
     def is_followed(self, found: 'SpotMap') -> BoolArray:
         """Tell which pixels a map and what is smooth leave no outliers, shape (n,)."""
         left, _ = left_beside(self, self.on(found.levels))
-        return np.asarray(_weights(left) >= _LEAST_WEIGHT)
+        return np.asarray(robust_weights(left) >= _LEAST_WEIGHT)
 
     def on(self, levels: FloatArray) -> FloatArray:
         """Return the level of the cell that each pixel sees, shape (n, 1)."""
@@ -119,7 +119,7 @@ def nearer_the_second(views: Sequence[SpottedView], height: float) -> BoolArray:
         height: of the level.
     """
     values = [view.left for view in views]
-    weights = [_weights(np.where(own / height > 0.5, own - height, own)) for own in values]
+    weights = [robust_weights(np.where(own / height > 0.5, own - height, own)) for own in values]
     is_spot = _cell_means(views, values, weights) / height > 0.5
     is_seen = np.bincount(np.concatenate([v.cells for v in views]), minlength=CELLS) > 0
     apart, nearest = distance_transform_edt(~is_seen.reshape(ROWS, ROUND), return_indices=True)
@@ -142,7 +142,7 @@ def left_beside(view: SpottedView, columns: FloatArray) -> tuple[FloatArray, Flo
     for _ in range(_ROUNDS):
         sizes = _solved(both, view.left, weights)
         left = view.left - both @ sizes
-        weights = _weights(left)
+        weights = robust_weights(left)
     return left, sizes[: columns.shape[1]]
 
 
@@ -205,7 +205,7 @@ def _two_levels(
     height = pull / max(size, 1e-12)
     # Off from the lower level, as if the map's own part of what is smooth were not taken out.
     rests = [left - height * level + height * on for level, left, on in parts]
-    return height, rests, [_weights(left - height * level) for level, left, _ in parts]
+    return height, rests, [robust_weights(left - height * level) for level, left, _ in parts]
 
 
 def _cell_means(
@@ -229,6 +229,7 @@ def _kept(products: FloatArray) -> FloatArray:
     return products + 1e-9 * (1.0 + np.trace(products)) * np.eye(len(products))
 
 
-def _weights(left: FloatArray) -> FloatArray:
+def robust_weights(left: FloatArray) -> FloatArray:
+    """Return how much pixels count that are off by so much [m], shape (n,)."""
     spread = 1.4826 * float(np.median(np.abs(left))) + _LEAST_SPREAD
     return np.asarray(1.0 / (1.0 + (left / (_HALF * spread)) ** 2))

@@ -25,6 +25,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
 )
 from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth.tracer import DepthTracer, OutOfViewError
+from diffcal_ros.effects.registry import edge_seen
 from diffcal_ros.rigid_motion import moved, moved_by
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.scene.model import Fixture, Scene
@@ -59,7 +60,8 @@ class RigidReference:
         no_triangle = np.zeros(len(fixture.triangles), dtype=bool)
         no_edge = np.zeros(len(self._tracer.edge_vertices), dtype=bool)
         mask = ViewMask(pixels_left_out(observation, scene.masks), no_triangle, no_edge)
-        surface = SurfacePlaces(no_triangle)
+        edge = edge_seen(scene.effects, observation.setup_index)
+        surface = SurfacePlaces(no_triangle, edge=edge)
         self.comparer = ViewComparer(observation, self._tracer, mask, scene.masks, 'cpu', surface)
 
     def view(self, number: int, model: ForwardModel, coordinates: FloatArray) -> View | None:

@@ -93,7 +93,7 @@ def candidates(
         Candidate(effect.identifier, components, at)
         for effect in shown
         if effect.identifier not in left_out
-        for components in effect.variants
+        for components in effect.variants_in(scene.effects.get(effect.identifier, {}))
         for place in effect.places_of(components)
         for at in (place or scene.effects.get(effect.identifier, {}).get('at'),)
     ]

@@ -7,7 +7,7 @@ import math
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, NamedEffect
-from diffcal_ros.effects import spots, surface_parts
+from diffcal_ros.effects import picture_edge, spots, surface_parts
 from diffcal_ros.effects.registry import EFFECTS, what_settles
 from diffcal_ros.report.naming import shown, title
 
@@ -63,6 +63,8 @@ def effect_words(effect: NamedEffect) -> str:
 def _place_words(setting: Mapping[str, float]) -> str:
     if spots.spots_of(setting) is not None:
         return f' on {surface_parts.in_words(setting)}'
+    if picture_edge.has_edge(setting):
+        return f' {picture_edge.in_words(setting)}'
     if 'until' in setting:
         return f' at {surface_parts.in_words(setting)}'
     return ''.join(f' at {value:g} of the length' for value in setting.values())

@@ -8,7 +8,7 @@ import math
 import re
 
 from diffcal_ros.camera import PinholeCamera, SHORTEST_FOCAL_LENGTH
-from diffcal_ros.effects import bands, surface_parts
+from diffcal_ros.effects import bands, picture_edge, surface_parts
 from diffcal_ros.effects.effect import Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.model import Masks, RigidOffset
@@ -297,6 +297,8 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
         entry.refuse_unknown()
         if effect.has_boundary:
             numbers = bands.without_unused(surface_parts.without_unused(numbers))
+        if effect.has_edge:
+            numbers = picture_edge.without_unused(numbers)
         found[identifier] = numbers
     section.refuse_unknown()
     return found

@@ -43,8 +43,7 @@ def _model(
     parameters = make_parameters(scene, ('youngs_modulus', *wanted), with_edge_bias=False)
     own = next(one for one in parameters if one.amplitude == name)
     if more_of:
-        (own,) = course_parameters(EFFECTS[effect])
-        assert own.amplitude == more_of
+        own = next(o for o in course_parameters(EFFECTS[effect]) if o.amplitude == more_of)
     more = tuple(knot_parameter(own, knot, 1.0) for knot in KNOTS)
     model = moving_model(scene, TIMES)
     whole = ParameterSet((*parameters.parameters, *more), parameters.pose_covariances)
