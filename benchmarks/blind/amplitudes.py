@@ -303,6 +303,8 @@ OUTSIDE_CLASS = {
     'lapsed': 'sensor',
     'clubbed': 'shape',
     'jittered': 'sensor',
+    'underfilled': 'shape',
+    'spoked': 'sensor',
 }
 
 

@@ -8,6 +8,7 @@ from benchmarks.blind.bounce import bounced_share
 from benchmarks.blind.exposure import exposure, returned_light
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flare import flared_share
+from benchmarks.blind.glued_window import glued_share
 from benchmarks.blind.guard import guard_share
 from benchmarks.blind.peeling import film_share
 from benchmarks.blind.renderer import Rendering
@@ -23,7 +24,12 @@ _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [
 # Errors that lie elsewhere in an image in each pose.
 _IN_POSES = {'sunbeam': sunbeam_share, 'peeling': film_share}
 # Those that are the same in all, by place alone.
-_IN_IMAGE = {'splash guard': guard_share, 'two taps': tap_share, 'shifted bar': shifted_share}
+_IN_IMAGE = {
+    'splash guard': guard_share,
+    'two taps': tap_share,
+    'shifted bar': shifted_share,
+    'glued window': glued_share,
+}
 # Errors that go with how far away a surface is, and how bright with that.
 _BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')
 

@@ -39,6 +39,8 @@ from benchmarks.blind.tenth_forms import TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_PAIRS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
+from benchmarks.blind.thirtieth_forms import THIRTIETH_PAIRS
+from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
@@ -162,6 +164,7 @@ LAWS_SETS = {
     'twentyseventh': Contents(TWENTYSEVENTH_PAIRS, tuple(TWENTYSEVENTH_OUTSIDE), 40),
     'twentyeighth': Contents(TWENTYEIGHTH_PAIRS, tuple(TWENTYEIGHTH_OUTSIDE), 40),
     'twentyninth': Contents(TWENTYNINTH_PAIRS, tuple(TWENTYNINTH_OUTSIDE), 40),
+    'thirtieth': Contents(THIRTIETH_PAIRS, tuple(THIRTIETH_OUTSIDE), 40),
 }
 
 

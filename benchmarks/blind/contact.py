@@ -19,6 +19,7 @@ from benchmarks.blind.groove import groove, groove_tops
 from benchmarks.blind.knob import knob, rounded
 from benchmarks.blind.packing import packing
 from benchmarks.blind.pipe import pipe, pipe_tops
+from benchmarks.blind.rubber_balls import rubber_balls
 from benchmarks.blind.setups import Observation
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.tent import tent, tent_tops
@@ -48,6 +49,7 @@ _PRESSED_BY = {
     'hovering': air_table,
     'packing': packing,
     'gel pad': gel_pad,
+    'rubber balls': rubber_balls,
 }
 # Radius of what is round, along the world's z [m].
 ROUND = {'edge': BAR, 'roll': _ROLL, 'rope': _ROPE, 'rack': _RACK}

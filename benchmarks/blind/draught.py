@@ -4,7 +4,7 @@
 
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
 fans that blow against each other, a curtain of air, a jet that spreads, what a grille lets
-through, what goes past a post, or past the edge of a screen.
+through, what goes past a post or the edge of a screen, or a stream that is hollow behind a hub.
 """
 
 import numpy as np
@@ -164,3 +164,20 @@ def screened_share(places: FloatArray, way: FloatArray, faults: Faults) -> Float
     aside = np.cross(along, [0.0, 1.0, 0.0])
     beside = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_width
     return np.asarray((0.5 * (1.0 + erf(beside))) ** 2)
+
+
+def hollow_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much is felt of a fan's stream that is hollow behind its hub, shape (N,).
+
+    With q the square of the way from the axis over the ring's radius it is q exp(1 - q): none on
+    the axis, and 1 on the ring.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows, world, shape (3,).
+        faults: say where its axis is, and how wide the ring is.
+    """
+    along = way / max(float(np.linalg.norm(way)), 1e-30)
+    beside = np.cross(places - np.array(faults.tilt_point), along)
+    squares = (beside**2).sum(axis=1) / faults.tilt_width**2
+    return np.asarray(squares * np.exp(1.0 - squares))

@@ -4,7 +4,7 @@
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
 tape, the middle of a gantry's crossbar, the arm of a stand, a suction cup, a plate on rubber
-bobbins, a gooseneck, or a coil spring.
+bobbins, a gooseneck, a coil spring, or a hairpin.
 """
 
 import numpy as np
@@ -19,6 +19,7 @@ _CUP_SHEARED = 2.0  # The same of the wall of a suction cup.
 _BOBBIN_SHEARED = 2.5  # And of a rubber bobbin.
 _ALONG_NECK = 12  # Places along a gooseneck, at which it is integrated.
 _COIL = 0.25  # Radius of a coil spring over its height.
+_HAIRPIN = 0.2  # Radius of a hairpin's bend over the length of its legs.
 _APART = 0.6  # Of bobbins along y over those along x.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -213,6 +214,35 @@ def coil_compliance(by_turn: float, height: float) -> FloatArray:
     # By Gauss's rule of two places, as it goes with the square of the height.
     places = 0.5 * height * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))
     return np.mean([_carried(turn, place * _UPRIGHT) for place in places], axis=0)
+
+
+def hairpin_compliance(by_turn: float, length: float) -> FloatArray:
+    """Return the same of a clamp on a hairpin, a round rod that goes back and comes forward again.
+
+    One leg goes back along the object's x, a half circle turns downwards, and the other leg comes
+    forward below the first one to a foot. It bends alike about all axes across it, and twists by
+    1 + nu as much: Castigliano's theorem along it.
+
+    Args:
+        by_turn: turn about y by a moment about that: length over bending stiffness [rad/(N m)].
+        length: of each leg [m].
+    """
+    radius, whole = _HAIRPIN * length, np.zeros((6, 6))
+    places, weights = np.polynomial.legendre.leggauss(_ALONG_NECK)
+    legs, bend = length * _ALONG, np.pi * radius
+    for part, weight in zip(0.5 * (1.0 + places), 0.5 * weights, strict=True):
+        sine, cosine = np.sin(np.pi * part), np.cos(np.pi * part)
+        around = -legs - radius * (sine * _ALONG + (1.0 - cosine) * _UPRIGHT)
+        back = -legs * part - 2.0 * radius * _UPRIGHT
+        for place, ahead, piece in (
+            (-legs * part, _ALONG, length),
+            (around, cosine * _ALONG + sine * _UPRIGHT, bend),
+            (back, _ALONG, length),
+        ):
+            turns = np.zeros((6, 6))
+            turns[3:, 3:] = _round(ahead) + (1.0 + _STEEL) * np.outer(ahead, ahead)
+            whole += weight * piece * _carried(turns, -place)
+    return by_turn / (2.0 * length + bend) * whole
 
 
 def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.draught import (
     curtain_share,
     drawn_in,
+    hollow_share,
     layer_share,
     lee_share,
     louvre_share,
@@ -51,6 +52,7 @@ _PUSHES = (
     'louvred',
     'lee',
     'screened',
+    'hub',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
@@ -62,6 +64,7 @@ _FELT = {
     'louvred': louvre_share,
     'lee': lee_share,
     'screened': screened_share,
+    'hub': hollow_share,
 }
 
 

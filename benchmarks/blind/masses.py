@@ -50,6 +50,8 @@ def added_mass(
         nearness = film_thickness(share)
     if faults.mass_form == 'solder':
         nearness = turn_density(share, faults.mass_closer)
+    if faults.mass_form == 'spray can':
+        nearness = spray_density(share, faults.added_mass_at, faults.mass_spray)
     volumes = where * (share > 0.0) * quadrature.volumes
     masses = _shared(faults.added_mass, nearness * volumes)
     if faults.mass_form == 'cable':
@@ -91,6 +93,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'drained': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
         # Likewise: how close the turns of a wire are.
         'solder': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
+        # And how thick a spray can left its paint.
+        'spray can': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
         # Where a liquid is, the body's own heights tell.
         'pooled': (_MASS_REACH, 0.0),
         # Each of several has a place of its own.
@@ -200,6 +204,20 @@ def turn_density(share: FloatArray, closer: float) -> FloatArray:
         closer: share over which there come to be three times as many.
     """
     return np.asarray(np.exp((share - 1.0) / closer))
+
+
+def spray_density(share: FloatArray, at: float, high: float) -> FloatArray:
+    """Return how thick a paint is below a can that was held still, 1 straight before it.
+
+    Drops fly straight from a nozzle that sprays by the cosine. As they fly farther aside and meet
+    what is aslant, there lies as much as the cosine's fourth power, as of light.
+
+    Args:
+        share: of the free length, any shape.
+        at: that before the nozzle.
+        high: how far away that is, as a share of the free length.
+    """
+    return np.asarray((1.0 + ((share - at) / high) ** 2) ** -2.0)
 
 
 def _shared(grams: float, weights: FloatArray) -> FloatArray:

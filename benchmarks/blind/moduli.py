@@ -9,6 +9,7 @@ from benchmarks.blind.baking import baked_value
 from benchmarks.blind.dosing import dosed_value
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.marbling import marbled_value
+from benchmarks.blind.seeping import seeped_share
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.surging import surged_value
@@ -59,6 +60,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'baked': baked_value(share, faults.contrast_at, faults.contrast_width),
         'dosed': dosed_value(share, faults.contrast_at, faults.contrast_wave),
         'surged': surged_value(share, faults.contrast_wave, faults.contrast_width),
+        'seeped': seeped_share(share, faults.contrast_width),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),

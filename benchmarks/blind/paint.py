@@ -51,6 +51,8 @@ class Paint:
             a third of it is left, by the exponential of the square; (0, 0): it begins at a border.
         tongue: share from which on it is all around; from a point amid each side, at `tip_from`,
             it grows to that; 0: it is all around at once.
+        edges: share of the way from an edge to the middle of a side which is worn along the edges,
+            alone the tip's; 0: all is.
     """
 
     tip_from: float = 0.5
@@ -69,6 +71,7 @@ class Paint:
     net: tuple[float, float] = (0.0, 0.0)
     bell: tuple[float, float] = (0.0, 0.0)
     tongue: float = 0.0
+    edges: float = 0.0
 
 
 PLAIN = Paint()
@@ -176,6 +179,15 @@ def _tongued(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return np.where(aside < wide, labels, ROOT)
 
 
+def _worn(labels: IntArray, side: Side, paint: Paint) -> IntArray:
+    """Return labels of what is worn along the edges of each side alone."""
+    if not paint.edges:
+        return labels
+    aside = np.abs(_outward(side.points, side.lattice))
+    aside[..., [0, side.axis]] = 0.0
+    return np.where(aside.max(axis=-1) > 1.0 - paint.edges, labels, ROOT)
+
+
 def _uncovered(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return labels if side.heights is None else np.where(side.heights > 0.0, labels, ROOT)
 
@@ -196,6 +208,7 @@ _COATS: tuple[Coat, ...] = (
     _dipped,
     _in_spots,
     _tongued,
+    _worn,
     _uncovered,
     _in_the_sun,
 )

@@ -63,3 +63,17 @@ def joint_errors(pitches: FloatArray, phase: float, bent: float) -> FloatArray:
     off = np.arctan2(np.sin(driving), np.cos(bent) * np.cos(driving)) - driving
     errors = (off + np.pi) % (2.0 * np.pi) - np.pi
     return np.asarray(errors - errors[0])
+
+
+def tangent_errors(pitches: FloatArray, crank: float) -> FloatArray:
+    """Return how far jaws lag that a nut on a straight screw pitches by an arm, shape (P,).
+
+    The nut goes on in proportion to what is asked for, and the arm by the arc tangent of that. It
+    was set to 0 where the first pose is.
+
+    Args:
+        pitches: that are asked for [rad], shape (P,).
+        crank: way of the nut by a radian, over its distance from the hinge.
+    """
+    errors = np.arctan(crank * pitches) / crank - pitches
+    return np.asarray(errors - errors[0])

@@ -36,10 +36,18 @@ class RecentFaults:
     `curvature_form` may be `four-point`: by the moment between two feet, at `curvature_at` and
     `curvature_again`, and two ends.
 
+    In the thirtieth, `mass_form` may be `spray can`: paint of one that was held still at
+    `added_mass_at`. `contrast_mode` may be `seeped`: oil from the clamp on, by `contrast_width`.
+    `clamp_form` may be `hairpin`: on a rod that goes back and comes forward again. `contact_form`
+    may be `rubber balls`: by the power 3/2 of the dent over `contact_bend`. `depth_form` may be
+    `glued window`: by the way from a seam. `tilt_form` may be `hub`: a hollow round stream.
+    `curvature_form` may be `slots`: by the moment between two that lie beside each other.
+
     Attributes:
         mass_travel: by which share of the free length a weight slides on where the body points
             straight down, or what a loose spring is longer there.
         mass_closer: share of the free length over which turns come to be three times as many.
+        mass_spray: distance of a nozzle, as a share of the free length.
         mass_coiled: length of a loose spring on a level body, as a share of the free length.
         contact_slant: of the way along which a corrugated sheet waves, or across a tent's ridge,
             from the world's x towards z [deg].
@@ -51,6 +59,8 @@ class RecentFaults:
             a third of that; (0, 0): it is no bell.
         region_tongue: share of the free length from which on a region is all around, which grows
             on each side from a point at `region_from`; 0: it is so at once.
+        region_edges: share of the way from an edge to the middle of a side where a region is, all
+            along the edges; 0: it is on all of a side.
         tilt_wave: from slat to slat of a grille [m].
         curvature_sag: radius of a catenary at its lowest place, as a share of the free length.
         curvature_bed: share of the free length over which a moment on a mattress falls to a third.
@@ -70,10 +80,16 @@ class RecentFaults:
         clubbed: share by which the true section is larger at the tip.
         jittered: by how much each row of an image lies to a side at most [px].
         jittered_seed: of the draws of all rows.
+        underfilled: share of the height that the true upper side lacks at the tip.
+        spoked: amplitude of an error that waves about a place of the image [mm].
+        spoked_at: that place, to the right of the principal point and down [px].
+        spoked_count: of waves in a turn.
+        spoked_phase: of these on the right of that place [rad].
     """
 
     mass_travel: float = 0.0
     mass_closer: float = 1.0
+    mass_spray: float = 1.0
     mass_coiled: float = 0.0
     contact_slant: float = 0.0
     contact_steep: float = 0.0
@@ -81,6 +97,7 @@ class RecentFaults:
     region_net: tuple[float, float] = (0.0, 0.0)
     region_bell: tuple[float, float] = (0.0, 0.0)
     region_tongue: float = 0.0
+    region_edges: float = 0.0
     tilt_wave: float = 1.0
     curvature_sag: float = 1.0
     curvature_bed: float = 1.0
@@ -98,3 +115,8 @@ class RecentFaults:
     clubbed: float = 0.0
     jittered: float = 0.0
     jittered_seed: int = 0
+    underfilled: float = 0.0
+    spoked: float = 0.0
+    spoked_at: tuple[float, float] = (0.0, 0.0)
+    spoked_count: int = 0
+    spoked_phase: float = 0.0

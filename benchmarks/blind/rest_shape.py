@@ -13,6 +13,7 @@ from benchmarks.blind.hammock import catenary_lever, catenary_rate
 from benchmarks.blind.mattress import bedded_lever, bedded_moment
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
+from benchmarks.blind.slots import slotted
 
 _PARTS = 12  # Arcs that a helix is made of, and what hung for long.
 _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
@@ -51,6 +52,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         mitre=1e-3 * faults.mitred * faults.mitred_side,
         jog=(1e-3 * faults.joggled, faults.joggled_at, faults.joggled_way),
         club=faults.clubbed,
+        lack=faults.underfilled,
     )
 
 
@@ -357,7 +359,13 @@ def _sagged(share: float) -> float:
 
 
 # How much of a curvature is there at a share of the free length.
-_RATES = {'set': _hung, 'trestles': _sagged, 'coiled': _coiled, 'buckled': _buckled}
+_RATES = {
+    'set': _hung,
+    'trestles': _sagged,
+    'coiled': _coiled,
+    'buckled': _buckled,
+    'slots': slotted,
+}
 
 
 # Parts that a body is bent in, by the curvature and the faults.

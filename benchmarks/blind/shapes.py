@@ -54,6 +54,7 @@ class Shape:
         mitre: by how much the end is shorter at the side of positive y, or below 0 at the other
             one, evenly over all of the width [m].
         club: share by which the section is larger at the tip.
+        lack: share of the height that the upper side lacks at the tip, evenly less to the clamp.
     """
 
     family: str
@@ -77,6 +78,7 @@ class Shape:
     jog: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mitre: float = 0.0
     club: float = 0.0
+    lack: float = 0.0
 
     @property
     def length(self) -> float:
@@ -121,6 +123,8 @@ class Shape:
             width, height = self.section
             higher = self.slope * sloping(share, points[..., 1] / (0.5 * width))
             points[..., 2] += higher * (points[..., 2] + 0.5 * height)
+        if self.lack:
+            points[..., 2] -= self.lack * share * (points[..., 2] + 0.5 * self.section[1])
         if self.draft:
             half_width, half_height = (0.5 * side for side in self.section)
             high = points[..., 2] / half_height

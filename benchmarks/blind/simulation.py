@@ -33,6 +33,7 @@ from benchmarks.blind.flexure import (
     flexure_compliance,
     gantry_compliance,
     gooseneck_compliance,
+    hairpin_compliance,
     post_compliance,
     stand_compliance,
     suction_compliance,
@@ -100,6 +101,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'bobbins': lambda faults: bobbin_compliance(faults.clamp_compliance, faults.clamp_length),
     'gooseneck': lambda faults: gooseneck_compliance(faults.clamp_compliance, faults.clamp_length),
     'coil spring': lambda faults: coil_compliance(faults.clamp_compliance, faults.clamp_length),
+    'hairpin': lambda faults: hairpin_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].

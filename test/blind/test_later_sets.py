@@ -39,6 +39,8 @@ from benchmarks.blind.tenth_forms import TENTH_FORMS, TENTH_PAIRS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS, THIRTEENTH_PAIRS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
+from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS, THIRTIETH_PAIRS
+from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
@@ -87,6 +89,7 @@ COUNTS = {
     'twentyseventh': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyeighth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyninth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'thirtieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
 }
 
 
@@ -210,6 +213,13 @@ OWN = {
         TWENTYNINTH_FORMS,
         TWENTYNINTH_PAIRS,
         TWENTYNINTH_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        3,
+    ),
+    'thirtieth': Own(
+        THIRTIETH_FORMS,
+        THIRTIETH_PAIRS,
+        THIRTIETH_OUTSIDE,
         frozenset({'shape', 'sensor'}),
         3,
     ),

@@ -38,6 +38,8 @@ from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.tenth_outside import TENTH_OUTSIDE
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
+from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS
+from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
@@ -180,6 +182,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/universal joint': {'clamp_scatter': ()},
     'gravity_tilt/screened': {'tilt_form': 'tilt'},
     'rest_curvature/four-point': {'curvature_form': 'arc'},
+    'added_mass/spray can': {'mass_form': 'hat'},
+    'stiffness_contrast/seeped': {'contrast_mode': 'split'},
+    'compliant_clamp/hairpin': {'clamp_form': 'turn'},
+    'clamp_offset/tangent arm': {'clamp_scatter': ()},
+    'gravity_tilt/hub': {'tilt_form': 'tilt'},
+    'rest_curvature/slots': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -246,6 +254,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/wedge': {'camera_scatter': ()},
     'depth_bias_by_region/tongues': {'region_tongue': 0.0},
     'camera_offset/twisting': {'camera_scatter': ()},
+    'depth_affine/glued window': {'depth_form': 'affine'},
+    'depth_bias_by_region/worn edges': {'region_edges': 0.0},
+    'camera_offset/gas spring': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -274,6 +285,7 @@ OTHERS = {
     'contact_plane/rack',
     'contact_plane/roll',
     'contact_plane/rope',
+    'contact_plane/rubber balls',
     'contact_plane/step',
     'contact_plane/tent',
     'contact_plane/vee',
@@ -317,6 +329,7 @@ CAUSES = {
     **TWENTYSEVENTH_OUTSIDE,
     **TWENTYEIGHTH_OUTSIDE,
     **TWENTYNINTH_OUTSIDE,
+    **THIRTIETH_OUTSIDE,
 }
 
 
@@ -327,6 +340,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 def _params(keys: Iterable[str]) -> list[Any]:
     """Return keys of forms as parameters; of what tests of its own check as well, slow ones."""
     slow = {form.key for form in (*TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS, *TWENTYNINTH_FORMS)}
+    slow |= {form.key for form in THIRTIETH_FORMS}
     return [
         pytest.param(key, marks=(pytest.mark.slow,) if key in slow else ()) for key in sorted(keys)
     ]
@@ -339,7 +353,7 @@ def test_every_form_is_checked_here() -> None:
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
     newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)
-    newest = (*newest, *TWENTYNINTH_FORMS)
+    newest = (*newest, *TWENTYNINTH_FORMS, *THIRTIETH_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -366,6 +380,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYSEVENTH_FORMS, {'compliant_clamp'}),
         (TWENTYEIGHTH_FORMS, {'strain_stiffening'}),
         (TWENTYNINTH_FORMS, {'depth_affine'}),
+        (THIRTIETH_FORMS, {'strain_stiffening'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

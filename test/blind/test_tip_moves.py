@@ -214,9 +214,20 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'thirtieth': (
+        (
+            'added_mass/spray can',
+            'stiffness_contrast/seeped',
+            'compliant_clamp/hairpin',
+            'clamp_offset/tangent arm',
+            'gravity_tilt/hub',
+            'rest_curvature/slots',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 # What tests of their own check of these forms as well.
-_SLOW = ('twentyseventh', 'twentyeighth', 'twentyninth')
+_SLOW = ('twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth')
 CASES = [
     pytest.param(key, limits, id=key, marks=(pytest.mark.slow,) if name in _SLOW else ())
     for name, (keys, limits) in ON_THE_BODY.items()
