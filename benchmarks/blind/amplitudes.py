@@ -245,6 +245,8 @@ OUTSIDE_CLASS = {
     'doppler': 'sensor',
     'gust': 'load',
     'rippled': 'sensor',
+    'remanent': 'load',
+    'tearing': 'material',
     'magnet': 'load',
     'tether': 'load',
     'heat': 'shape',

@@ -105,19 +105,24 @@ def settle_in_foam(
 
 
 def lining(specimen: Specimen, places: FloatArray, faults: Faults) -> PotentialLaw:
-    """Return what holds a body in a jaw that is lined: springs, or putty.
+    """Return what holds a body in a jaw that is lined: springs, or putty; of gel, its springs.
 
     Args:
         specimen: the body.
         places: to which they draw its nodes [m], shape (N, 3).
         faults: say how soft they are, and what they are of.
     """
-    nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
-    softer, give = LININGS[faults.clamp_form], faults.clamp_compliance
-    stiffness = foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, give, softer)
+    stiffness = lining_stiffness(specimen, faults)
     if faults.clamp_form == 'putty':
         return putty(places, stiffness, 1e-3 * faults.putty_give)
     return springs(places, stiffness)
+
+
+def lining_stiffness(specimen: Specimen, faults: Faults) -> FloatArray:
+    """Return how stiff a lining is at each node at first, 0 outside [N/m], shape (N,)."""
+    nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
+    softer, give = LININGS[faults.clamp_form], faults.clamp_compliance
+    return foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, give, softer)
 
 
 def settle_sliding(

@@ -32,6 +32,7 @@ class Drag:
         power: of the speed by which it grows, as large as the square at half a metre per second.
         back: share of it that is felt by what moves against the normals.
         is_oblique: whether it goes with the whole speed as well, where there are normals.
+        bends: speed from about which on what drags bends out of the way [m/s]; 0: it does not.
     """
 
     to_points: csr_array
@@ -41,6 +42,7 @@ class Drag:
     power: float = 2.0
     back: float = 1.0
     is_oblique: bool = False
+    bends: float = 0.0
 
     def forces(self, velocities: FloatArray) -> FloatArray:
         """Return what holds the nodes back [N], from their velocities [m/s], shapes (N, 3)."""
@@ -53,6 +55,8 @@ class Drag:
         speeds = np.linalg.norm(moved if self.is_oblique else there, axis=1) + self.slow
         if self.power != 2.0:
             speeds = _SLOW ** (2.0 - self.power) * speeds ** (self.power - 1.0)
+        if self.bends:
+            speeds = speeds / np.cbrt(1.0 + (speeds / self.bends) ** 2)
         return np.asarray(self.to_points.T @ ((weights * speeds)[:, None] * there))
 
 
@@ -139,3 +143,19 @@ def make_vane(area: float, at: float, slant: float, areas: FloatArray, shares: F
     flat, angle = make_sail(area, at, areas, shares), np.deg2rad(slant)
     normals = np.tile([0.0, np.sin(angle), np.cos(angle)], (len(areas), 1))
     return replace(flat, normals=normals, is_oblique=True)
+
+
+def make_tuft(area: float, at: float, bends: float, areas: FloatArray, shares: FloatArray) -> Drag:
+    """Return the drag of a tuft of bristles on one place of a body, which bend in the stream.
+
+    From the square of the speed it goes over to its power of four thirds (Alben, Shelley & Zhang
+    2002, Nature 420), whatever way it moves.
+
+    Args:
+        area: drag coefficient times area, where it moves slowly [m^2].
+        at: see `make_sail`.
+        bends: speed at which it is that by the square over the cube root of two [m/s].
+        areas: see `make_cup`.
+        shares: see `make_sail`.
+    """
+    return replace(make_sail(area, at, areas, shares), normals=None, bends=bends)

@@ -7,22 +7,26 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.blind.balls import balls_under
 from benchmarks.blind.body import Body, IntArray
-from benchmarks.blind.clamps import lining
+from benchmarks.blind.clamps import lining, lining_stiffness
 from benchmarks.blind.creep import held_load
-from benchmarks.blind.drag import Drag, make_cup, make_drag, make_sail, make_vane
+from benchmarks.blind.drag import Drag, make_cup, make_drag, make_sail, make_tuft, make_vane
 from benchmarks.blind.equilibrium import find_equilibrium, Load, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.gust import with_gust
 from benchmarks.blind.pulls import tether
 from benchmarks.blind.relaxation import GRADED, material_times, prony_pairs
+from benchmarks.blind.remanence import with_remanence
 from benchmarks.blind.rig_motion import acting, leaned
 from benchmarks.blind.setups import GRAVITY, Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import Specimen
 from benchmarks.blind.springs import around, LININGS
 from benchmarks.blind.swing import consistent_masses, Forces, swing, with_lumps
+from benchmarks.blind.tearing import torn
 from benchmarks.blind.timing import LEDGE, Timing
+from benchmarks.blind.unrolling import unrolling
 from benchmarks.blind.wadding import wadding_under
 
 _STEP = 1.0 / 600.0
@@ -52,6 +56,8 @@ def positions_at(
     after = [float(time) for time in times if time > 0.0]
     if faults.leak_mass:
         moving = _leaking(specimen, faults, load, gravity, start, after)
+    elif faults.curvature_form == 'unrolling':
+        moving = unrolling(specimen, setup, faults, load, start, after)
     elif timing.is_slow:
         moving = _creeping(specimen, faults, load, start, after)
     else:
@@ -73,11 +79,20 @@ def drawing(specimen: Specimen, weight: FloatArray, faults: Faults) -> tuple[Pot
     if faults.leash:
         rest = find_equilibrium(specimen.body, Load(weight), specimen.mesh.nodes)
         laws.append(leash(specimen, rest, faults))
-    if faults.wool:
+    possible = ((faults.wool, wadding_under), (faults.balls, balls_under))
+    below = [law for stiffness, law in possible if stiffness]
+    if below:
         up = -weight.sum(axis=0) / float(np.linalg.norm(weight.sum(axis=0)))
         rest = find_equilibrium(specimen.body, Load(weight), specimen.mesh.nodes)
-        laws.append(wadding_under(specimen, rest, up, faults))
+        laws.extend(law(specimen, rest, up, faults) for law in below)
     return tuple(laws)
+
+
+def dashpots(specimen: Specimen, faults: Faults) -> FloatArray | None:
+    """Return what a lining of gel holds nodes back with by their speed [N s/m], shape (N,)."""
+    if faults.clamp_form != 'gel':
+        return None
+    return faults.clamp_time * lining_stiffness(specimen, faults)
 
 
 def leash(specimen: Specimen, rest: FloatArray, faults: Faults) -> PotentialLaw:
@@ -186,15 +201,18 @@ def _swinging(
     masses = consistent_masses(specimen.mesh.nodes, specimen.body, setup.density)
     masses = with_lumps(masses, specimen.body, stuck)
     nodal, end = specimen.body.masses + stuck, _end_shares(specimen, setup)
+    changing = with_remanence(acting(observation, faults, nodal, end), end, faults)
     forces = Forces(
         load.forces,
         timing.damping,
         _drag(specimen, faults),
         setup.youngs_modulus,
-        with_gust(acting(observation, faults, nodal, end), specimen, faults),
+        with_gust(changing, specimen, faults),
         load.potentials,
+        dashpots(specimen, faults),
     )
-    return swing(specimen.body, masses, forces, start, times, _STEP)
+    then = (faults.tearing_time, torn(specimen, faults)) if faults.tearing else None
+    return swing(specimen.body, masses, forces, start, times, _STEP, then)
 
 
 def _drag(specimen: Specimen, faults: Faults) -> Drag:
@@ -207,4 +225,7 @@ def _drag(specimen: Specimen, faults: Faults) -> Drag:
     if faults.drag_form == 'vane':
         slant, areas = faults.drag_slant, specimen.areas
         return make_vane(area, faults.drag_at, slant, areas, specimen.shares)
+    if faults.drag_form == 'tuft':
+        bends, areas = faults.drag_bends, specimen.areas
+        return make_tuft(area, faults.drag_at, bends, areas, specimen.shares)
     return make_drag(specimen.mesh, area, faults.drag_form)

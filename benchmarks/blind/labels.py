@@ -16,12 +16,15 @@ from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.swing_faults import SwingFaults
 from benchmarks.blind.timing import Timing
+from benchmarks.blind.uniaxial import modulus_along
 
 # Faults that came after labels had been sealed: a label tells of them only where they are any,
 # so that those of before come out the same.
 _ANEW = ('aspect', 'clamp_late')
 _MOTION_FORMS = ('stamps_form', 'drag_form', 'creep_form')
 _LAST_SEALED = 'creep_form'
+# Sets of motions whose labels tell how stiff a body is along its length, fibres included.
+_ALONG = ('swings_four',)
 
 
 def label_of(
@@ -59,6 +62,7 @@ def label_of(
             'poissons_ratio': setup.poissons_ratio,
             'density': setup.density,
             **({} if timing is None or timing.is_slow else {'damping': timing.damping}),
+            **(_along(setup) if case.set_name in _ALONG else {}),
         },
         'start_modulus': setup.start_modulus,
         'sensor': setup.sensor.kind,
@@ -66,6 +70,12 @@ def label_of(
         'faults': told(faults, case.set_name, is_moving=case.is_moving),
         **({} if case.law is None else _world(setup)),
     }
+
+
+def _along(setup: Setup) -> dict[str, float]:
+    """Return how stiff a body is along its length, whatever its law."""
+    along = modulus_along(setup.rubber, setup.youngs_modulus, setup.poissons_ratio)
+    return {'youngs_modulus_along': along}
 
 
 def told(faults: Faults, set_name: str, *, is_moving: bool) -> dict[str, Any]:

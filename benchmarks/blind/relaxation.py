@@ -31,15 +31,19 @@ GRADED = ('power', 'root')
 
 
 def material_times(faults: Faults, times: Sequence[float]) -> list[float]:
-    """Return how long it would have taken to relax as far, had a body stayed as cool [s].
+    """Return how long it would have taken to relax as far, had a body stayed as it was [s].
 
     One that a lamp warms relaxes faster and faster (Schwarzl & Staverman 1952, J. Appl. Phys.
-    23): its rate comes up to `creep_haste` of what it was by the exponential of the time.
+    23): its rate comes up to `creep_haste` of what it was by the exponential of the time. One
+    that is still setting relaxes slower and slower: its rate falls by the exponential of the time.
 
     Args:
         faults: say how.
         times: since the load [s].
     """
+    if faults.creep_form == 'setting':
+        # In the end it has gone on for so long, and no longer.
+        return [-faults.creep_set * float(np.expm1(-t / faults.creep_set)) for t in times]
     if faults.creep_form != 'warmed':
         return list(times)
     haste, slow = faults.creep_haste, faults.creep_warmth

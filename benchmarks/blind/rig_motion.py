@@ -55,9 +55,22 @@ def _leaned_share(faults: Faults, time: float) -> float:
     """Return which share of its tilt a table has."""
     if faults.tilt_rate:
         return float(np.sin(2.0 * np.pi * faults.tilt_rate * time + faults.tilt_phase))
+    if faults.tilt_form == 'toppling':
+        return toppled(faults, time)
     # It leans over once the ledge bears nothing.
     is_leaning = bool(faults.tilt_time) and time > 0.0
     return float(-np.expm1(-time / faults.tilt_time)) if is_leaning else 0.0
+
+
+def toppled(faults: Faults, time: float) -> float:
+    """Return how far a table has toppled from one foot to another, by a time since the release.
+
+    It stands on an edge that the ledge's going takes it over: it falls as a pendulum does that
+    stands upside down, ever faster, and stays where it lands.
+    """
+    since = min(max(time, 0.0), faults.tilt_fall) / faults.tilt_time
+    whole = faults.tilt_fall / faults.tilt_time
+    return float(np.sinh(0.5 * since) ** 2 / np.sinh(0.5 * whole) ** 2)
 
 
 def rig_shift(faults: Faults, time: float) -> FloatArray:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a camera sees of a body that moves while it looks."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,9 +32,9 @@ def filmed_views(
 ) -> list[Rendering]:
     """Return what every frame shows, without noise."""
 
-    def seen(time: float, place: FloatArray) -> Rendering:
+    def seen(time: float, place: FloatArray, number: int) -> Rendering:
         there, since = rig_at(observation, faults, time), time + timing.release
-        then = drooped(warmed_up(faults, since), since)
+        then = in_turn(drooped(warmed_up(faults, since), since), number)
         return true_rendering(specimen, setup, there, then, place)
 
     spread = _spread(faults)
@@ -43,16 +43,16 @@ def filmed_views(
     count, views = len(spread), []
     for number, around in enumerate(times):
         places = found[number * count : (number + 1) * count]
-        one = _in_one(np.array(places), setup, observation, faults)
+        one = _in_one(np.array(places), setup, observation, faults, number)
         if one is not None:
             places, around = [one], around[count // 2 : count // 2 + 1]
-        shown = [seen(*each) for each in zip(around, places, strict=True)]
+        shown = [seen(*each, number) for each in zip(around, places, strict=True)]
         views.append(rippled(shown, _NEAR, faults) if faults.rippled else averaged(shown))
     return smoothed(views, faults.smoothing)
 
 
 def _in_one(
-    places: FloatArray, setup: Setup, observation: Observation, faults: Faults
+    places: FloatArray, setup: Setup, observation: Observation, faults: Faults, number: int
 ) -> FloatArray | None:
     """Return where nodes seem to be in a frame that is one image of several moments [m].
 
@@ -60,13 +60,15 @@ def _in_one(
     """
     if faults.stamps_form == 'rolling':
         return rolled(places, setup, observation)
+    if faults.stamps_form == 'swept':
+        return swept(places, setup, observation, is_back=number % 2 == 1)
     return by_range_rate(places, setup, observation, faults) if faults.doppler else None
 
 
 def _spread(faults: Faults) -> FloatArray:
     """Return the moments that a frame is made of, from its own one [s]."""
     half = 1e-3 * abs(faults.stamps_late)
-    if faults.stamps_form == 'rolling':
+    if faults.stamps_form in ('rolling', 'swept'):
         return np.linspace(-half, half, _ROLLS)
     if faults.stamps_form == 'exposed':
         return half * ((2.0 * np.arange(_EXPOSURES) + 1.0) / _EXPOSURES - 1.0)
@@ -79,6 +81,13 @@ def warmed_up(faults: Faults, since: float) -> Faults:
         return faults
     left = float(np.exp(-since / faults.depth_time))
     return replace(faults, depth_bias=left * faults.depth_bias)
+
+
+def in_turn(faults: Faults, number: int) -> Faults:
+    """Return faults as they are in one frame, where a sensor has two exposures in turn."""
+    if faults.depth_form != 'in turn' or number % 2 == faults.depth_turn:
+        return faults
+    return replace(faults, depth_scale=0.0, depth_bias=0.0)
 
 
 def drooped(faults: Faults, since: float) -> Faults:
@@ -121,11 +130,56 @@ def rolled(places: FloatArray, setup: Setup, observation: Observation) -> FloatA
         setup: its camera.
         observation: the pose.
     """
+    return _scanned(places, setup, observation, _read)
+
+
+def swept(
+    places: FloatArray, setup: Setup, observation: Observation, *, is_back: bool
+) -> FloatArray:
+    """Return where each node is when a beam comes by, object frame [m], shape (N, 3).
+
+    A mirror sweeps that over the columns, to and fro as a spring lets it: one image from the left
+    to the right, the next one back.
+
+    Args:
+        places: of all nodes, at even moments from one end to the other, shape (M, N, 3).
+        setup: its camera.
+        observation: the pose.
+        is_back: whether the beam goes from the right to the left.
+    """
+
+    def passed(camera: Camera, points: FloatArray) -> FloatArray:
+        gone = swept_share(camera, camera.project(points)[:, 0])
+        return 1.0 - gone if is_back else gone
+
+    return _scanned(places, setup, observation, passed)
+
+
+def swept_share(camera: Camera, columns: FloatArray) -> FloatArray:
+    """Return after which share of its way to the right a beam comes to columns, any shape."""
+    across = np.clip(2.0 * columns / (camera.width - 1.0) - 1.0, -1.0, 1.0)
+    return np.asarray(0.5 + np.arcsin(across) / np.pi)
+
+
+def _scanned(
+    places: FloatArray,
+    setup: Setup,
+    observation: Observation,
+    read: Callable[[Camera, FloatArray], FloatArray],
+) -> FloatArray:
+    """Return where each node is when it is read, object frame [m], shape (N, 3).
+
+    Args:
+        places: of all nodes, at even moments, shape (M, N, 3).
+        setup: its camera.
+        observation: the pose.
+        read: after which share of the time points of the camera's frame are.
+    """
     to_camera = setup.depth_from_world @ observation.world_from_object
     last, nodes = len(places) - 1, np.arange(places.shape[1])
     seen = places[last // 2]
     for _ in range(_ROUNDS):
-        when = last * _read(setup.camera, applied(to_camera, seen))
+        when = last * read(setup.camera, applied(to_camera, seen))
         before = np.minimum(when.astype(np.int64), last - 1)
         part = (when - before)[:, None]
         seen = (1.0 - part) * places[before, nodes] + part * places[before + 1, nodes]

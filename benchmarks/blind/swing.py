@@ -39,6 +39,7 @@ class Forces:
         modulus: usual Young's modulus, to guess how stiff damping is [Pa].
         changing: further forces [N], shape (N, 3), by the time since the release [s]; None: none.
         laws: energies of what else draws single nodes, by where they are.
+        dashpots: what holds single nodes back by their speed [N s/m], shape (N,); None: nothing.
     """
 
     loads: FloatArray
@@ -47,6 +48,7 @@ class Forces:
     modulus: float
     changing: Callable[[float], FloatArray] | None = None
     laws: tuple[PotentialLaw, ...] = ()
+    dashpots: FloatArray | None = None
 
 
 class NoMotionError(RuntimeError):
@@ -92,6 +94,7 @@ def swing(
     start: FloatArray,
     times: Sequence[float],
     step: float,
+    then: tuple[float, Body] | None = None,
 ) -> list[FloatArray]:
     """Return node positions [m], shape (N, 3), at times since the release [s], ascending.
 
@@ -102,6 +105,8 @@ def swing(
         start: node positions at the release [m], shape (N, 3).
         times: none below 0.
         step: of time [s].
+        then: when the body becomes another one of the same nodes and masses [s], and which; None:
+            it stays the same.
 
     Raises:
         NoMotionError: when a step does not converge.
@@ -110,11 +115,10 @@ def swing(
     positions, velocities, now = start.copy(), np.zeros_like(start), 0.0
     found: list[FloatArray] = []
     for time in times:
-        # Steps end where a frame is wanted: nothing is interpolated.
-        count = int(np.ceil((time - now) / step * (1.0 - 1e-9)))
-        own = (time - now) / count if count else 0.0
-        for number in range(count):
-            positions, velocities = march.cross(positions, velocities, own, now + number * own)
+        if then is not None and then[0] < time:
+            positions, velocities = march.reach(positions, velocities, now, then[0])
+            now, march, then = then[0], _March(then[1], masses, forces, step), None
+        positions, velocities = march.reach(positions, velocities, now, time)
         now = time
         found.append(positions.copy())
     return found
@@ -124,7 +128,7 @@ class _March:
     """Steps of one motion."""
 
     def __init__(self, body: Body, masses: FloatArray, forces: Forces, step: float) -> None:
-        self._body, self._masses, self._forces = body, masses, forces
+        self._body, self._masses, self._forces, self._step = body, masses, forces, step
         blocks = np.zeros((len(masses), 20, 3, 20, 3))
         for axis in range(3):
             blocks[:, :, axis, :, axis] = masses
@@ -132,6 +136,17 @@ class _March:
         self._factor: FloatArray | None = None
         self._factored_step = 0.0
         self._scale = float(np.abs(forces.loads).sum())
+
+    def reach(
+        self, positions: FloatArray, velocities: FloatArray, now: float, time: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Take as many steps as there are from one time to another [s]."""
+        # Steps end where a frame is wanted: nothing is interpolated.
+        count = int(np.ceil((time - now) / self._step * (1.0 - 1e-9)))
+        own = (time - now) / count if count else 0.0
+        for number in range(count):
+            positions, velocities = self.cross(positions, velocities, own, now + number * own)
+        return positions, velocities
 
     def cross(
         self,
@@ -188,6 +203,10 @@ class _March:
         matrix = matrix + 0.5 * step * stiffer * self._body.band.assemble(elastic.blocks)
         for law in self._forces.laws:
             matrix = with_diagonal(matrix, self._body, 0.5 * step * law(place).diagonal)
+        if self._forces.dashpots is not None:
+            # A step's speed goes with twice its way.
+            resisting = self._forces.dashpots[:, None, None] * np.eye(3)
+            matrix = with_diagonal(matrix, self._body, resisting)
         self._factor = cholesky_banded(matrix, lower=True, check_finite=False)
         self._factored_step = step
 
@@ -196,6 +215,8 @@ class _March:
         force = self._forces.loads - self._body.evaluate(positions, with_stiffness=False).gradient
         force -= self._viscous(positions, velocities)
         force -= self._forces.drag.forces(velocities)
+        if self._forces.dashpots is not None:
+            force -= self._forces.dashpots[:, None] * velocities
         if self._forces.changing is not None:
             force += self._forces.changing(now)
         for law in self._forces.laws:

@@ -36,6 +36,15 @@ class SwingFaults:
     the body. `clamp_form` may be `putty`: it holds as a boot does at first, and gives way ever
     more.
 
+    In the set `swings_four`, `stamps_form` may be `swept`: a mirror sweeps a beam over the columns
+    within twice `stamps_late`, one image from the left to the right and the next one back.
+    `drag_form` may be `tuft`: bristles on one place, which bend out of the stream's way.
+    `creep_form` may be `setting`: with one relaxation time, which grows as a body sets.
+    `tilt_form` may be `toppling`: a table that falls over from one foot to another. `clamp_form`
+    may be `gel`: it holds as a boot does, and back by the speed as well. `curvature_form` may be
+    `unrolling`: an arc, of which there is ever less after the release. `depth_form` may be `in
+    turn`: every other frame alone errs.
+
     Attributes:
         stamps_phase: number of frames since a queue was empty, in the first frame.
         drag_at: share of the free length where a sail is.
@@ -89,6 +98,23 @@ class SwingFaults:
         rippled: most error of a depth over the rate at which it grows there [ms].
         ripple_period: of that over the image's columns [px].
         ripple_phase: at the first column [rad].
+        drag_bends: speed of a tuft from about which on it bends [m/s].
+        creep_set: over which a third is left of the rate at which a body relaxes that sets [s].
+        tilt_fall: until a table that topples has come to its other foot [s]; it falls as a
+            pendulum upside down, by the hyperbolic cosine of the time over `tilt_time`, less 1.
+        clamp_time: over which a third is left of what gel has yet to give way by [s].
+        balls: of all rubber balls below the outer part, force by the power of one and a half of
+            how far they are flattened [N/m^1.5].
+        balls_from: share of the free length from which on there are some.
+        balls_top: how low their tops are, over how far the lowest place above goes down to rest.
+        curvature_time: until half of a bend is left that unrolls [s].
+        depth_turn: remainder by two of the numbers of those frames, from 0, that err in turn.
+        remanent: pull of a ledge's magnet on the end face as it is switched off [N].
+        remanent_time: over which a third of that is left [s].
+        remanent_way: where it draws, object frame, of length 1.
+        tearing: by how much log E falls on the upper face amid tears.
+        tearing_at: share of the free length where that is.
+        tearing_time: when it tears, after the release [s].
     """
 
     stamps_phase: int = 0
@@ -139,3 +165,18 @@ class SwingFaults:
     rippled: float = 0.0
     ripple_period: float = 1.0
     ripple_phase: float = 0.0
+    drag_bends: float = 0.0
+    creep_set: float = 1.0
+    tilt_fall: float = 1.0
+    clamp_time: float = 0.0
+    balls: float = 0.0
+    balls_from: float = 0.0
+    balls_top: float = 0.0
+    curvature_time: float = 1.0
+    depth_turn: int = 0
+    remanent: float = 0.0
+    remanent_time: float = 1.0
+    remanent_way: Vector = (0.0, 0.0, 0.0)
+    tearing: float = 0.0
+    tearing_at: float = 0.0
+    tearing_time: float = 0.0

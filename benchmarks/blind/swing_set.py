@@ -13,6 +13,8 @@ from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.swing_set_forms import SWING_SET_FORMS
 from benchmarks.blind.swing_set_outside import SWING_SET_OUTSIDE
+from benchmarks.blind.swings_four_forms import SWINGS_FOUR_FORMS
+from benchmarks.blind.swings_four_outside import SWINGS_FOUR_OUTSIDE
 from benchmarks.blind.swings_three_forms import SWINGS_THREE_FORMS
 from benchmarks.blind.swings_three_outside import SWINGS_THREE_OUTSIDE
 from benchmarks.blind.swings_two_forms import SWINGS_TWO_FORMS
@@ -53,6 +55,9 @@ SWING_SETS = {
         SWINGS_THREE_FORMS,
         SWINGS_THREE_OUTSIDE,
         ('creep', 'added_mass', 'camera_offset'),
+    ),
+    'swings_four': SwingSet(
+        16, SWINGS_FOUR_FORMS, SWINGS_FOUR_OUTSIDE, ('creep', 'rest_curvature')
     ),
 }
 SWING_SET_EFFECTS: dict[str, Drawer] = {

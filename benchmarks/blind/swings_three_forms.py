@@ -17,7 +17,7 @@ from benchmarks.blind.swing_set_forms import area_by_mass
 from benchmarks.blind.swing_set_outside import first_sag
 
 
-def _by_width(setup: Setup) -> float:
+def by_width(setup: Setup) -> float:
     """Return how much more it takes on a body that is flat: aslant, it swings half as far."""
     width, height = setup.shape.section
     return 1.8 if width > 2.0 * height else 1.0
@@ -41,7 +41,7 @@ def _smoothed(size: int, setup: Setup, random: np.random.Generator) -> dict[str,
 def _vane(size: int, setup: Setup, random: np.random.Generator) -> dict[str, Any]:
     return {
         'drag_form': 'vane',
-        'drag_area': area_by_mass(_by_width(setup) * (8.0, 36.0, 85.0)[size], setup, random),
+        'drag_area': area_by_mass(by_width(setup) * (8.0, 36.0, 85.0)[size], setup, random),
         'drag_at': round(float(random.uniform(0.7, 0.95)), 3),
         'drag_slant': round(float(random.choice([-1.0, 1.0]) * random.uniform(30.0, 50.0)), 2),
     }
@@ -100,7 +100,7 @@ def _wadding(size: int, setup: Setup, random: np.random.Generator) -> dict[str, 
     mass, _ = weight_moment(setup)
     bar = 3.0 / 8.0 * mass * GRAVITY / first_sag(setup)
     return {
-        'wool': number((0.02, 0.055, 0.14)[size] * bar * _by_width(setup), random),
+        'wool': number((0.02, 0.055, 0.14)[size] * bar * by_width(setup), random),
         'wool_from': round(float(random.uniform(0.65, 0.8)), 3),
         'wool_top': round(float(random.uniform(0.6, 0.8)), 3),
         'wool_floor': round(float(random.uniform(2.2, 2.6)), 3),
