@@ -25,8 +25,9 @@ _CLOSED = (
     *('sixth', 'seventh', 'eighth', 'ninth', 'tenth', 'eleventh', 'twelfth', 'thirteenth'),
     *('fourteenth', 'fifteenth', 'sixteenth', 'seventeenth', 'eighteenth', 'nineteenth'),
     *('twentieth', 'twentyfirst', 'twentysecond', 'twentythird', 'twentyfourth', 'twentyfifth'),
-    *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth'),
-    *('swing_set', 'swings_two', 'swings_three', 'new_forms', 'tip_moves', 'later_sets'),
+    *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth'),
+    *('swing_set', 'swings_two', 'swings_three', 'swings_four'),
+    *('new_forms', 'tip_moves', 'later_sets'),
 )
 
 
