@@ -94,6 +94,11 @@ class DepthAffine(Effect):
     most_by_pose = 1.0
     varying = ('scale', 'bias')
 
+    def components_in(self, settings: Numbers) -> tuple[Component, ...]:
+        """Return its amplitudes; without an edge nothing is beyond it."""
+        is_there = picture_edge.has_edge(settings)
+        return tuple(part for part in self.components if is_there or part.name != _BEYOND)
+
     def variants_in(self, settings: Numbers) -> tuple[tuple[str, ...], ...]:
         """Return what is tried, with what is beyond an edge where there is one."""
         if not picture_edge.has_edge(settings):

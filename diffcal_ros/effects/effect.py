@@ -179,6 +179,10 @@ class Effect:
         """Amplitudes that are tried together."""
         return (tuple(part.name for part in self.components),)
 
+    def components_in(self, settings: Numbers) -> tuple[Component, ...]:
+        """Return the amplitudes that do anything where a scene states settings."""
+        return self.components
+
     def variants_in(self, settings: Numbers) -> tuple[tuple[str, ...], ...]:
         """Return `variants` where a scene states settings, and perhaps none of its amplitudes."""
         return self.variants

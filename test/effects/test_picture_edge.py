@@ -97,6 +97,17 @@ def test_residuals_follow_what_is_beyond_it():
     assert 0 < expected.sum() < len(expected)
 
 
+def test_a_fit_of_all_of_it_has_what_is_beyond_an_edge_where_there_is_one():
+    plain = beam_scene((6, 2, 2))
+    stated = replace(plain, effects={'depth_affine': STATED})
+    names = [
+        make_parameters(scene, ('depth_affine',), with_edge_bias=False).names
+        for scene in (plain, stated)
+    ]
+    assert list(names[0]) == ['depth_affine.scale', 'depth_affine.bias']
+    assert list(names[1]) == [*names[0], 'depth_affine.beyond']
+
+
 def test_a_fixture_is_read_as_wrongly():
     scene = replace(beam_scene((6, 2, 2)), effects={'depth_affine': STATED})
     fixture = box_fixture(np.array([[-0.03, -0.01, -0.01], [0.0, 0.035, 0.03]]))

@@ -170,7 +170,8 @@ def _release_times(scene: Scene) -> list[Parameter]:
 
 def _effect(scene: Scene, effect: Effect, component_name: str) -> list[Parameter]:
     known, identifier = scene.effects.get(effect.identifier, {}), effect.identifier
-    chosen = [part for part in effect.components if component_name in ('', part.name)]
+    offered = effect.components if component_name else effect.components_in(known)
+    chosen = [part for part in offered if component_name in ('', part.name)]
     if not chosen:
         names = ', '.join(part.name for part in effect.components)
         raise SceneError(f'cannot fit {identifier}.{component_name!r}: its components are {names}')
