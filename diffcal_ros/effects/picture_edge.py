@@ -91,11 +91,11 @@ def without_unused(numbers: Mapping[str, float]) -> dict[str, float]:
 
 
 def in_words(settings: Mapping[str, float]) -> str:
-    """Say where the edge is, such as `beyond 0.12 towards 90 degrees from x to y`."""
+    """Say where it is: `past an edge at 0.12 in the picture, 90 degrees from x to y`."""
     stated = {**SETTINGS, **settings}
     places = [stated[name] for name in ('edge_at', *OF_POSES) if stated[name] < NOWHERE]
     where = f'{min(places):.3g}'
     if len(set(places)) > 1:
         where = f'{where} to {max(places):.3g} (another place in each pose)'
     turn = np.rad2deg(stated['edge_turn'])
-    return f'beyond {where} in the picture, {turn:.0f} degrees from x to y'
+    return f'past an edge at {where} in the picture, {turn:.0f} degrees from x to y'

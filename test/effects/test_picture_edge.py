@@ -129,10 +129,10 @@ def test_what_is_beyond_is_looked_for_where_an_edge_shows():
 @pytest.mark.parametrize(
     ('setting', 'said'),
     [
-        (STATED, 'beyond -0.03 in the picture, 23 degrees from x to y'),
+        (STATED, 'past an edge at -0.03 in the picture, 23 degrees from x to y'),
         (
             {'edge_turn': TURN, 'edge_at_1': 0.1, 'edge_at_3': -0.2},
-            'beyond -0.2 to 0.1 (another place in each pose) in the picture, '
+            'past an edge at -0.2 to 0.1 (another place in each pose) in the picture, '
             '23 degrees from x to y',
         ),
     ],
