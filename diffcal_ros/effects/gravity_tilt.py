@@ -33,7 +33,7 @@ class GravityTilt(Effect):
     is_fitted_whole = needs_gravity = True
     # A table sways. What pushes for a while pushes along gravity as well as across it.
     of_course = (Component(_HEAVIER, '1', -0.5, 0.5, 8.0 * DEGREE, '%', 100.0),)
-    varying = ('a', 'b', 'heavier')
+    varying = ('a', 'b', _HEAVIER)
     # Of four such courses in two sealed sets two were tilts, one a gust, one a mass that ran out.
     imitated_over_time = 'a gust, a mass that runs out, a rig that is accelerated'
     # Of 14 development cases with this name 10 were tilts, the others a steady side wind.

@@ -18,7 +18,7 @@ from diffcal_ros.diagnosis.detection.pictured_views import (
     PicturedView,
     SeenEdge,
 )
-from diffcal_ros.diagnosis.detection.spot_map import left_by_smooth, robust_weights
+from diffcal_ros.diagnosis.detection.spot_map import left_by_smooth, regular, robust_weights
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects.picture_edge import OF_POSES, PictureEdge
@@ -109,8 +109,7 @@ class _Smoothed:
         """Return it for a view."""
         left, smooth = left_by_smooth(view.pixels), view.pixels.smooth
         weights = robust_weights(left)
-        products = smooth.T @ (weights[:, None] * smooth)
-        products += 1e-9 * (1.0 + np.trace(products)) * np.eye(len(products))
+        products = regular(smooth.T @ (weights[:, None] * smooth))
         weighted = weights[:, None] * np.column_stack([np.ones(len(left)), left, smooth])
         return cls(view, weighted, products)
 

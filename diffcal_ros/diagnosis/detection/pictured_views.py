@@ -8,7 +8,12 @@ from dataclasses import dataclass, replace
 from diffcal_ros.diagnosis.detection.depth_discontinuity import OF_SMOOTH
 from diffcal_ros.diagnosis.detection.material_boundary import LEAST_POSTURES, LEFT
 from diffcal_ros.diagnosis.detection.sharp_limits import LEAST_OF_HEIGHT
-from diffcal_ros.diagnosis.detection.spot_map import left_beside, robust_weights, SpottedView
+from diffcal_ros.diagnosis.detection.spot_map import (
+    left_beside,
+    robust_weights,
+    SpottedView,
+    sum_left,
+)
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects.picture_edge import PictureEdge
@@ -125,7 +130,7 @@ def is_there(views: Sequence[PicturedView], found: SeenEdge) -> bool:
 
 
 def _left(columns: Sequence[tuple[PicturedView, FloatArray]]) -> float:
-    return sum(float(np.abs(left_beside(view.pixels, own)[0]).sum()) for view, own in columns)
+    return sum_left([view.pixels for view, _ in columns], [own for _, own in columns])
 
 
 def _divides(view: PicturedView, found: SeenEdge) -> bool:

@@ -197,7 +197,7 @@ def _two_levels(
     for view, own in zip(views, weights, strict=True):
         both = np.column_stack([view.on(found.levels), view.left])
         smooth = view.smooth * own[:, None]
-        followed = np.linalg.solve(_kept(smooth.T @ view.smooth), smooth.T @ both)
+        followed = np.linalg.solve(regular(smooth.T @ view.smooth), smooth.T @ both)
         level, left = (both - view.smooth @ followed).T
         pull += float((own * level) @ left)
         size += float((own * level) @ level)
@@ -221,10 +221,10 @@ def _cell_means(
 
 def _solved(columns: FloatArray, values: FloatArray, weights: FloatArray) -> FloatArray:
     weighted = columns * weights[:, None]
-    return np.linalg.solve(_kept(weighted.T @ columns), weighted.T @ values)
+    return np.linalg.solve(regular(weighted.T @ columns), weighted.T @ values)
 
 
-def _kept(products: FloatArray) -> FloatArray:
+def regular(products: FloatArray) -> FloatArray:
     """Return inner products of functions of which some may be alike, or none."""
     return products + 1e-9 * (1.0 + np.trace(products)) * np.eye(len(products))
 
