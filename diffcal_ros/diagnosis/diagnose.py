@@ -20,6 +20,7 @@ from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, Lo
 from diffcal_ros.diagnosis.detection.material_boundary import (
     with_material_boundary,
 )
+from diffcal_ros.diagnosis.model_comparison.bodies_of_pairs import bodies_of_pairs
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.processes import all_set_aside, Processes
@@ -219,18 +220,38 @@ def _selected(
     report: Progress,
     processes: Processes | None,
 ) -> tuple[_Judged, Selection]:
-    """Refit models; once more, where a border shows beside one of them."""
-    with RefitPool(
-        judged.evaluator, judged.nominal, report, jobs=settings.jobs, processes=processes
-    ) as pool:
+    """Refit models; once more, where a border shows beside one of them, or beside half of two."""
+    evaluator, nominal = judged.evaluator, judged.nominal
+    found: tuple[_Judged, Selection] | None = None
+    with RefitPool(evaluator, nominal, report, jobs=settings.jobs, processes=processes) as pool:
         begun = begin(pool, judged.scores, in_any_form=judged.disagreement.may_matter)
-        known = with_borders_seen_beside(begun.singles, judged.evaluator, judged.nominal)
+        known = with_borders_seen_beside(begun.singles, evaluator, nominal)
         if known is None:
-            return judged, _select(pool, judged, begun)
+            found = judged, _select(pool, judged, begun)
+    if found is None:
+        found = _selected_anew(known, settings, report)
+    bodies = bodies_of_pairs(evaluator, nominal, found[1].pairs)
+    known = with_borders_seen_beside(bodies, evaluator, nominal)
+    if known is None:
+        return found
+    return min(found, _selected_anew(known, settings, report), key=_left_by_best)
+
+
+def _selected_anew(
+    known: tuple[PatchEvaluator, Refit] | None, settings: DiagnosisSettings, report: Progress
+) -> tuple[_Judged, Selection]:
+    """Screen and refit models of a scene that knows where what a camera reads ends."""
+    assert known is not None
     report('parts of the surface are read otherwise: once more, with those known')
-    again = _examined(*known, settings, report)
-    with RefitPool(again.evaluator, again.nominal, report, jobs=settings.jobs) as pool:
-        return again, _select(pool, again)
+    judged = _examined(*known, settings, report)
+    with RefitPool(judged.evaluator, judged.nominal, report, jobs=settings.jobs) as pool:
+        return judged, _select(pool, judged)
+
+
+def _left_by_best(found: tuple[_Judged, Selection]) -> float:
+    """Return chi-square per patch of the best of the models that were selected."""
+    best = found[1].best
+    return np.inf if best is None else best.chi_square_per_patch
 
 
 def _select(pool: RefitPool, judged: _Judged, begun: Begun | None = None) -> Selection:

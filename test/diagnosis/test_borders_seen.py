@@ -9,10 +9,9 @@ from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.errors import NotSimulatedError
-from diffcal_ros.rigid_transform import transform
 import numpy as np
 import pytest
-from support.clamped_anew import beam_in_two_poses
+from support.clamped_anew import beam_in_two_poses, lifted
 from support.watched import with_part
 
 AT, HEIGHT = 0.35, -0.003
@@ -21,14 +20,7 @@ LIFTS = (0.010, 0.006)
 
 
 def _scene(lifts):
-    scene, _ = beam_in_two_poses(16)
-    setups = [
-        replace(
-            own, world_from_object=own.world_from_object @ transform(np.eye(3), (0.0, 0.0, lift))
-        )
-        for own, lift in zip(scene.observations, lifts, strict=True)
-    ]
-    return replace(scene, observations=tuple(setups))
+    return lifted(beam_in_two_poses(16)[0], lifts)
 
 
 def _beside_a_clamp(scene, seen):

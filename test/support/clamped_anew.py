@@ -87,3 +87,14 @@ def rolled(rolls, sits, counts):
         seen.append(replace(frames, name=own.name, setup_index=number))
         setups.append(own)
     return replace(scene, observations=tuple(setups)), seen
+
+
+def lifted(scene, lifts):
+    """Return a scene whose poses are stated so much higher than they are [m], shape (n,)."""
+    setups = [
+        replace(
+            own, world_from_object=own.world_from_object @ transform(np.eye(3), (0.0, 0.0, lift))
+        )
+        for own, lift in zip(scene.observations, lifts, strict=True)
+    ]
+    return replace(scene, observations=tuple(setups))

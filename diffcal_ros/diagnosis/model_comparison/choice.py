@@ -144,8 +144,17 @@ def _as_good_alone(selection: Selection, as_well: float) -> set[str]:
 
 
 def _better_if_more(models: Sequence[Hypothesis], best: Hypothesis) -> set[tuple[str, ...]]:
-    """Return the effects that explain more than the best, and would be more than they may be."""
-    better = {h.identifiers for h in models if h.would_be_more and h.level > best.level}
+    """Return the effects that explain more than the best, and would be more than they may be.
+
+    Beside another effect so may one that is another one in each pose with nothing in common: it
+    has no name, and that of what follows it is no surer for that.
+    """
+    better = {
+        h.identifiers
+        for h in models
+        if h.level > best.level
+        and (h.would_be_more or (len(h.added) > 1 and h.has_nothing_but_differences))
+    }
     return better - {best.identifiers}
 
 

@@ -141,11 +141,11 @@ def _freedoms(
     if effect.forms:
         found.append(tuple(form_parameters(effect, 1.0)))
     if is_by_pose and effect.most_by_pose >= 1.0:
-        found.append(_in_each_pose(pool, candidate))
+        found.append(in_each_pose(pool, candidate))
     return found
 
 
-def _in_each_pose(pool: RefitPool, candidate: Candidate) -> tuple[Parameter, ...]:
+def in_each_pose(pool: RefitPool, candidate: Candidate) -> tuple[Parameter, ...]:
     """Return what each amplitude of an effect may be more in each pose, by its usual size."""
     model = with_effects(pool.nominal, pool.base, [candidate])[1].model
     amplitudes = [own for own in model.parameters if own.name in candidate.names]

@@ -11,6 +11,7 @@ from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
 from diffcal_ros.diagnosis.model_comparison.freed_rivals import with_halves_freed
+from diffcal_ros.diagnosis.model_comparison.fuller_pairs import with_all_amplitudes
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import predicts_better, ranked
 from diffcal_ros.diagnosis.model_comparison.hypothesis import (
     AS_WELL,
@@ -27,6 +28,7 @@ from diffcal_ros.diagnosis.model_comparison.judged_models import (
 )
 from diffcal_ros.diagnosis.model_comparison.less_freedom import with_less_freedom
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import others_in_any_form
+from diffcal_ros.diagnosis.model_comparison.moved_in_place import with_what_moves
 from diffcal_ros.diagnosis.model_comparison.over_time import others_over_time
 from diffcal_ros.diagnosis.model_comparison.pair_search import best_pairs, halves
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -131,10 +133,13 @@ class Selection:
         if one.judged is not None and two.judged is not None and in_form:
             told = two.judged.log_prediction - one.judged.log_prediction
             # Cells between those that were fitted are told by these, whatever the model. Of
-            # several poses each is told by the others (`Explained`); cells need not be against it.
+            # several poses each is told by the others (`Explained`): with what was fitted, cells
+            # need not be against it.
             has_others = self.added is not None and np.isfinite(self.added.log_transfer)
-            least = -_HELD_OUT_GAIN if has_others else _HELD_OUT_GAIN
-            return told / self.noise_scale > least
+            if not has_others:
+                return told / self.noise_scale > _HELD_OUT_GAIN
+            whole = two.level - one.level + told
+            return two.judged.left <= one.judged.left and whole / self.noise_scale > PAIR_GAIN
         # A form so far from the library's goes between the patches that were fitted.
         fits = (one.fit, two.fit)
         likelihoods = [-0.5 * whiten(fit.groups, Part.REPORT).chi_square for fit in fits]
@@ -222,8 +227,10 @@ def select(
     if with_pairs and leaders and _is_poor(pool, leaders[0], basis):
         pairs = best_pairs(pool, singles, scores, basis)
         pairs = with_swapped(pool, pairs, singles, scores, judge_by(basis))
+        pairs = with_all_amplitudes(pool, pairs, singles, scores, judge_by(basis))
         pairs = with_less_freedom(pool, judged(pairs, basis, is_brief=True), basis)
         pairs = with_those_freed(pool, pairs, basis, singles)
+        pairs = with_what_moves(pool, pairs, singles, scores, judge_by(basis))
         singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
         singles = with_halves_freed(pool, singles, pairs, basis)
     return compared(pool, [*singles, *over_time], pairs, basis)

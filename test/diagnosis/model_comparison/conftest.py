@@ -21,7 +21,7 @@ def anew_request(anew_pool):
     """A clamp that is free to be another one in each pose."""
     listed = candidates(anew_pool.nominal.model.scene)
     own = next(c for c in listed if (c.identifier, c.components) == ('clamp_offset', CLAMP))
-    parts = looks_in_any_form._in_each_pose(anew_pool, own)
+    parts = looks_in_any_form.in_each_pose(anew_pool, own)
     assert [part.name for part in parts] == [f'{n}@{p}' for n in own.names for p in range(3)]
     return looks_in_any_form._freed(own, parts, 8)
 

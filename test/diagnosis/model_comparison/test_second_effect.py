@@ -344,6 +344,25 @@ def test_what_is_better_and_would_be_more_than_it_may_be_is_a_doubt(
     assert (choice.confidence <= 0.5) == is_doubt
 
 
+@pytest.mark.parametrize(('level', 'is_doubt'), [(-60.0, True), (-95.0, False)])
+def test_what_is_better_as_another_one_in_each_pose_is_a_doubt_beside_a_first(
+    screened, tilted, pair, monkeypatch, level, is_doubt
+):
+    """What has nothing in common has no name; what follows it is no surer for that."""
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    one, two = _judged(tilted, -180.0, noise), _judged(pair, -80.0, noise)
+    bent = _judged(_found(screened, 'depth_affine', 'rest_curvature'), level, noise)
+    is_bent = property(lambda model: model.identifiers == bent.identifiers)
+    monkeypatch.setattr(Hypothesis, 'is_at_bound', is_bent)
+    monkeypatch.setattr(Hypothesis, 'has_nothing_but_differences', is_bent)
+    added = Explained(80.0, 40.0)
+    choice = choose(Selection((one,), (two, bent), added=added), *screened[:2])
+    assert choice.hypothesis is two
+    assert ('rest_curvature' in choice.alike) == is_doubt
+    assert (choice.confidences['gravity_tilt'] <= 0.5) == is_doubt
+    assert choice.confidences['depth_affine'] > 0.9
+
+
 @pytest.mark.parametrize('added', [Explained(3.0, 10.0), Explained(20.0, 2.0)])
 def test_what_a_form_explains_or_one_pose_alone_wants_is_no_second_name(selection, added):
     kept = replace(selection, added=added)
@@ -364,19 +383,44 @@ def test_what_may_as_well_be_absent_is_no_rival(screened, tilted):
     assert choice.confidence == pytest.approx(1.0)
 
 
+def _told(selection: Selection, transfer: float, told: float, left: float = 1e-4) -> Selection:
+    """Return a selection whose pair leads by 50 where patches were fitted, and its held-out ones.
+
+    Args:
+        selection: of one effect and of two others.
+        transfer: what poses say of a second effect.
+        told: what held-out patches do.
+        left: what the pair leaves of those [m]; the single effect leaves 0.1 mm.
+    """
+    two = _judged(selection.pairs[0], -60.0, selection.pairs[0].chi_square)
+    before = selection.singles[0].judged.log_prediction
+    judged = replace(two.judged, log_prediction=before + told, left=left)
+    two = replace(two, judged=judged)
+    return replace(selection, pairs=(two,), added=Explained(20.0, transfer))
+
+
 @pytest.mark.parametrize(
     ('transfer', 'told', 'is_needed'),
-    [(10.0, -1.0, True), (10.0, -9.0, False), (np.inf, -1.0, False), (np.inf, 9.0, True)],
+    [
+        (10.0, -1.0, True),
+        (10.0, -39.0, True),
+        (10.0, -45.0, False),
+        (np.inf, -1.0, False),
+        (np.inf, 9.0, True),
+    ],
 )
 def test_cells_need_not_ask_for_a_second_effect_that_other_poses_do(
     selection, transfer, told, is_needed
 ):
     """Cells between those that were fitted are told by these as well without it."""
-    two = _judged(selection.pairs[0], -60.0, selection.pairs[0].chi_square)
-    before = selection.singles[0].judged.log_prediction
-    two = replace(two, judged=replace(two.judged, log_prediction=before + told))
-    found = replace(selection, pairs=(two,), added=Explained(20.0, transfer))
-    assert (found.best is two) == is_needed
+    found = _told(selection, transfer, told)
+    assert (found.best is found.pairs[0]) == is_needed
+
+
+@pytest.mark.parametrize(('left', 'is_needed'), [(9e-5, True), (1.1e-4, False)])
+def test_a_second_effect_comes_no_less_near_where_nothing_was_fitted(selection, left, is_needed):
+    found = _told(selection, 10.0, -1.0, left)
+    assert (found.best is found.pairs[0]) == is_needed
 
 
 def test_one_and_two_effects_are_compared_where_both_look(selection):
