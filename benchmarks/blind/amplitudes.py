@@ -307,6 +307,8 @@ OUTSIDE_CLASS = {
     'jittered': 'sensor',
     'underfilled': 'shape',
     'spoked': 'sensor',
+    'domed': 'shape',
+    'crosstalk': 'sensor',
 }
 
 

@@ -18,6 +18,7 @@ from benchmarks.blind.shifted_bar import shifted_share
 from benchmarks.blind.sunbeam import sunbeam_share
 from benchmarks.blind.taps import tap_share
 from benchmarks.blind.veil import veiled
+from benchmarks.blind.wiping import wiped_share
 
 _UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
 _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
@@ -29,6 +30,7 @@ _IN_IMAGE = {
     'two taps': tap_share,
     'shifted bar': shifted_share,
     'glued window': glued_share,
+    'wiped': wiped_share,
 }
 # Errors that go with how far away a surface is, and how bright with that.
 _BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')

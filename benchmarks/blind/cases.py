@@ -41,6 +41,8 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_PAIRS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.thirtieth_forms import THIRTIETH_PAIRS
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
+from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_PAIRS
+from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
@@ -165,6 +167,7 @@ LAWS_SETS = {
     'twentyeighth': Contents(TWENTYEIGHTH_PAIRS, tuple(TWENTYEIGHTH_OUTSIDE), 40),
     'twentyninth': Contents(TWENTYNINTH_PAIRS, tuple(TWENTYNINTH_OUTSIDE), 40),
     'thirtieth': Contents(THIRTIETH_PAIRS, tuple(THIRTIETH_OUTSIDE), 40),
+    'thirtyfirst': Contents(THIRTYFIRST_PAIRS, tuple(THIRTYFIRST_OUTSIDE), 24),
 }
 
 

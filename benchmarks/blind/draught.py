@@ -4,7 +4,8 @@
 
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
 fans that blow against each other, a curtain of air, a jet that spreads, what a grille lets
-through, what goes past a post or the edge of a screen, or a stream that is hollow behind a hub.
+through, what goes past a post or the edge of a screen, a stream that is hollow behind a hub, or
+that over the edge of a box, which comes back below.
 """
 
 import numpy as np
@@ -181,3 +182,18 @@ def hollow_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatAr
     beside = np.cross(places - np.array(faults.tilt_point), along)
     squares = (beside**2).sum(axis=1) / faults.tilt_width**2
     return np.asarray(squares * np.exp(1.0 - squares))
+
+
+def eddy_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much is felt of air that blows over a box and comes back below, shape (N,).
+
+    Its speed goes by the hyperbolic tangent of the height over the box's edge, as between two
+    streams that mix, and it pushes by the square of that, the other way below.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows above, world, shape (3,); wherever that points, it is level.
+        faults: say how high the edge is, and over which height the speed changes.
+    """
+    speed = np.tanh((places[:, 1] - faults.tilt_point[1]) / faults.tilt_width)
+    return np.asarray(speed * np.abs(speed))

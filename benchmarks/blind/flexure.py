@@ -4,7 +4,7 @@
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
 tape, the middle of a gantry's crossbar, the arm of a stand, a suction cup, a plate on rubber
-bobbins, a gooseneck, a coil spring, or a hairpin.
+bobbins, a gooseneck, a coil spring, a hairpin, or a twisted strap.
 """
 
 import numpy as np
@@ -20,6 +20,7 @@ _BOBBIN_SHEARED = 2.5  # And of a rubber bobbin.
 _ALONG_NECK = 12  # Places along a gooseneck, at which it is integrated.
 _COIL = 0.25  # Radius of a coil spring over its height.
 _HAIRPIN = 0.2  # Radius of a hairpin's bend over the length of its legs.
+_STRAP = 6.0  # Width of a strap over its thickness.
 _APART = 0.6  # Of bobbins along y over those along x.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -243,6 +244,30 @@ def hairpin_compliance(by_turn: float, length: float) -> FloatArray:
             turns[3:, 3:] = _round(ahead) + (1.0 + _STEEL) * np.outer(ahead, ahead)
             whole += weight * piece * _carried(turns, -place)
     return by_turn / (2.0 * length + bend) * whole
+
+
+def strap_compliance(by_turn: float, length: float) -> FloatArray:
+    """Return the same of a clamp at the end of a flat strap of steel that is twisted by a quarter.
+
+    It lies along the object's x. At the clamp it is flat and bends about y; it comes round, so
+    that at its foot it stands upright and bends about z. It twists as thin
+    strips do (Timoshenko 1930, Strength of Materials): Castigliano's theorem along it.
+
+    Args:
+        by_turn: turn about y by a moment about that [rad/(N m)].
+        length: [m].
+    """
+    strong, whole = _STRAP**-2.0, np.zeros((6, 6))
+    places, weights = np.polynomial.legendre.leggauss(_ALONG_NECK)
+    for part, weight in zip(0.5 * (1.0 + places), 0.5 * weights, strict=True):
+        angle = 0.5 * np.pi * part
+        easy = np.array([0.0, np.cos(angle), np.sin(angle)])
+        hard = np.cross(easy, _ALONG)
+        turns = np.zeros((6, 6))
+        turns[3:, 3:] = np.outer(easy, easy) + strong * np.outer(hard, hard)
+        turns[3:, 3:] += 0.5 * (1.0 + _STEEL) * np.outer(_ALONG, _ALONG)
+        whole += weight * _carried(turns, part * length * _ALONG)
+    return 2.0 * by_turn / (1.0 + strong) * whole
 
 
 def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:

@@ -15,6 +15,8 @@ from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import make_specimen, settle
 
 _CLEARANCE = 0.008  # Of a body that does not touch the plane [m].
+# What is placed by where the tip hangs.
+_BELOW_TIP = ('dish', 'cushion', 'crate', 'flap', 'corrugated', 'tent', 'saddle')
 _KNOB_REACH = 0.08  # Half the share of the free length whose middle comes to lie over a knob.
 
 
@@ -43,7 +45,7 @@ def lay_on_plane(
     if faults.contact_form == 'pipe':
         aside = _below_tip(setup, faults)[2]
         faults = replace(faults, contact_at=aside + faults.contact_at)
-    if faults.contact_form in ('dish', 'cushion', 'crate', 'flap', 'corrugated', 'tent'):
+    if faults.contact_form in _BELOW_TIP:
         ahead, _, aside = _below_tip(setup, faults)
         ahead, aside = ahead + faults.contact_ahead, aside + faults.contact_at
         faults = replace(faults, contact_ahead=ahead, contact_at=aside)

@@ -12,6 +12,7 @@ from benchmarks.blind.contact import contact_laws
 from benchmarks.blind.draught import (
     curtain_share,
     drawn_in,
+    eddy_share,
     hollow_share,
     layer_share,
     lee_share,
@@ -53,6 +54,7 @@ _PUSHES = (
     'lee',
     'screened',
     'hub',
+    'eddy',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
@@ -65,6 +67,7 @@ _FELT = {
     'lee': lee_share,
     'screened': screened_share,
     'hub': hollow_share,
+    'eddy': eddy_share,
 }
 
 

@@ -9,6 +9,7 @@ from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import HexMesh, Quadrature
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.vine import vine_weight
 
 _MASS_REACH = 0.06  # Half the share of the free length over which an added mass is spread.
 _POINT_REACH = 0.025  # The same of a mass on one side, and of one around the surface.
@@ -52,6 +53,8 @@ def added_mass(
         nearness = turn_density(share, faults.mass_closer)
     if faults.mass_form == 'spray can':
         nearness = spray_density(share, faults.added_mass_at, faults.mass_spray)
+    if faults.mass_form == 'vine':
+        nearness = vine_weight(share, across, faults)
     volumes = where * (share > 0.0) * quadrature.volumes
     masses = _shared(faults.added_mass, nearness * volumes)
     if faults.mass_form == 'cable':
@@ -95,6 +98,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'solder': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
         # And how thick a spray can left its paint.
         'spray can': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
+        # On which side a wire is that winds around is set below as well.
+        'vine': (_SMEAR_REACH, 1.0),
         # Where a liquid is, the body's own heights tell.
         'pooled': (_MASS_REACH, 0.0),
         # Each of several has a place of its own.

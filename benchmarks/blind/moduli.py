@@ -9,6 +9,7 @@ from benchmarks.blind.baking import baked_value
 from benchmarks.blind.dosing import dosed_value
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.marbling import marbled_value
+from benchmarks.blind.motor_heat import heated_share
 from benchmarks.blind.seeping import seeped_share
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
@@ -61,6 +62,8 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'dosed': dosed_value(share, faults.contrast_at, faults.contrast_wave),
         'surged': surged_value(share, faults.contrast_wave, faults.contrast_width),
         'seeped': seeped_share(share, faults.contrast_width),
+        # In the first pose; each tells how far heat has come.
+        'motor heat': heated_share(share, faults.contrast_width, 0),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),

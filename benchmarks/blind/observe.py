@@ -12,6 +12,7 @@ from benchmarks.blind.biases import bias_share
 from benchmarks.blind.bleeding import bleeding_share
 from benchmarks.blind.blocks import in_blocks
 from benchmarks.blind.combing import combed
+from benchmarks.blind.crosstalk import crosstalk_error
 from benchmarks.blind.fattening import fattened
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.ghost import ghosted
@@ -95,7 +96,7 @@ def _seen(
     depth = depth + _trailing(rendering, faults)
     depth = depth + _flicker(rendering, setup, observation, faults)
     depth = depth + ring_error(rendering, setup, faults) + moire_error(rendering, setup, faults)
-    depth = depth + spoke_error(rendering, setup, faults)
+    depth = depth + spoke_error(rendering, setup, faults) + crosstalk_error(rendering, faults)
     tip = _painted(tip_part(rendering.labels), faults) * rendering.facing**faults.region_gloss
     glows = _glowing(setup, observation, faults)
     depth = depth + 1e-3 * faults.region_bias * glows * tip

@@ -43,14 +43,26 @@ class RecentFaults:
     `glued window`: by the way from a seam. `tilt_form` may be `hub`: a hollow round stream.
     `curvature_form` may be `slots`: by the moment between two that lie beside each other.
 
+    In the thirty-first, `mass_form` may be `vine`: a wire that winds around from `added_mass_at`
+    to the tip. `contrast_mode` may be `motor heat`: from the clamp on, farther in each pose.
+    `clamp_form` may be `twisted strap`: on a flat one that comes round by a quarter of a turn.
+    `contact_form` may be `saddle`: a hard one, by the squares of both ways over the radius
+    `contact_round`, which rises along the way of `contact_slant`. `depth_form` may be `wiped`:
+    what is farther from a spot than `depth_width`. `tilt_form` may be `eddy`: a push over an edge,
+    and back below. `curvature_form` may be `over a rod`: by the moment of a rod at `curvature_at`
+    below a body whose ends were held.
+
     Attributes:
         mass_travel: by which share of the free length a weight slides on where the body points
             straight down, or what a loose spring is longer there.
         mass_closer: share of the free length over which turns come to be three times as many.
         mass_spray: distance of a nozzle, as a share of the free length.
+        mass_wind: share of the free length over which a wire goes round once, from y towards z;
+            below 0: the other way.
+        mass_side: where it is at its beginning, from the object's y towards z [deg].
         mass_coiled: length of a loose spring on a level body, as a share of the free length.
         contact_slant: of the way along which a corrugated sheet waves, or across a tent's ridge,
-            from the world's x towards z [deg].
+            from the world's x towards z; of the way along which a saddle rises [deg].
         contact_steep: of a tent's sides, rise over run.
         depth_back: error of the left tap, the other way, as a share of `depth_bias`.
         region_net: way along the body from knot to knot of a net's meshes [m], and which share of
@@ -85,11 +97,15 @@ class RecentFaults:
         spoked_at: that place, to the right of the principal point and down [px].
         spoked_count: of waves in a turn.
         spoked_phase: of these on the right of that place [rad].
+        domed: by how much the edges of the true body's end lie behind its middle [mm].
+        crosstalk: error where most of a column of the image sees something [mm].
     """
 
     mass_travel: float = 0.0
     mass_closer: float = 1.0
     mass_spray: float = 1.0
+    mass_wind: float = 1.0
+    mass_side: float = 0.0
     mass_coiled: float = 0.0
     contact_slant: float = 0.0
     contact_steep: float = 0.0
@@ -120,3 +136,5 @@ class RecentFaults:
     spoked_at: tuple[float, float] = (0.0, 0.0)
     spoked_count: int = 0
     spoked_phase: float = 0.0
+    domed: float = 0.0
+    crosstalk: float = 0.0

@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.hammock import catenary_lever, catenary_rate
 from benchmarks.blind.mattress import bedded_lever, bedded_moment
+from benchmarks.blind.over_rod import over_rod
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
 from benchmarks.blind.slots import slotted
@@ -53,6 +54,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         jog=(1e-3 * faults.joggled, faults.joggled_at, faults.joggled_way),
         club=faults.clubbed,
         lack=faults.underfilled,
+        dome=1e-3 * faults.domed,
     )
 
 
@@ -381,6 +383,7 @@ _IN_PARTS = {
     'hammock': _hammock,
     'mattress': _bedded,
     'four-point': _four_point,
+    'over a rod': over_rod,
 }
 
 

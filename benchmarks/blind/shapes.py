@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.clubbing import clubbing
+from benchmarks.blind.doming import doming
 from benchmarks.blind.jogging import jogging
 from benchmarks.blind.mitring import mitring
 
@@ -55,6 +56,7 @@ class Shape:
             one, evenly over all of the width [m].
         club: share by which the section is larger at the tip.
         lack: share of the height that the upper side lacks at the tip, evenly less to the clamp.
+        dome: by how much the end's edges lie behind its middle [m].
     """
 
     family: str
@@ -79,6 +81,7 @@ class Shape:
     mitre: float = 0.0
     club: float = 0.0
     lack: float = 0.0
+    dome: float = 0.0
 
     @property
     def length(self) -> float:
@@ -112,6 +115,9 @@ class Shape:
         if self.mitre:
             aside = points[..., 1] / max(abs(place) for place in self.breaks[1])
             points[..., 0] -= abs(self.mitre) * mitring(share, np.sign(self.mitre) * aside)
+        points[..., 0] -= self.dome * doming(
+            share, points[..., 1:] / (0.5 * np.array(self.section))
+        )
         if self.rounds:
             across = points[..., 1:] / (0.5 * np.array(self.section))
             points[..., 1:] *= 1.0 - self.rounds * rounding(share, across)

@@ -36,6 +36,7 @@ from benchmarks.blind.flexure import (
     hairpin_compliance,
     post_compliance,
     stand_compliance,
+    strap_compliance,
     suction_compliance,
     tape_compliance,
     wrist_compliance,
@@ -48,6 +49,7 @@ from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus, SEAM_LAYERS
+from benchmarks.blind.motor_heat import heated_on
 from benchmarks.blind.network import beside_middle, on_upper_side, reinforced
 from benchmarks.blind.ooze import oozed_masses
 from benchmarks.blind.pan import settle_on_pan
@@ -102,6 +104,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'gooseneck': lambda faults: gooseneck_compliance(faults.clamp_compliance, faults.clamp_length),
     'coil spring': lambda faults: coil_compliance(faults.clamp_compliance, faults.clamp_length),
     'hairpin': lambda faults: hairpin_compliance(faults.clamp_compliance, faults.clamp_length),
+    'twisted strap': lambda faults: strap_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
 # it turns [rad], by the moment on it [N m].
@@ -255,6 +258,8 @@ def _in_pose(
         specimen = _recovered(specimen, setup, observation, faults)
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
+    if faults.contrast_mode == 'motor heat':
+        specimen = heated_on(specimen, setup.pose_number(observation), faults)
     if faults.worn:
         specimen = _worn(specimen, setup, observation, faults)
     if faults.mass_form not in _BY_POSE or not faults.added_mass:

@@ -41,6 +41,8 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS, THIRTEENTH_PAIRS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS, THIRTIETH_PAIRS
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
+from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS, THIRTYFIRST_PAIRS
+from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
@@ -90,6 +92,7 @@ COUNTS = {
     'twentyeighth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'twentyninth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'thirtieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
+    'thirtyfirst': {'clean': 24, 'form': 16, 'pair': 14, 'outside': 4},
 }
 
 
@@ -223,6 +226,12 @@ OWN = {
         frozenset({'shape', 'sensor'}),
         3,
     ),
+    'thirtyfirst': Own(
+        THIRTYFIRST_FORMS,
+        THIRTYFIRST_PAIRS,
+        THIRTYFIRST_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+    ),
 }
 
 
@@ -290,6 +299,27 @@ def test_pairs_are_of_different_effects_and_mix_new_and_earlier_forms(set_name: 
     assert all(new & set(pair) for pair in pairs)
     assert len(new - {key for pair in pairs for key in pair}) == OWN[set_name].unpaired
     assert any(set(pair) - new for pair in pairs)
+
+
+def test_pairs_of_the_thirty_first_set_are_of_all_effects_and_each_of_others() -> None:
+    effects = [[BY_KEY[key].truth for key in pair] for pair in THIRTYFIRST_PAIRS]
+    assert {truth for pair in effects for truth in pair} == set(LIBRARY)
+    assert len({frozenset(pair) for pair in effects}) == len(effects) == 14
+    sensor = {'camera_offset', 'depth_affine', 'depth_bias_by_region'}
+    counts = Counter(len(sensor & set(pair)) for pair in effects)
+    assert min(counts[0], counts[1]) >= 5
+    assert counts[2] <= 2
+
+
+def test_labels_of_pairs_tell_of_both_effects() -> None:
+    cases = [case for case in list_form_cases('thirtyfirst', 'salt') if case.kind == 'pair']
+    found = list(labelled(cases))
+    assert len(found) == 12
+    for case, _, effects, label in found:
+        assert [each['identifier'] for each in label['effects']] == [
+            BY_KEY[key].truth for key, _ in case.effects
+        ]
+        assert all(effect.changes for effect in effects)
 
 
 def test_two_effects_of_a_pair_change_different_faults(cases: list[Case]) -> None:

@@ -40,6 +40,8 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
+from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS
+from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
@@ -188,6 +190,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/tangent arm': {'clamp_scatter': ()},
     'gravity_tilt/hub': {'tilt_form': 'tilt'},
     'rest_curvature/slots': {'curvature_form': 'arc'},
+    'added_mass/vine': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/motor heat': {'contrast_mode': 'split'},
+    'compliant_clamp/twisted strap': {'clamp_form': 'turn'},
+    'gravity_tilt/eddy': {'tilt_form': 'tilt'},
+    'rest_curvature/over a rod': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -257,6 +264,8 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/glued window': {'depth_form': 'affine'},
     'depth_bias_by_region/worn edges': {'region_edges': 0.0},
     'camera_offset/gas spring': {'camera_scatter': ()},
+    'depth_affine/wiped': {'depth_form': 'affine'},
+    'camera_offset/carpet': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -286,6 +295,7 @@ OTHERS = {
     'contact_plane/roll',
     'contact_plane/rope',
     'contact_plane/rubber balls',
+    'contact_plane/saddle',
     'contact_plane/step',
     'contact_plane/tent',
     'contact_plane/vee',
@@ -330,6 +340,7 @@ CAUSES = {
     **TWENTYEIGHTH_OUTSIDE,
     **TWENTYNINTH_OUTSIDE,
     **THIRTIETH_OUTSIDE,
+    **THIRTYFIRST_OUTSIDE,
 }
 
 
@@ -340,7 +351,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 def _params(keys: Iterable[str]) -> list[Any]:
     """Return keys of forms as parameters; of what tests of its own check as well, slow ones."""
     slow = {form.key for form in (*TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS, *TWENTYNINTH_FORMS)}
-    slow |= {form.key for form in THIRTIETH_FORMS}
+    slow |= {form.key for form in (*THIRTIETH_FORMS, *THIRTYFIRST_FORMS)}
     return [
         pytest.param(key, marks=(pytest.mark.slow,) if key in slow else ()) for key in sorted(keys)
     ]
@@ -353,7 +364,7 @@ def test_every_form_is_checked_here() -> None:
     newest = (*NINETEENTH_FORMS, *TWENTIETH_FORMS, *TWENTYFIRST_FORMS, *TWENTYSECOND_FORMS)
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
     newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)
-    newest = (*newest, *TWENTYNINTH_FORMS, *THIRTIETH_FORMS)
+    newest = (*newest, *TWENTYNINTH_FORMS, *THIRTIETH_FORMS, *THIRTYFIRST_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -381,6 +392,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYEIGHTH_FORMS, {'strain_stiffening'}),
         (TWENTYNINTH_FORMS, {'depth_affine'}),
         (THIRTIETH_FORMS, {'strain_stiffening'}),
+        (THIRTYFIRST_FORMS, {'strain_stiffening', 'clamp_offset', 'depth_bias_by_region'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -225,9 +225,17 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'thirtyfirst': (
+        (
+            'added_mass/vine',
+            'stiffness_contrast/motor heat',
+            'compliant_clamp/twisted strap',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 # What tests of their own check of these forms as well.
-_SLOW = ('twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth')
+_SLOW = ('twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst')
 CASES = [
     pytest.param(key, limits, id=key, marks=(pytest.mark.slow,) if name in _SLOW else ())
     for name, (keys, limits) in ON_THE_BODY.items()
