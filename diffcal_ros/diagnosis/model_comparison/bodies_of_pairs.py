@@ -9,15 +9,11 @@ pixels are off by from that body is the reading.
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.parameters.parameters import Parameter
-from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
+from diffcal_ros.diagnosis.model_comparison.kept_of_pairs import kept_alone
+from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.effects.effect import Effect
-from diffcal_ros.errors import NotSimulatedError
-import numpy as np
 
 # Of so many of the best pairs.
 _MOST = 2
@@ -46,7 +42,7 @@ def bodies_of_pairs(
         others = [own for own in pair.added if not _is_reading(own.effect)]
         if pair.leaves_noise or not read or not others:
             continue
-        body = _body_of(nominal, base, pair, others)
+        body = kept_alone(nominal, base, pair, others[0])
         if body is not None:
             found.append(body)
     return found
@@ -55,19 +51,3 @@ def bodies_of_pairs(
 def _is_reading(effect: Effect) -> bool:
     """Tell whether an effect is how a camera reads a part of the body, or of the picture."""
     return effect.group == 'sensor' and (effect.has_boundary or effect.has_edge)
-
-
-def _body_of(
-    nominal: PatchEvaluator, base: Refit, pair: Hypothesis, kept: Sequence[Candidate]
-) -> Hypothesis | None:
-    """Return some effects of a pair, all parameters where that has them."""
-    names = {own.identifier for own in kept}
-    freed: tuple[Parameter, ...] = tuple(own for own in pair.freed if own.effect in names)
-    scene, evaluator = with_effects(nominal, base, kept, freed)
-    values = pair.fit.values_by_name()
-    here = np.array([values[name] for name in evaluator.model.parameters.names])
-    try:
-        fit = refit(evaluator, here, max_iterations=1)
-    except NotSimulatedError:
-        return None  # What is read otherwise held it up.
-    return Hypothesis(tuple(kept), scene, evaluator, fit)

@@ -10,18 +10,15 @@ what moves by its nature is looked for in its place, as another one in each pose
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.parameters.parameters import Parameter
-from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
+from diffcal_ros.diagnosis.model_comparison.kept_of_pairs import freed_of, scores_beside
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import in_each_pose
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence, finished, Judge
 from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
-from diffcal_ros.errors import NotSimulatedError
-import numpy as np
+from diffcal_ros.diagnosis.screening.screening import Score, Screen
 
 # So many are tried in the place of one, those that tangents in each pose lead farthest, for so
 # many evaluations at first.
@@ -64,9 +61,6 @@ def _in_its_place(
     pool: RefitPool, best: Hypothesis, kept: Candidate, listed: Sequence[Candidate]
 ) -> list[Score]:
     """Return what explains most in each pose beside one effect of a pair, one score an effect."""
-    _, evaluator = with_effects(pool.nominal, pool.base, [kept], _freed_of(best, kept))
-    values = best.fit.values_by_name()
-    here = np.array([values[name] for name in evaluator.model.parameters.names])
     moving = [
         own
         for own in listed
@@ -74,10 +68,7 @@ def _in_its_place(
         and own.effect.has_tangent
         and own.identifier not in best.identifiers
     ]
-    try:
-        found = screen(evaluator, here, moving).scores
-    except NotSimulatedError:
-        return []  # The pair held up what falls without one of its effects.
+    found = scores_beside(pool.nominal, pool.base, best, kept, moving)
     best_of_each: dict[str, Score] = {}
     for score in sorted(found, key=lambda score: -score.gain_by_pose):
         if score.gain_by_pose > 0.0:
@@ -96,10 +87,5 @@ def _request(pool: RefitPool, best: Hypothesis, kept: Candidate, added: Candidat
         if part.lower == 0.0
     }
     starts = {**best.fit.values_by_name(), **begun, **added.screened}
-    freed = (*_freed_of(best, kept), *in_each_pose(pool, added))
+    freed = (*freed_of(best, kept), *in_each_pose(pool, added))
     return RefitRequest((kept, added), starts, _EVALUATIONS, freed=freed, pace=AT_FIRST)
-
-
-def _freed_of(pair: Hypothesis, kept: Candidate) -> tuple[Parameter, ...]:
-    """Return what one effect of a pair is besides."""
-    return tuple(own for own in pair.freed if own.effect == kept.identifier)

@@ -10,9 +10,8 @@ clamp known, and all parameters where that leaves them, the bias explains as muc
 
 from collections.abc import Sequence
 
-from diffcal_ros.calibration.parameters.parameters import Parameter
-from diffcal_ros.diagnosis.model_comparison.effect_refit import with_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.kept_of_pairs import freed_of, scores_beside
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
@@ -23,10 +22,8 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
 )
 from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST
 from diffcal_ros.diagnosis.screening.candidates import Candidate
-from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
+from diffcal_ros.diagnosis.screening.screening import Score, Screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct
-from diffcal_ros.errors import NotSimulatedError
-import numpy as np
 
 # In the place of an effect is tried what explains so much of what that does, in log evidence, the
 # best of them alone.
@@ -73,14 +70,8 @@ def _in_its_place(
     listed: Sequence[Candidate],
 ) -> list[Score]:
     """Return what explains about as much beside one effect of a pair as the other one does."""
-    _, evaluator = with_effects(pool.nominal, pool.base, [kept], _freed_of(best, kept))
-    values = best.fit.values_by_name()
-    here = np.array([values[name] for name in evaluator.model.parameters.names])
     others = [own for own in listed if own.identifier != kept.identifier]
-    try:
-        found = distinct(screen(evaluator, here, others).scores)
-    except NotSimulatedError:
-        return []  # The pair held up what falls without one of its effects.
+    found = distinct(scores_beside(pool.nominal, pool.base, best, kept, others))
     least = next((s for s in found if s.candidate.identifier == dropped.identifier), None)
     if least is None or least.log_evidence <= 0.0:
         return []
@@ -97,12 +88,7 @@ def _request(
     """Return the refit of one effect of a pair and what is in the place of the other one."""
     stands, both = best.fit.values_by_name(), [kept, score.candidate]
     # Without what is taken out that is where no fit ended.
-    return request_beside(stands, both, score, singles, _freed_of(best, kept), AT_FIRST)
-
-
-def _freed_of(pair: Hypothesis, kept: Candidate) -> tuple[Parameter, ...]:
-    """Return what one effect of a pair is besides."""
-    return tuple(own for own in pair.freed if own.effect == kept.identifier)
+    return request_beside(stands, both, score, singles, freed_of(best, kept), AT_FIRST)
 
 
 def _names(*added: Candidate) -> tuple[str, ...]:
