@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import noise_scale
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, only
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
@@ -81,6 +81,14 @@ def spread_of_amount(hypothesis: Hypothesis, one: Candidate) -> float:
         return 0.0
     mean = float(np.mean(amounts))
     return float(np.std(amounts) / mean) if mean > 0.0 else np.inf
+
+
+def differs_by_pose(hypothesis: Hypothesis) -> bool:
+    """Tell whether an effect is another one in each posture with hardly anything in common."""
+    return any(
+        has_nothing_in_common(hypothesis, one) or spread_of_amount(hypothesis, one) > FARTHEST_FORM
+        for one in hypothesis.added
+    )
 
 
 def _without(

@@ -195,15 +195,6 @@ class Hypothesis:
         return any(own.at_bound and not own.is_absent for own in every)
 
     @property
-    def has_nothing_but_differences(self) -> bool:
-        """Tell whether an effect is another one in each pose, and absent in what those share."""
-        moved = {own.effect for own in self.freed if own.posture is not None}
-        return any(
-            candidate.identifier in moved and all(a.is_absent for a in self.amplitudes(candidate))
-            for candidate in self.added
-        )
-
-    @property
     def has_absent_amplitude(self) -> bool:
         """Tell whether an amplitude is zero, and the others are sure as if that were known."""
         return any(a.is_absent for c in self.added for a in self.amplitudes(c))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
-from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.absence import differs_by_pose, has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
@@ -263,7 +263,7 @@ def compared(
     singles = sorted(one_of_each(models[: len(singles)]), key=by_evidence)
     pairs = sorted(models[-len(pairs) :] if pairs else [], key=by_evidence)
     scale = _noise_scale([*singles, *pairs])
-    pairs = _believable_first(pairs, scale)
+    pairs = _with_something_in_common_first(_believable_first(pairs, scale))
     added = None
     if singles and pairs and basis is not None:
         added = second_adds(singles, pairs[0], basis)
@@ -287,6 +287,14 @@ def _believable_first(pairs: Sequence[Hypothesis], scale: float) -> list[Hypothe
     least = pairs[0].level - AS_WELL * scale
     first = next((p for p in pairs if _is_believable(p) and p.level > least), pairs[0])
     return [first, *(pair for pair in pairs if pair is not first)]
+
+
+def _with_something_in_common_first(pairs: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return pairs, those last whose effects have hardly anything in common in all poses.
+
+    These have no name, and are a doubt of what they do better than (`choose`).
+    """
+    return sorted(pairs, key=differs_by_pose)
 
 
 def _is_believable(pair: Hypothesis) -> bool:

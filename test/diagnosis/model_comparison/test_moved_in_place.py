@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 
+from diffcal_ros.diagnosis.model_comparison.absence import differs_by_pose
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import in_each_pose
@@ -73,10 +74,8 @@ def test_a_pair_that_finds_no_rest_without_one_of_its_effects_is_left(
     assert with_what_moves(anew_pool, [], [], scores, judge) == []
 
 
-@pytest.mark.parametrize('grams', [0.0, 3.0])
-def test_a_mass_that_differs_and_is_none_in_common_has_nothing_but_differences(
-    anew_pool, scores, grams
-):
+@pytest.mark.parametrize(('grams', 'is_apart'), [(0.0, True), (40.0, False)])
+def test_a_mass_that_is_none_in_common_differs_by_pose(anew_pool, scores, grams, is_apart):
     mass = next(s.candidate for s in scores.scores if s.candidate.identifier == 'added_mass')
     (name,), freed = mass.names, in_each_pose(anew_pool, mass)
     base = anew_pool.nominal, anew_pool.base
@@ -87,4 +86,4 @@ def test_a_mass_that_differs_and_is_none_in_common_has_nothing_but_differences(
         coordinates[model.fit.parameters.names.index(name)] = 1e-3 * grams
         there = replace(model, fit=replace(model.fit, coordinates=coordinates))
         assert there.is_at_bound == (grams == 0.0)
-        assert there.has_nothing_but_differences == (is_moved and grams == 0.0)
+        assert differs_by_pose(there) == (is_moved and is_apart)

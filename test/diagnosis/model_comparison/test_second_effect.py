@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import any_form, second_effect
+from diffcal_ros.diagnosis.model_comparison import choice as choice_module
+from diffcal_ros.diagnosis.model_comparison import selection as selection_module
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.any_form import Sight, Tolerated
 from diffcal_ros.diagnosis.model_comparison.choice import choose
@@ -257,6 +259,17 @@ def test_of_pairs_as_good_the_one_that_is_like_itself_comes_first(screened, pair
     assert _believable_first([], 1.0) == []
 
 
+def test_a_pair_that_differs_from_pose_to_pose_comes_last(screened, pair, monkeypatch):
+    bent = _found(screened, 'clamp_offset', 'depth_affine')
+    best, other = _judged(bent, -80.0, 1.0), _judged(pair, -120.0, 1.0)
+    assert selection_module._with_something_in_common_first([best, other]) == [best, other]
+    is_bent = best.identifiers
+    monkeypatch.setattr(
+        selection_module, 'differs_by_pose', lambda model: model.identifiers == is_bent
+    )
+    assert selection_module._with_something_in_common_first([best, other]) == [other, best]
+
+
 def test_of_pairs_as_good_one_that_is_not_free_in_everything_comes_first(
     screened, pair, monkeypatch
 ):
@@ -354,7 +367,7 @@ def test_what_is_better_as_another_one_in_each_pose_is_a_doubt_beside_a_first(
     bent = _judged(_found(screened, 'depth_affine', 'rest_curvature'), level, noise)
     is_bent = property(lambda model: model.identifiers == bent.identifiers)
     monkeypatch.setattr(Hypothesis, 'is_at_bound', is_bent)
-    monkeypatch.setattr(Hypothesis, 'has_nothing_but_differences', is_bent)
+    monkeypatch.setattr(choice_module, 'differs_by_pose', is_bent.fget)
     added = Explained(80.0, 40.0)
     choice = choose(Selection((one,), (two, bent), added=added), *screened[:2])
     assert choice.hypothesis is two
