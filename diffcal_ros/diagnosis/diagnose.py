@@ -220,28 +220,36 @@ def _selected(
     report: Progress,
     processes: Processes | None,
 ) -> tuple[_Judged, Selection]:
-    """Refit models; once more, where a border shows beside one of them, or beside half of two."""
-    evaluator, nominal = judged.evaluator, judged.nominal
-    found: tuple[_Judged, Selection] | None = None
-    with RefitPool(evaluator, nominal, report, jobs=settings.jobs, processes=processes) as pool:
-        begun = begin(pool, judged.scores, in_any_form=judged.disagreement.may_matter)
-        known = with_borders_seen_beside(begun.singles, evaluator, nominal)
-        if known is None:
-            found = judged, _select(pool, judged, begun)
-    if found is None:
-        found = _selected_anew(known, settings, report)
-    bodies = bodies_of_pairs(evaluator, nominal, found[1].pairs)
-    known = with_borders_seen_beside(bodies, evaluator, nominal)
+    """Refit models; once more, where a border shows beside half of the best two effects."""
+    found = _selected_at_first(judged, settings, report, processes)
+    bodies = bodies_of_pairs(judged.evaluator, judged.nominal, found[1].pairs)
+    known = with_borders_seen_beside(bodies, judged.evaluator, judged.nominal)
     if known is None:
         return found
     return min(found, _selected_anew(known, settings, report), key=_left_by_best)
 
 
+def _selected_at_first(
+    judged: _Judged,
+    settings: DiagnosisSettings,
+    report: Progress,
+    processes: Processes | None,
+) -> tuple[_Judged, Selection]:
+    """Refit models; once more, where a border shows beside one of a single effect."""
+    with RefitPool(
+        judged.evaluator, judged.nominal, report, jobs=settings.jobs, processes=processes
+    ) as pool:
+        begun = begin(pool, judged.scores, in_any_form=judged.disagreement.may_matter)
+        known = with_borders_seen_beside(begun.singles, judged.evaluator, judged.nominal)
+        if known is None:
+            return judged, _select(pool, judged, begun)
+    return _selected_anew(known, settings, report)
+
+
 def _selected_anew(
-    known: tuple[PatchEvaluator, Refit] | None, settings: DiagnosisSettings, report: Progress
+    known: tuple[PatchEvaluator, Refit], settings: DiagnosisSettings, report: Progress
 ) -> tuple[_Judged, Selection]:
     """Screen and refit models of a scene that knows where what a camera reads ends."""
-    assert known is not None
     report('parts of the surface are read otherwise: once more, with those known')
     judged = _examined(*known, settings, report)
     with RefitPool(judged.evaluator, judged.nominal, report, jobs=settings.jobs) as pool:

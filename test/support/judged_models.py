@@ -12,16 +12,16 @@ from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 
 
-def refitted_with(screened: tuple, identifier: str) -> Hypothesis:
-    """Return the nominal model with an effect, refitted.
+def refitted_with(screened: tuple, *identifiers: str) -> Hypothesis:
+    """Return the nominal model with effects, refitted from where tangents lead the first.
 
     Args:
         screened: evaluator and fit of the nominal model, and scores.
-        identifier: of the effect.
+        identifiers: of the effects.
     """
     evaluator, nominal, scores = screened
-    score = next(s for s in scores.scores if s.candidate.identifier == identifier)
-    return try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    added = [next(s for s in scores.scores if s.candidate.identifier == n) for n in identifiers]
+    return try_effects(evaluator, nominal, [s.candidate for s in added], starts_of(added[0]))
 
 
 def with_judgement(model: Hypothesis, **changes: float) -> Hypothesis:

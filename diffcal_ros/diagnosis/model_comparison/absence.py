@@ -83,11 +83,19 @@ def spread_of_amount(hypothesis: Hypothesis, one: Candidate) -> float:
     return float(np.std(amounts) / mean) if mean > 0.0 else np.inf
 
 
-def differs_by_pose(hypothesis: Hypothesis) -> bool:
-    """Tell whether an effect is another one in each posture with hardly anything in common."""
-    return any(
-        has_nothing_in_common(hypothesis, one) or spread_of_amount(hypothesis, one) > FARTHEST_FORM
-        for one in hypothesis.added
+def differing_by_pose(hypothesis: Hypothesis) -> Candidate | None:
+    """Return the first effect that is another one in each posture with hardly anything in common.
+
+    Such an effect has no name.
+    """
+    return next(
+        (
+            one
+            for one in hypothesis.added
+            if has_nothing_in_common(hypothesis, one)
+            or spread_of_amount(hypothesis, one) > FARTHEST_FORM
+        ),
+        None,
     )
 
 

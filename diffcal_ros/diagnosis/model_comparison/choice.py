@@ -5,7 +5,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.diagnosis.model_comparison.absence import differs_by_pose, has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.absence import differing_by_pose, has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, FORM_DOUBT, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.owed_to_poses import owed_to_poses
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
@@ -152,7 +152,8 @@ def _better_if_more(models: Sequence[Hypothesis], best: Hypothesis) -> set[tuple
     better = {
         h.identifiers
         for h in models
-        if h.level > best.level and (h.would_be_more or (len(h.added) > 1 and differs_by_pose(h)))
+        if h.level > best.level
+        and (h.would_be_more or (len(h.added) > 1 and differing_by_pose(h) is not None))
     }
     return better - {best.identifiers}
 

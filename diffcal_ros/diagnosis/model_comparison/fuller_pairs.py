@@ -12,12 +12,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
-from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
-    by_evidence,
-    finished,
-    first_request,
-    Judge,
-)
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import first_request, Judge, with_more
 from diffcal_ros.diagnosis.patch_fits.patch_fit import FROM_A_FIT
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen
@@ -47,16 +42,10 @@ def with_all_amplitudes(
         return list(pairs)
     request = first_request(whole, best.fit.values_by_name(), [*singles, *pairs])
     request = replace(request, freed=best.freed, pace=FROM_A_FIT)
-    fuller = finished(pool, pool.refit_all([request]), rivals=[*singles, *pairs], judge=judge)
-    return sorted([*fuller, *pairs], key=by_evidence)
+    return with_more(pool, pairs, [request], singles, judge)
 
 
 def _with_all(own: Candidate, listed: Sequence[Candidate]) -> Candidate:
     """Return the candidate of the same effect and settings that has most besides what one has."""
-    more = [
-        other
-        for other in listed
-        if (other.identifier, other.at) == (own.identifier, own.at)
-        and set(other.components) > set(own.components)
-    ]
+    more = [other for other in listed if other.extends(own)]
     return max(more, key=lambda other: len(other.components), default=own)

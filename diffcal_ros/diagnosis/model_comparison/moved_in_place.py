@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import by_evidence, fin
 from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen
+from diffcal_ros.diagnosis.screening.shortlist import distinct
 
 # So many are tried in the place of one, those that tangents in each pose lead farthest, for so
 # many evaluations at first.
@@ -69,11 +70,8 @@ def _in_its_place(
         and own.identifier not in best.identifiers
     ]
     found = scores_beside(pool.nominal, pool.base, best, kept, moving)
-    best_of_each: dict[str, Score] = {}
-    for score in sorted(found, key=lambda score: -score.gain_by_pose):
-        if score.gain_by_pose > 0.0:
-            best_of_each.setdefault(score.candidate.identifier, score)
-    return list(best_of_each.values())[:_MOST]
+    explaining = [score for score in found if score.gain_by_pose > 0.0]
+    return distinct(sorted(explaining, key=lambda score: -score.gain_by_pose))[:_MOST]
 
 
 def _request(pool: RefitPool, best: Hypothesis, kept: Candidate, added: Candidate) -> RefitRequest:

@@ -104,6 +104,26 @@ def finished(
     return sorted(models, key=by_evidence)
 
 
+def with_more(
+    pool: RefitPool,
+    models: Sequence[Hypothesis],
+    requests: Sequence[RefitRequest],
+    rivals: Sequence[Hypothesis],
+    judge: Judge | None,
+) -> list[Hypothesis]:
+    """Return models and others that are refitted, best first.
+
+    Args:
+        pool: who refit.
+        models: that were.
+        requests: for the others.
+        rivals: what those are held against besides.
+        judge: see `finished`.
+    """
+    more = finished(pool, pool.refit_all(requests), rivals=[*rivals, *models], judge=judge)
+    return sorted([*models, *more], key=by_evidence)
+
+
 def _worth_going_on(
     models: Sequence[Hypothesis],
     rivals: Sequence[Hypothesis],

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
-from diffcal_ros.diagnosis.model_comparison.absence import differs_by_pose, has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.absence import differing_by_pose, has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.freed_effects import with_those_freed
@@ -225,12 +225,13 @@ def select(
     # Beside an effect that is free to be another one at any time a second one may be anything.
     leaders = sorted([*singles[:1], *over_time], key=by_evidence)
     if with_pairs and leaders and _is_poor(pool, leaders[0], basis):
+        judge = judge_by(basis)
         pairs = best_pairs(pool, singles, scores, basis)
-        pairs = with_swapped(pool, pairs, singles, scores, judge_by(basis))
-        pairs = with_all_amplitudes(pool, pairs, singles, scores, judge_by(basis))
+        pairs = with_swapped(pool, pairs, singles, scores, judge)
+        pairs = with_all_amplitudes(pool, pairs, singles, scores, judge)
         pairs = with_less_freedom(pool, judged(pairs, basis, is_brief=True), basis)
         pairs = with_those_freed(pool, pairs, basis, singles)
-        pairs = with_what_moves(pool, pairs, singles, scores, judge_by(basis))
+        pairs = with_what_moves(pool, pairs, singles, scores, judge)
         singles = sorted([*singles, *halves(pool, singles, pairs, basis)], key=by_evidence)
         singles = with_halves_freed(pool, singles, pairs, basis)
     return compared(pool, [*singles, *over_time], pairs, basis)
@@ -294,7 +295,7 @@ def _with_something_in_common_first(pairs: Sequence[Hypothesis]) -> list[Hypothe
 
     These have no name, and are a doubt of what they do better than (`choose`).
     """
-    return sorted(pairs, key=differs_by_pose)
+    return sorted(pairs, key=lambda pair: differing_by_pose(pair) is not None)
 
 
 def _is_believable(pair: Hypothesis) -> bool:

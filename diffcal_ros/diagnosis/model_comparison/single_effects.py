@@ -52,13 +52,8 @@ def _request(score: Score) -> RefitRequest:
 def _fuller(score: Score, listed: Sequence[Score]) -> Score | None:
     """Return the variant of the same effect that has all its amplitudes and more, if any has."""
     own = score.candidate
-    fuller = [other for other in listed if _has_more(other.candidate, own)]
+    fuller = [other for other in listed if other.candidate.extends(own)]
     return max(fuller, key=lambda other: len(other.candidate.components), default=None)
-
-
-def _has_more(whole: Candidate, part: Candidate) -> bool:
-    is_same = (whole.identifier, whole.at) == (part.identifier, part.at)
-    return is_same and set(whole.components) > set(part.components)
 
 
 def _parts(
@@ -70,7 +65,7 @@ def _parts(
     """Return the variants with fewer amplitudes, refitted where they may be the better ones."""
     near, far = [], []
     for part in parts:
-        whole = next((h for h in found if _has_more(h.added[0], part)), None)
+        whole = next((h for h in found if h.added[0].extends(part)), None)
         if whole is None:  # It could not be simulated.
             near.append(first_request([part], {}, found))
             continue

@@ -14,12 +14,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.kept_of_pairs import freed_of, scores_beside
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
-from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
-    by_evidence,
-    finished,
-    Judge,
-    request_beside,
-)
+from diffcal_ros.diagnosis.model_comparison.refit_rounds import Judge, request_beside, with_more
 from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Score, Screen
@@ -58,8 +53,7 @@ def with_swapped(
             for score in _in_its_place(pool, best, kept, dropped, listed)
             if _names(kept, score.candidate) not in known
         ]
-    more = finished(pool, pool.refit_all(requests), rivals=[*singles, *pairs], judge=judge)
-    return sorted([*pairs, *more], key=by_evidence)
+    return with_more(pool, pairs, requests, singles, judge)
 
 
 def _in_its_place(

@@ -64,6 +64,11 @@ class Candidate:
         """How large its amplitudes may well be, of its size, SI units, shape (a,)."""
         return self.size * self.scales
 
+    def extends(self, part: 'Candidate') -> bool:
+        """Tell whether it is the same effect at the same place, with further amplitudes."""
+        is_same = (self.identifier, self.at) == (part.identifier, part.at)
+        return is_same and set(self.components) > set(part.components)
+
     @property
     def screened(self) -> dict[str, float]:
         """The amplitude that its place or time is, by name; empty where that is a setting."""

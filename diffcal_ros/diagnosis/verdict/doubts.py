@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import (
+    differing_by_pose,
     has_doubtful_effect,
     has_nothing_in_common,
     spread_of_amount,
@@ -247,12 +248,11 @@ def _is_another_by_pose(hypothesis: Hypothesis, fraction: float) -> bool:
 
 def _differs_by_pose(hypothesis: Hypothesis) -> str | None:
     """Say what was fitted as another one in each pose, and cannot be so by as much."""
-    for added in hypothesis.added:
-        article = 'an' if added.identifier[0] in 'aeiou' else 'a'
-        words = f'{article} {added.identifier} that is another one in each pose'
-        if has_nothing_in_common(hypothesis, added):
-            return f'{words}, and may be none in all'
-        spread = spread_of_amount(hypothesis, added)
-        if spread > FARTHEST_FORM:
-            return f'{words} by {spread:.0%}'
-    return None
+    differing = differing_by_pose(hypothesis)
+    if differing is None:
+        return None
+    article = 'an' if differing.identifier[0] in 'aeiou' else 'a'
+    words = f'{article} {differing.identifier} that is another one in each pose'
+    if has_nothing_in_common(hypothesis, differing):
+        return f'{words}, and may be none in all'
+    return f'{words} by {spread_of_amount(hypothesis, differing):.0%}'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A beam that was clamped anew for each of three poses, and a model of it that knows of that."""
+"""Models of a tilted beam, and of one that was clamped anew for each of three poses."""
 
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import looks_in_any_form
@@ -8,11 +8,32 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import pytest
 from support.clamped_anew import CLAMP, clamped_anew
+from support.judged_models import refitted_with
+
+
+@pytest.fixture
+def pool(screened):
+    """Who refits models of the tilted beam."""
+    evaluator, nominal, _ = screened
+    with RefitPool(evaluator, nominal, lambda _: None) as found:
+        yield found
+
+
+@pytest.fixture(scope='session')
+def tilted(screened):
+    """That beam with a tilt, refitted."""
+    return refitted_with(screened, 'gravity_tilt')
+
+
+@pytest.fixture(scope='session')
+def pair(screened):
+    """The same with an error of depth beside the tilt."""
+    return refitted_with(screened, 'gravity_tilt', 'depth_affine')
 
 
 @pytest.fixture(scope='session')
 def anew_pool():
-    """Who refits models of the beam."""
+    """Who refits models of the beam that was clamped anew."""
     return RefitPool(*fit_nominal(*clamped_anew(), None))
 
 

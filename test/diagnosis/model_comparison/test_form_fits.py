@@ -7,28 +7,20 @@ from types import SimpleNamespace
 
 from diffcal_ros.diagnosis.model_comparison import form_fits
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_fits import each_alone, one_of_each
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import pytest
-
-
-def _found(screened, *names: str) -> Hypothesis:
-    evaluator, nominal, scores = screened
-    added = [next(s for s in scores.scores if s.candidate.identifier == name) for name in names]
-    return try_effects(evaluator, nominal, [s.candidate for s in added], starts_of(added[0]))
+from support.judged_models import refitted_with
 
 
 def test_each_effect_of_a_pair_stands_alone_where_it_is_simulated(screened, basis):
     evaluator, nominal, _ = screened
     pool = SimpleNamespace(nominal=evaluator, base=nominal)
-    pair = _found(screened, 'gravity_tilt', 'depth_affine')
+    pair = refitted_with(screened, 'gravity_tilt', 'depth_affine')
     alone = each_alone(pool, pair, basis)
     (tilt,) = [model for model in alone if model.identifiers == ('gravity_tilt',)]
     # Nothing but the tilt is there: alone it is where the pair had it, and leaves no more.
-    fitted = _found(screened, 'gravity_tilt')
+    fitted = refitted_with(screened, 'gravity_tilt')
     errors = fitted.fit.covariance.diagonal() ** 0.5
     assert abs((tilt.fit.coordinates - fitted.fit.coordinates) / errors).max() < 0.5
     assert tilt.fit.log_evidence == pytest.approx(fitted.fit.log_evidence, abs=0.5)
@@ -38,7 +30,7 @@ def test_each_effect_of_a_pair_stands_alone_where_it_is_simulated(screened, basi
 
 def test_what_has_lost_the_body_from_view_is_no_model_of_it(screened):
     """It leaves nothing, since it sees nothing; beside it no two models would share a patch."""
-    tilt = _found(screened, 'gravity_tilt')
+    tilt = refitted_with(screened, 'gravity_tilt')
     _, nominal, _ = screened
     fit = tilt.fit
     blind = replace(tilt, fit=replace(fit, chi_square=0.0, patch_count=fit.patch_count // 2))
@@ -49,7 +41,7 @@ def test_what_has_lost_the_body_from_view_is_no_model_of_it(screened):
 
 
 def test_of_the_same_effects_the_fitted_one_stays_with_the_better_judgement(screened, basis):
-    tilt = _found(screened, 'gravity_tilt')
+    tilt = refitted_with(screened, 'gravity_tilt')
     ways = ways_of(tilt.evaluator.model, tilt.fit, basis, tilt.added)
     judged = tolerated(tilt.fit, ways)
     poor, good = (replace(judged, log_evidence=judged.log_evidence + d) for d in (-5.0, 5.0))

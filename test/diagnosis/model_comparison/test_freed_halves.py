@@ -8,15 +8,14 @@ from types import SimpleNamespace
 from diffcal_ros.calibration.parameters.form_parameters import form_parameters
 from diffcal_ros.diagnosis.model_comparison import form_sizes, freed_rivals, selection
 from diffcal_ros.diagnosis.model_comparison.any_form import tolerated
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.model_comparison.freed_rivals import with_halves_freed
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.selection import select
-from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import pytest
+from support.judged_models import refitted_with
 
 
 @pytest.fixture(autouse=True)
@@ -28,9 +27,7 @@ def as_they_are(monkeypatch):
 
 def _model(screened, basis, level: float, *names: str) -> Hypothesis:
     """Return a model of a level, judged, that owes nothing to forms."""
-    evaluator, nominal, scores = screened
-    added = [next(s for s in scores.scores if s.candidate.identifier == name) for name in names]
-    model = try_effects(evaluator, nominal, [s.candidate for s in added], starts_of(added[0]))
+    model = refitted_with(screened, *names)
     judged = tolerated(model.fit, ways_of(model.evaluator.model, model.fit, basis, model.added))
     return replace(
         model, judged=replace(judged, log_evidence=level, exact=level, fraction=0.0, by_pose=0.0)

@@ -4,8 +4,6 @@
 
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.fuller_pairs import with_all_amplitudes
-from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
-import pytest
 
 _PLACE = ('x', 'y', 'z')
 _TURN = ('rx', 'ry', 'rz')
@@ -17,13 +15,6 @@ def _pair(screened, *chosen):
     listed = [score.candidate for score in scores.scores]
     added = [next(c for c in listed if (c.identifier, c.components) == own) for own in chosen]
     return try_effects(evaluator, nominal, added, {})
-
-
-@pytest.fixture
-def pool(screened):
-    evaluator, nominal, _ = screened
-    with RefitPool(evaluator, nominal, lambda _: None) as found:
-        yield found
 
 
 def test_what_a_second_effect_may_be_besides_is_fitted_from_where_the_pair_is(screened, pool):

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.model_comparison.absence import differs_by_pose
+from diffcal_ros.diagnosis.model_comparison.absence import differing_by_pose
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import in_each_pose
@@ -26,21 +26,26 @@ def judge(anew_pool):
     return judge_by(nominal_basis(anew_pool))
 
 
-@pytest.fixture(scope='module')
-def tilted(anew_pool, scores, judge):
-    """A body that was clamped anew, fitted as one that is tilted before a camera with a bias."""
-    names = ('gravity_tilt', 'depth_affine')
+def _judged_pair(anew_pool, scores, judge, *names):
     added = [next(s for s in scores.scores if s.candidate.identifier == name) for name in names]
     pair = try_effects(anew_pool.nominal, anew_pool.base, [s.candidate for s in added], {})
     return judge([pair])[0]
+
+
+@pytest.fixture(scope='module')
+def tilted_anew(anew_pool, scores, judge):
+    """A body that was clamped anew, fitted as one that is tilted before a camera with a bias."""
+    return _judged_pair(anew_pool, scores, judge, 'gravity_tilt', 'depth_affine')
 
 
 def _by_pose(pair, share):
     return replace(pair, judged=replace(pair.judged, by_pose=share))
 
 
-def test_a_clamp_that_was_closed_anew_takes_the_place_of_a_tilt(anew_pool, scores, judge, tilted):
-    wrong = _by_pose(tilted, 0.9)
+def test_a_clamp_that_was_closed_anew_takes_the_place_of_a_tilt(
+    anew_pool, scores, judge, tilted_anew
+):
+    wrong = _by_pose(tilted_anew, 0.9)
     best, *others = with_what_moves(anew_pool, [wrong], [], scores, judge)
     assert best.identifiers == ('clamp_offset', 'depth_affine')
     assert best.level > wrong.level + 20.0
@@ -51,25 +56,23 @@ def test_a_clamp_that_was_closed_anew_takes_the_place_of_a_tilt(anew_pool, score
 
 
 @pytest.mark.parametrize('share', [0.0, 0.45])
-def test_what_stays_about_the_same_is_left(anew_pool, scores, judge, tilted, share):
-    pair = _by_pose(tilted, share)
+def test_what_stays_about_the_same_is_left(anew_pool, scores, judge, tilted_anew, share):
+    pair = _by_pose(tilted_anew, share)
     assert with_what_moves(anew_pool, [pair], [], scores, judge) == [pair]
 
 
-def test_what_moves_itself_has_nothing_in_its_place(anew_pool, scores, judge, tilted):
-    names = ('clamp_offset', 'depth_affine')
-    added = [next(s for s in scores.scores if s.candidate.identifier == name) for name in names]
-    pair = try_effects(anew_pool.nominal, anew_pool.base, [s.candidate for s in added], {})
-    moving = _by_pose(judge([pair])[0], 0.9)
+def test_what_moves_itself_has_nothing_in_its_place(anew_pool, scores, judge):
+    pair = _judged_pair(anew_pool, scores, judge, 'clamp_offset', 'depth_affine')
+    moving = _by_pose(pair, 0.9)
     assert with_what_moves(anew_pool, [moving], [], scores, judge) == [moving]
 
 
 def test_a_pair_that_finds_no_rest_without_one_of_its_effects_is_left(
-    anew_pool, scores, judge, tilted
+    anew_pool, scores, judge, tilted_anew
 ):
-    soft = tilted.fit.coordinates.copy()
-    soft[tilted.fit.parameters.names.index('youngs_modulus')] -= np.log(1e9)
-    lost = _by_pose(replace(tilted, fit=replace(tilted.fit, coordinates=soft)), 0.9)
+    soft = tilted_anew.fit.coordinates.copy()
+    soft[tilted_anew.fit.parameters.names.index('youngs_modulus')] -= np.log(1e9)
+    lost = _by_pose(replace(tilted_anew, fit=replace(tilted_anew.fit, coordinates=soft)), 0.9)
     assert with_what_moves(anew_pool, [lost], [], scores, judge) == [lost]
     assert with_what_moves(anew_pool, [], [], scores, judge) == []
 
@@ -86,4 +89,4 @@ def test_a_mass_that_is_none_in_common_differs_by_pose(anew_pool, scores, grams,
         coordinates[model.fit.parameters.names.index(name)] = 1e-3 * grams
         there = replace(model, fit=replace(model.fit, coordinates=coordinates))
         assert there.is_at_bound == (grams == 0.0)
-        assert differs_by_pose(there) == (is_moved and is_apart)
+        assert (differing_by_pose(there) is mass) == (is_moved and is_apart)

@@ -3,29 +3,13 @@
 """What only stood in for an effect of a pair is held against what may be there in its place."""
 
 from diffcal_ros.diagnosis.model_comparison import swapped_pairs
-from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
-from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.swapped_pairs import with_swapped
-from diffcal_ros.diagnosis.screening.shortlist import starts_of
-import pytest
-
-
-def _pair(screened, *names):
-    evaluator, nominal, scores = screened
-    added = [next(s for s in scores.scores if s.candidate.identifier == name) for name in names]
-    return try_effects(evaluator, nominal, [s.candidate for s in added], starts_of(added[0]))
-
-
-@pytest.fixture
-def pool(screened):
-    evaluator, nominal, _ = screened
-    with RefitPool(evaluator, nominal, lambda _: None) as found:
-        yield found
+from support.judged_models import refitted_with
 
 
 def test_the_effect_that_is_there_takes_the_place_of_its_stand_in(screened, pool):
     """A tilted body that was fitted with a bend at rest, beside a bias that is not there."""
-    wrong = _pair(screened, 'rest_curvature', 'depth_affine')
+    wrong = refitted_with(screened, 'rest_curvature', 'depth_affine')
     found = with_swapped(pool, [wrong], [], screened[2], None)
     assert found[0].identifiers == ('depth_affine', 'gravity_tilt')
     assert found[0].level > wrong.level + 5.0
@@ -33,7 +17,7 @@ def test_the_effect_that_is_there_takes_the_place_of_its_stand_in(screened, pool
 
 
 def test_what_explains_far_less_is_not_tried(screened, pool, monkeypatch):
-    right = _pair(screened, 'gravity_tilt', 'depth_affine')
+    right = refitted_with(screened, 'gravity_tilt', 'depth_affine')
     monkeypatch.setattr(swapped_pairs, '_AS_MUCH', 50.0)
     assert with_swapped(pool, [right], [], screened[2], None) == [right]
 

@@ -13,6 +13,7 @@ from diffcal_ros.calibration.parameters.form_parameters import (
 from diffcal_ros.calibration.parameters.parameters import Parameter
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
+from diffcal_ros.diagnosis.model_comparison import absence
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
@@ -288,7 +289,8 @@ def test_a_clamp_that_gives_way_in_each_pose_by_itself_and_in_none_of_all_has_no
     _, nominal, _ = clearly_screened
     clamp = with_judgement(refitted_with(clearly_screened, 'compliant_clamp'))
     monkeypatch.setattr(doubts, 'has_doubtful_effect', lambda *_: False)
-    monkeypatch.setattr(doubts, 'spread_of_amount', lambda *_: 0.8)
+    for module in (absence, doubts):
+        monkeypatch.setattr(module, 'spread_of_amount', lambda *_: 0.8)
     (doubt,) = doubts_about(clamp, nominal)
     assert 'with a compliant_clamp that is another one in each pose by 80%: no name' in doubt
     monkeypatch.setattr(doubts, 'has_nothing_in_common', lambda *_: True)
