@@ -93,6 +93,21 @@ class ForwardModel:
         return self._warm if self._last is None else self._last.states_only()
 
     @property
+    def place(self) -> FloatArray:
+        """Coordinates of where the next solution starts from, shape (k,).
+
+        Of what the model that this one comes from did not have, where it is absent.
+        """
+        if self._last is not None:
+            return self._last.coordinates
+        begun = self.parameters.start()
+        if self._warm is not None:
+            known = dict(zip(self._warm.names, self._warm.coordinates.tolist(), strict=True))
+            for index, name in enumerate(self.parameters.names):
+                begun[index] = known.get(name, begun[index])
+        return begun
+
+    @property
     def is_moving(self) -> bool:
         """Tell whether a body is seen in motion."""
         return any(seen.instant is not None for seen in self.observations)
@@ -134,7 +149,7 @@ class ForwardModel:
             View(self.cameras.points(number, shown, coordinates), self.tracers[number])
             for number, shown in enumerate(self._shown(states))
         )
-        return Solution(coordinates.copy(), states, views)
+        return Solution(coordinates.copy(), states, views, names=self.parameters.names)
 
     def with_tangents(self, solution: Solution) -> Solution:
         """Return a solution that knows how its bodies follow the coordinates."""

@@ -56,12 +56,14 @@ class Solution:
         tangents: how all states of each body follow the coordinates, world frame [m], shape
             (k, S, N, 3), zero for camera parameters; None: not asked for, see
             `ForwardModel.with_tangents`.
+        names: of the parameters; a model with others may start from there.
     """
 
     coordinates: FloatArray
     states: Mapping[int, PostureStates]
     views: tuple[View, ...]
     tangents: Mapping[int, FloatArray] | None = None
+    names: tuple[str, ...] = ()
 
     def states_only(self) -> 'Solution':
         """Return it without what takes memory and is found from the states."""

@@ -139,7 +139,10 @@ class Selection:
             if not has_others:
                 return told / self.noise_scale > _HELD_OUT_GAIN
             whole = two.level - one.level + told
-            return two.judged.left <= one.judged.left and whole / self.noise_scale > PAIR_GAIN
+            # What is left below the floor is noise, and none of it is more than another.
+            floor = patch_gap(two.fit.groups, Part.REPORT).whole_floor
+            is_as_near = two.judged.left <= max(one.judged.left, floor)
+            return is_as_near and whole / self.noise_scale > PAIR_GAIN
         # A form so far from the library's goes between the patches that were fitted.
         fits = (one.fit, two.fit)
         likelihoods = [-0.5 * whiten(fit.groups, Part.REPORT).chi_square for fit in fits]

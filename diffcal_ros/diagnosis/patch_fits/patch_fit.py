@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from diffcal_ros.calibration.forward.led_there import lead_to
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -118,6 +119,9 @@ class PatchFit:
         self._limits = longest_steps(parameters)
         self._prior = prior_of(evaluator)
         self.here = np.clip(start, *self._bounds)
+        self._was_here = known is None
+        if known is None and pace.is_close:
+            lead_to(evaluator.model, self.here)
         self.groups = self._groups(self.here) if known is None else list(known)
         self.evaluations, self.rejections, self.is_done = 1, pace.rejections, False
         self._damping, self._idle, self._least = pace.damping, 0, np.inf
@@ -200,10 +204,25 @@ class PatchFit:
             raise NotSimulatedError('no patch shows the body where the model has it')
         return groups
 
+    def _groups_from_here(self, trial: FloatArray) -> list[PatchGroup]:
+        """Return all patches a step away, see `_groups`.
+
+        A fit that goes on from where another process stood has not been there itself: where the
+        step is not found at once, it goes there first.
+        """
+        try:
+            return self._groups(trial)
+        except NotSimulatedError:
+            if self._was_here:
+                raise
+        self._was_here = True
+        lead_to(self._evidence.model, self.here)
+        return self._groups(trial)
+
     def _try(self, trial: FloatArray) -> None:
         self.evaluations += 1
         try:
-            groups = self._groups(trial)
+            groups = self._groups_from_here(trial)
         except NotSimulatedError:
             self._reject()
             return

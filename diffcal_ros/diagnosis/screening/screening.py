@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.led_there import lead_to
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -132,6 +133,7 @@ def library_groups(
     start[: len(nominal)] = coordinates
     model = evaluator.model.with_parameters(scene, wide)
     owners, changes = _stand_ins(model)
+    lead_to(model, start)
     groups = evaluator.of(model).groups(start, model.tangents_of(changes, start))
     return (*wide.names[len(nominal) :], *owners), groups
 

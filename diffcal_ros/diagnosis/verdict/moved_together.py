@@ -7,11 +7,16 @@ in each pose: in the object's frame, by the same. To the body that is a clamp th
 The fixture tells: where it has to follow, the body sits in its clamp as the scene says.
 """
 
+from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patches.rigid_reference import fixture_offset
+from diffcal_ros.effects.effect import Effect
 from diffcal_ros.rigid_motion import moved
 import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 # Of a displaced clamp so much at least is a displacement beside the fixture.
 _LEAST_BESIDE = 0.5
@@ -40,12 +45,32 @@ def class_with_fixture(hypothesis: Hypothesis) -> str | None:
     points = fixture.positions
     offset = fixture_offset(hypothesis.fit.parameters, coordinates)
     by_fixture = moved(points, offset, points.mean(axis=0)) - points
-    amplitudes, axes = model.effects.amplitudes(coordinates), model.effects.object_axes(0)
     for added in hypothesis.added:
         if not added.effect.class_with_fixture:
             continue
-        own = amplitudes[added.identifier]
-        by_clamp = added.effect.displaced(points, own, axes) - points
+        by_clamp = _displaced(model, coordinates, added.effect, points)
         if np.linalg.norm(by_clamp - by_fixture) < _LEAST_BESIDE * np.linalg.norm(by_clamp):
             return added.effect.class_with_fixture
     return None
+
+
+def _displaced(
+    model: ForwardModel, coordinates: FloatArray, effect: Effect, points: FloatArray
+) -> FloatArray:
+    """Return how far an effect displaces points in each posture [m], shape (S, n, 3).
+
+    What is clamped anew is elsewhere in each: what that has in common may be next to nothing, and
+    within what is known of the fixture.
+    """
+    effects = model.effects
+    return np.array(
+        [
+            effect.displaced(
+                points,
+                effects.amplitudes(coordinates, posture)[effect.identifier],
+                effects.object_axes(posture),
+            )
+            - points
+            for posture in sorted(model.bodies)
+        ]
+    )

@@ -98,9 +98,9 @@ def _of_this_cause(doubt: float) -> str:
 def _of_form_in_doubt(
     disagreement: Disagreement, choice: Choice | None, named: Naming
 ) -> list[str]:
-    """Say why what may be named has no name."""
+    """Say why what may be named has no name, or no surer one."""
     matters = disagreement.verdict is Verdict.DISAGREE
-    if choice is None or named.is_open or named.effects or not matters:
+    if choice is None or named.is_open or not matters:
         return []
     return [choice.unsure] if choice.unsure else []
 

@@ -13,6 +13,7 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import Explained
 from diffcal_ros.diagnosis.model_comparison.selection import _believable_first, Selection
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 import numpy as np
 import pytest
 from support.judged_models import refitted_with
@@ -277,10 +278,18 @@ def test_cells_need_not_ask_for_a_second_effect_that_other_poses_do(
     assert (found.best is found.pairs[0]) == is_needed
 
 
-@pytest.mark.parametrize(('left', 'is_needed'), [(9e-5, True), (1.1e-4, False)])
-def test_a_second_effect_comes_no_less_near_where_nothing_was_fitted(selection, left, is_needed):
-    found = _told(selection, 10.0, -1.0, left)
-    assert (found.best is found.pairs[0]) == is_needed
+@pytest.mark.parametrize(
+    ('of_one', 'left', 'is_needed'), [(1.2, 1.1, True), (1.2, 1.3, False), (0.5, 0.9, True)]
+)
+def test_a_second_effect_comes_no_less_near_where_nothing_was_fitted(
+    selection, of_one, left, is_needed
+):
+    """What is left below the floor is noise, and no less near than what is left of it."""
+    floor = patch_gap(selection.pairs[0].fit.groups, Part.REPORT).whole_floor
+    one = selection.singles[0]
+    one = replace(one, judged=replace(one.judged, left=of_one * floor))
+    told = _told(replace(selection, singles=(one,)), 10.0, -1.0, left * floor)
+    assert (told.best is told.pairs[0]) == is_needed
 
 
 def test_one_and_two_effects_are_compared_where_both_look(selection):

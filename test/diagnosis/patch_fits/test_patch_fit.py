@@ -28,7 +28,9 @@ class Landscape:
     """Patches whose residuals are a function of the coordinates and of how often one asked."""
 
     def __init__(self, values):
-        self.model = SimpleNamespace(parameters=make_parameters(beam_scene(), ('youngs_modulus',)))
+        self.model = SimpleNamespace(
+            parameters=make_parameters(beam_scene(), ('youngs_modulus',)), at=lambda _: None
+        )
         parameters = self.model.parameters.parameters[:1]
         self.model.parameters = replace(self.model.parameters, parameters=parameters)
         self.discretisation_error = DiscretisationError((), (), ())
@@ -228,3 +230,35 @@ def test_large_promises_are_not_given_up():
     _, fit, moved = run(smooth(0.4), most_cost=200.0)
     assert fit.is_done
     assert moved == pytest.approx(0.4, abs=0.02)
+
+
+class FarLandscape(Landscape):
+    """Patches that are found only from where the model was asked before, as a body far bent is."""
+
+    def __init__(self, values):
+        super().__init__(values)
+        self.places = []
+        self.model.at = self._go
+        self.model.is_moving = False
+
+    def _go(self, coordinates):
+        self.places.append(float(coordinates[0]))
+
+    def groups(self, coordinates):
+        if not self.places:
+            raise NotSimulatedError('not found from rest')
+        return super().groups(coordinates)
+
+
+@pytest.mark.parametrize(('places', 'expected'), [([], 1), ([0.0], 0)])
+def test_a_fit_that_goes_on_goes_first_to_where_another_one_stood(places, expected):
+    """Once, and only where a step was not found at once."""
+    start = Landscape(None).model.parameters.start()
+    known = Landscape(smooth(0.03)).groups(start)
+    evaluator = FarLandscape(smooth(0.03))
+    evaluator.places += places
+    found = PatchFit(evaluator, start, Part.FIT, known)
+    found.run(12)
+    assert evaluator.places == [*places, *([float(start[0])] * expected)]
+    assert found.is_done
+    assert found.here[0] - start[0] == pytest.approx(0.03, abs=0.02)

@@ -20,7 +20,8 @@ import pytest
 from support.freed import with_parts
 from support.judged_models import refitted_with, with_judgement, witness_of
 
-SURE, IN_DOUBT = 0.99, 0.59
+# Of one effect, and of two.
+SURE, IN_DOUBT, IN_DOUBT_OF_TWO = 0.99, 0.67, 0.59
 
 
 @pytest.fixture(scope='module')
@@ -33,7 +34,7 @@ def _chosen(model: Hypothesis, sure: float = SURE) -> Choice:
 
 
 @pytest.mark.parametrize(('fraction', 'is_usual'), [(0.05, True), (0.12, True), (0.13, False)])
-def test_a_name_in_an_form_in_doubt_is_as_likely_wrong(
+def test_a_name_in_a_form_in_doubt_is_as_sure_as_such_names_were_right(
     clearly_screened, tilted, fraction, is_usual
 ):
     _, nominal, _ = clearly_screened
@@ -85,7 +86,7 @@ def test_a_form_of_its_own_is_in_doubt_where_data_ask_for_yet_another(
         ({'load': 40.0, 'shape': 60.0}, 0.96, False),
     ],
 )
-def test_two_witnesses_speak_for_an_form_in_doubt(
+def test_two_witnesses_speak_for_a_form_in_doubt(
     clearly_screened, tilted, monkeypatch, predictions, closure, is_sure
 ):
     monkeypatch.setattr(form_in_doubt, 'closed_by', lambda *_: closure)
@@ -110,11 +111,27 @@ def _names(found: Diagnosis) -> list[str]:
     return [words for head, words in listed if head == 'NAME']
 
 
-def test_what_is_of_an_form_in_doubt_is_told_without_a_name(clearly_screened, tilted, monkeypatch):
+def test_two_effects_in_doubt_are_less_sure_than_one(clearly_screened):
+    """Of two at once fewer were right, and none has its name."""
+    _, nominal, _ = clearly_screened
+    both = refitted_with(clearly_screened, 'gravity_tilt', 'added_mass')
+    sure = dict.fromkeys(both.identifiers, SURE)
+    choice = Choice(with_judgement(both, fraction=0.2), sure, both.identifiers, None)
+    found = with_form_in_doubt(choice, nominal).confidences
+    assert found == dict.fromkeys(both.identifiers, IN_DOUBT_OF_TWO)
+    assert IN_DOUBT_OF_TWO < naming._NAMED < IN_DOUBT
+
+
+def test_what_is_of_a_form_in_doubt_has_its_name_and_why_it_is_no_surer(
+    clearly_screened, tilted, monkeypatch
+):
     found = _concluded(clearly_screened, with_judgement(tilted, fraction=0.3), monkeypatch)
-    assert (found.effects, found.ambiguity_set) == ((), ('gravity_tilt',))
+    (effect,) = found.effects
+    assert (effect.identifier, effect.confidence) == ('gravity_tilt', IN_DOUBT)
+    assert found.ambiguity_set == ('gravity_tilt',)
     assert found.separating_recording is not None
-    assert _names(found) == ['gravity_tilt, or something else']
+    (name,) = _names(found)
+    assert name.startswith('gravity_tilt a ')
     assert sum('off by 30% of what it does' in note for note in found.notes) == 1
 
 
