@@ -24,7 +24,7 @@ _SETS = (
     *('eleventh', 'twelfth', 'thirteenth', 'fourteenth', 'fifteenth', 'sixteenth'),
     *('seventeenth', 'eighteenth', 'nineteenth', 'twentieth', 'twentyfirst', 'twentysecond'),
     *('twentythird', 'twentyfourth', 'twentyfifth', 'twentysixth', 'twentyseventh'),
-    *('twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst'),
+    *('twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst', 'thirtysecond'),
 )
 _BEGIN, _END = '<!-- python -m benchmarks.blind.all_sets -->\n', '<!-- end -->\n'
 # Outcomes of single effects, in the order of their columns.

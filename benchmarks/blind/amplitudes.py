@@ -309,6 +309,8 @@ OUTSIDE_CLASS = {
     'spoked': 'sensor',
     'domed': 'shape',
     'crosstalk': 'sensor',
+    'keeled': 'shape',
+    'spiralled': 'sensor',
 }
 
 

@@ -5,6 +5,7 @@
 import numpy as np
 
 from benchmarks.blind.bounce import bounced_share
+from benchmarks.blind.breath import breath_share
 from benchmarks.blind.exposure import exposure, returned_light
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flare import flared_share
@@ -23,7 +24,7 @@ from benchmarks.blind.wiping import wiped_share
 _UPPER = 0.25  # Share of the image's height over which an error of rows falls to a third.
 _NEAR = 0.1  # Of depth over which an error of the near field falls to a third [m].
 # Errors that lie elsewhere in an image in each pose.
-_IN_POSES = {'sunbeam': sunbeam_share, 'peeling': film_share}
+_IN_POSES = {'sunbeam': sunbeam_share, 'peeling': film_share, 'breath': breath_share}
 # Those that are the same in all, by place alone.
 _IN_IMAGE = {
     'splash guard': guard_share,

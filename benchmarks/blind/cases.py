@@ -43,6 +43,8 @@ from benchmarks.blind.thirtieth_forms import THIRTIETH_PAIRS
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_PAIRS
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
+from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_PAIRS
+from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
@@ -168,6 +170,7 @@ LAWS_SETS = {
     'twentyninth': Contents(TWENTYNINTH_PAIRS, tuple(TWENTYNINTH_OUTSIDE), 40),
     'thirtieth': Contents(THIRTIETH_PAIRS, tuple(THIRTIETH_OUTSIDE), 40),
     'thirtyfirst': Contents(THIRTYFIRST_PAIRS, tuple(THIRTYFIRST_OUTSIDE), 24),
+    'thirtysecond': Contents(THIRTYSECOND_PAIRS, tuple(THIRTYSECOND_OUTSIDE), 30),
 }
 
 

@@ -4,8 +4,8 @@
 
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
 fans that blow against each other, a curtain of air, a jet that spreads, what a grille lets
-through, what goes past a post or the edge of a screen, a stream that is hollow behind a hub, or
-that over the edge of a box, which comes back below.
+through, what goes past a post or the edge of a screen, a stream that is hollow behind a hub,
+that over the edge of a box, which comes back below, or a jet along a wall.
 """
 
 import numpy as np
@@ -197,3 +197,23 @@ def eddy_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArra
     """
     speed = np.tanh((places[:, 1] - faults.tilt_point[1]) / faults.tilt_width)
     return np.asarray(speed * np.abs(speed))
+
+
+def wall_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArray:
+    """Return how much is felt of a jet along an upright wall, 1 where it is fastest, shape (N,).
+
+    With q the way from the wall over that to where it is fastest, its speed goes with
+    q exp(1 - q): none on the wall, and little far away from it, as of Glauert's jets (1956, J.
+    Fluid Mech. 1). It pushes by the square of that.
+
+    Args:
+        places: world [m], shape (N, 3).
+        way: in which it blows, level and along the wall, world, shape (3,).
+        faults: say through what the wall goes, and how far from it the jet is fastest; below 0:
+            what is felt is on the left of who goes with it.
+    """
+    along = way / max(float(np.linalg.norm(way)), 1e-30)
+    aside = np.cross(along, [0.0, 1.0, 0.0])
+    away = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_width
+    away = np.maximum(away, 0.0)
+    return np.asarray((away * np.exp(1.0 - away)) ** 2)

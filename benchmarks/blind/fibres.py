@@ -15,6 +15,8 @@ at first, and the more the straighter they are; rows of beads have that of |g| w
 pressed together. Loose threads have the square of what g is beyond where they come taut, and
 coils of a spring that of what -g is beyond where they touch. A cord that goes no further than m
 has -m^2 log(1 - g^2 / m^2) (Warner 1972, Ind. Eng. Chem. Fundam. 11): the square at first.
+Filaments that come taut one after another, evenly over s, have (g^3 - (g - s)^3) / (3 s), where
+the second is there beyond s alone: the mean of as many loose threads.
 """
 
 from dataclasses import dataclass
@@ -42,6 +44,7 @@ class Fibres:
         loose: growth of their square at which slack ones come taut, or loss at which pressed
             ones touch [-].
         limit: m [-]; 0 of those that may grow by whatever they do.
+        spread: s [-]; 0 of those that all come taut at once.
     """
 
     stiffness: FloatArray
@@ -53,6 +56,7 @@ class Fibres:
     knit: bool = False
     loose: float = 0.0
     limit: float = 0.0
+    spread: float = 0.0
 
     def energy(self, F: FloatArray) -> FloatArray:
         """Return the energy density [J/m^3] at deformation gradients (..., 3, 3)."""
@@ -107,6 +111,10 @@ class Fibres:
             pull, curve = 2.0 * self.limit * part / left, 2.0 * (1.0 + part**2) / left**2
             energy = -(self.limit**2) * np.log(left) + (pull + 0.5 * curve * beyond) * beyond
             return energy, pull + curve * beyond, curve * (g != 0.0)
+        if self.spread:
+            taut, s = np.maximum(g - self.spread, 0.0), self.spread
+            energy, pull = (g**3 - taut**3) / (3.0 * s), (g**2 - taut**2) / s
+            return energy, pull, 2.0 * (g - taut) / s
         if not w:
             # What is not resisted has grown by 0.
             is_part = self.slack or self.pressed

@@ -4,7 +4,7 @@
 
 The end of a leaf spring, of a post or of an angle iron, a wrist of three joints, a square of foam
 tape, the middle of a gantry's crossbar, the arm of a stand, a suction cup, a plate on rubber
-bobbins, a gooseneck, a coil spring, a hairpin, or a twisted strap.
+bobbins, a gooseneck, a coil spring, a hairpin, a twisted strap, or a hexapod.
 """
 
 import numpy as np
@@ -21,6 +21,10 @@ _ALONG_NECK = 12  # Places along a gooseneck, at which it is integrated.
 _COIL = 0.25  # Radius of a coil spring over its height.
 _HAIRPIN = 0.2  # Radius of a hairpin's bend over the length of its legs.
 _STRAP = 6.0  # Width of a strap over its thickness.
+# Of a hexapod's plate, over its height: how far it is below what is held, and both radii, of the
+# ends of its legs above and below.
+_PLATE, _ABOVE, _BELOW = 0.3, 0.7, 0.9
+_PAIRED = 6.0  # Half the angle between two ends that lie beside each other [deg].
 _APART = 0.6  # Of bobbins along y over those along x.
 _ALONG, _UPRIGHT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -268,6 +272,44 @@ def strap_compliance(by_turn: float, length: float) -> FloatArray:
         turns[3:, 3:] += 0.5 * (1.0 + _STEEL) * np.outer(_ALONG, _ALONG)
         whole += weight * _carried(turns, part * length * _ALONG)
     return 2.0 * by_turn / (1.0 + strong) * whole
+
+
+def hexapod_ends(height: float) -> tuple[FloatArray, FloatArray]:
+    """Return where the six legs of a hexapod end above and below [m], shape (6, 3) each.
+
+    From the middle of what is held; above, ends lie in pairs between those below, and each leg
+    leans to the pair beside it.
+
+    Args:
+        height: from the lower ends to the upper ones [m].
+    """
+    pairs, sides = np.repeat([0.0, 120.0, 240.0], 2), np.tile([-1.0, 1.0], 3)
+    ends = []
+    for angles, radius, down in (
+        (pairs + sides * (60.0 - _PAIRED), _ABOVE, _PLATE),
+        (pairs + sides * _PAIRED, _BELOW, 1.0 + _PLATE),
+    ):
+        turned = np.deg2rad(angles)
+        around = radius * np.column_stack([np.cos(turned), np.sin(turned)])
+        ends.append(height * np.column_stack([around, np.full(6, -down)]))
+    return ends[0], ends[1]
+
+
+def hexapod_compliance(by_turn: float, height: float) -> FloatArray:
+    """Return the same of a clamp on a hexapod, whose six legs give way along themselves alone.
+
+    Their joints are free, so that the plate's stiffness is the sum of what each leg bears along
+    its own line (Gosselin 1990, IEEE Trans. Robot. Autom. 6).
+
+    Args:
+        by_turn: turn about y by a moment about that [rad/(N m)].
+        height: of the hexapod, which stands along the object's z [m].
+    """
+    above, below = hexapod_ends(height)
+    lines = (above - below) / np.linalg.norm(above - below, axis=1)[:, None]
+    screws = np.column_stack([lines, np.cross(above, lines)])
+    whole = np.linalg.inv(screws.T @ screws)
+    return np.asarray(by_turn / whole[4, 4] * whole)
 
 
 def _carried(compliance: FloatArray, way: FloatArray) -> FloatArray:

@@ -44,6 +44,7 @@ from benchmarks.blind.tenth_forms import TENTH_FORMS
 from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS
 from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS
+from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_FORMS
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentyeighth_forms import TWENTYEIGHTH_FORMS
@@ -223,6 +224,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'twentyninth': TWENTYNINTH_FORMS,
     'thirtieth': THIRTIETH_FORMS,
     'thirtyfirst': THIRTYFIRST_FORMS,
+    'thirtysecond': THIRTYSECOND_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

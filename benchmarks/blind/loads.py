@@ -21,6 +21,7 @@ from benchmarks.blind.draught import (
     screened_share,
     spreading_share,
     stream_share,
+    wall_share,
 )
 from benchmarks.blind.equilibrium import Load
 from benchmarks.blind.faults import Faults
@@ -55,6 +56,7 @@ _PUSHES = (
     'screened',
     'hub',
     'eddy',
+    'wall jet',
     'extractor',
 )
 # How much of a push is felt at places of the world [m], by its way there.
@@ -68,6 +70,7 @@ _FELT = {
     'screened': screened_share,
     'hub': hollow_share,
     'eddy': eddy_share,
+    'wall jet': wall_share,
 }
 
 

@@ -121,6 +121,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'sliding': (_MASS_REACH, 0.0),
         # And how full a cup is.
         'filling': (_MASS_REACH, 0.0),
+        # And which of two bulbs has how much sand.
+        'hourglass': (_MASS_REACH, 0.0),
         # And which of two threads bears how much of a weight.
         'cradled': (_MASS_REACH, 0.0),
         # Each of some drips has a place of its own, too.

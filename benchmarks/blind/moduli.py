@@ -13,6 +13,7 @@ from benchmarks.blind.motor_heat import heated_share
 from benchmarks.blind.seeping import seeped_share
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
+from benchmarks.blind.sheets import sheet_value
 from benchmarks.blind.surging import surged_value
 
 _JAW = 0.15  # Share of the free length over which a soft root gives way.
@@ -64,6 +65,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'seeped': seeped_share(share, faults.contrast_width),
         # In the first pose; each tells how far heat has come.
         'motor heat': heated_share(share, faults.contrast_width, 0),
+        'rolled sheets': sheet_value(share, faults.contrast_sheets),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),

@@ -11,7 +11,8 @@ which have play either way; or the leads of a sensor along both sides, which are
 blocks along the lower side, like those of a spine, which touch where it is bent that way; or a
 tape on the upper side, which was stuck on in ruffles and is drawn straight; or a strip of foam
 on the lower side, which grows dense where it is pressed; or curly cords on both of these sides,
-which go straight and no further.
+which go straight and no further; or rovings of glass along the four edges, whose filaments come
+taut one after another.
 On the upper side alone a fabric resists a pull, and the sides of its
 cracks a push.
 """
@@ -37,6 +38,7 @@ _ALONG = np.array([1.0, 0.0, 0.0])
 _KNIT_FROM = 0.6  # Of the way from the section's middle to its surface; threads and coils as well.
 _LEADS_FROM, _LEADS_WITHIN = 0.55, 0.6  # Of the way to a side, and to its edges, for leads.
 _SPINE_BELOW = -0.5  # Of the way from the section's middle to its upper side, for blocks or foam.
+_ROVINGS_FROM = 0.5  # Of the way to both sides that meet in an edge, for rovings.
 _TAPE_ABOVE = 0.5  # Of that way, for a tape, and for cords on either side.
 _DRAWN = 0.1  # Growth of a loop's square, or loss of a row's, at which its stiffness is stated.
 # Aslant to the body's length, towards either side of its width and of its height.
@@ -58,7 +60,7 @@ def reinforced(
         modulus: E at the Gauss points [Pa].
         faults: say in which form, and how much.
         outward: of these, 0 in the section's middle and 1 at its surface.
-        beside: which of these lie along the middles of both sides, 1 or 0.
+        beside: which of these lie along the middles of both sides, or along edges, 1 or 0.
         heights: of these, -1 at the lower face and 1 at the upper one.
     """
     if faults.stiffening_form == 'knitted' and faults.stiffening:
@@ -74,11 +76,11 @@ def reinforced(
         hose = hose * (np.asarray(outward) > _KNIT_FROM)
         drawn = Fibres(hose, _ALONG, slack=True, loose=play)
         return replace(numbers, network=(drawn, replace(drawn, slack=False, pressed=True)))
-    if faults.stiffening_form == 'leads' and faults.stiffening:
-        leads = faults.stiffening * modulus / 8.0 * beside
-        return replace(
-            numbers, network=(Fibres(leads, _ALONG, slack=True, loose=faults.stiffening_from),)
-        )
+    if faults.stiffening_form in ('leads', 'rovings') and faults.stiffening:
+        laid, begin = faults.stiffening * modulus / 8.0 * beside, faults.stiffening_from
+        spread = faults.stiffening_spread
+        drawn = Fibres(laid, _ALONG, slack=True, loose=begin, spread=spread)
+        return replace(numbers, network=(drawn,))
     if faults.stiffening_form == 'vertebrae' and faults.stiffening:
         spine = faults.stiffening * modulus / 8.0 * (np.asarray(heights) < _SPINE_BELOW)
         touching = Fibres(spine, _ALONG, pressed=True, loose=faults.stiffening_from)
@@ -140,6 +142,19 @@ def beside_middle(across: FloatArray) -> FloatArray:
     aside, high = np.abs(across).swapaxes(0, 1)
     is_beside = (aside > _LEADS_FROM) & (aside < 1.0) & (high < _LEADS_WITHIN)
     return np.asarray(is_beside.astype(float))
+
+
+def laid_along(across: FloatArray, faults: Faults) -> FloatArray:
+    """Return which places lie where leads run, or where rovings do, 1 or 0, shape (C, 8).
+
+    Args:
+        across: of Gauss points, over half the width and the height, shape (C, 2, 8).
+        faults: say which.
+    """
+    if faults.stiffening_form != 'rovings':
+        return beside_middle(across)
+    inner, outer = np.abs(across).min(axis=1), np.abs(across).max(axis=1)
+    return np.asarray(((inner > _ROVINGS_FROM) & (outer < 1.0)).astype(float))
 
 
 def _braid(modulus: FloatArray, faults: Faults) -> tuple[Fibres, ...]:

@@ -53,6 +53,9 @@ class Paint:
             it grows to that; 0: it is all around at once.
         edges: share of the way from an edge to the middle of a side which is worn along the edges,
             alone the tip's; 0: all is.
+        flakes: edge of flakes that are as likely to be there yet as they lie farther on from
+            `tip_from` to the tip [m], and the seed of that; where they are not is the root's;
+            (0, 0): nothing flakes off.
     """
 
     tip_from: float = 0.5
@@ -72,6 +75,7 @@ class Paint:
     bell: tuple[float, float] = (0.0, 0.0)
     tongue: float = 0.0
     edges: float = 0.0
+    flakes: tuple[float, int] = (0.0, 0)
 
 
 PLAIN = Paint()
@@ -188,6 +192,15 @@ def _worn(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return np.where(aside.max(axis=-1) > 1.0 - paint.edges, labels, ROOT)
 
 
+def _flaked(labels: IntArray, side: Side, paint: Paint) -> IntArray:
+    """Return labels of a coat that flakes off, the more the nearer it is to where it begins."""
+    edge, seed = paint.flakes
+    if not edge:
+        return labels
+    cover = (side.along - paint.tip_from) / (1.0 - paint.tip_from)
+    return np.where(speckled(side.points, edge, cover, seed), labels, ROOT)
+
+
 def _uncovered(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return labels if side.heights is None else np.where(side.heights > 0.0, labels, ROOT)
 
@@ -209,6 +222,7 @@ _COATS: tuple[Coat, ...] = (
     _in_spots,
     _tongued,
     _worn,
+    _flaked,
     _uncovered,
     _in_the_sun,
 )

@@ -23,15 +23,46 @@ def pitched_on(setup: Setup, angles: Iterable[float]) -> tuple[tuple[float, ...]
         setup: with its poses; the hinge goes through the object's origin.
         angles: by which they are, in each pose [rad].
     """
-    middle, found = 500.0 * setup.shape.clamp * np.array([1.0, 0.0, 0.0]), []
+    turns = []
     for pose, angle in zip(setup.observations, angles, strict=True):
         # From ahead towards up.
         level = np.cross(pose.world_from_object[:3, 0], [0.0, 1.0, 0.0])
         axis = pose.world_from_object[:3, :3].T @ level / np.linalg.norm(level)
-        turn = angle * axis
+        turns.append(angle * axis)
+    return turned_on(setup, turns)
+
+
+def turned_on(setup: Setup, turns: Iterable[FloatArray]) -> tuple[tuple[float, ...], ...]:
+    """Return shift [mm] and turn [deg] of a clamp in each pose that turns about its inner end.
+
+    Args:
+        setup: the rig; the inner end is at the object's origin.
+        turns: rotation vector of each pose, object frame [rad], shape (3,) each.
+    """
+    middle, found = 500.0 * setup.shape.clamp * np.array([1.0, 0.0, 0.0]), []
+    for turn in turns:
         shift = rotation(turn) @ middle - middle
         found.append(tuple(round(float(value), 4) for value in (*shift, *np.rad2deg(turn))))
     return tuple(found)
+
+
+def key_turns(angle: float, first: float, count: int) -> list[FloatArray]:
+    """Return how a body is turned in each pose whose chuck has three jaws, tightened singly.
+
+    In each pose the key was put into the next jaw, a third of a turn on about the object's x; at
+    the mouth that presses the body to the other side, while its inner end stays on the stop.
+
+    Args:
+        angle: by which it is [rad].
+        first: where the jaw of the first pose is, from the object's y towards z [rad].
+        count: of poses.
+
+    Returns:
+        Rotation vectors, object frame [rad], shape (3,) each.
+    """
+    jaws = first + 2.0 / 3.0 * np.pi * np.arange(count)
+    # From x to where it is pressed, which is opposite a jaw.
+    return [angle * np.array([0.0, np.sin(jaw), -np.cos(jaw)]) for jaw in jaws]
 
 
 def eccentric_errors(pitches: FloatArray, phase: float) -> FloatArray:

@@ -52,6 +52,14 @@ class RecentFaults:
     and back below. `curvature_form` may be `over a rod`: by the moment of a rod at `curvature_at`
     below a body whose ends were held.
 
+    In the thirty-second, `mass_form` may be `hourglass`: sand that runs between two bulbs, at
+    `mass_stops`. `contrast_mode` may be `rolled sheets`: by steps from the clamp on.
+    `stiffening_form` may be `rovings`: of glass along the edges, whose filaments come taut one
+    after another. `clamp_form` may be `hexapod`: on six legs that give way along themselves.
+    `depth_form` may be `breath`: what is nearer to a spot than one of `depth_places`. `tilt_form`
+    may be `wall jet`: a push along an upright wall. `curvature_form` may be `woven`: by short
+    bends one way and back in turn, at `curvature_wires`.
+
     Attributes:
         mass_travel: by which share of the free length a weight slides on where the body points
             straight down, or what a loose spring is longer there.
@@ -60,7 +68,11 @@ class RecentFaults:
         mass_wind: share of the free length over which a wire goes round once, from y towards z;
             below 0: the other way.
         mass_side: where it is at its beginning, from the object's y towards z [deg].
+        mass_flow: which part of an hourglass's sand runs down in a pose.
         mass_coiled: length of a loose spring on a level body, as a share of the free length.
+        contrast_sheets: number of sheets at the tip of which a body was rolled up.
+        stiffening_spread: growth of their square over which a roving's filaments come taut, all
+            but the first, which does at `stiffening_from`.
         contact_slant: of the way along which a corrugated sheet waves, or across a tent's ridge,
             from the world's x towards z; of the way along which a saddle rises [deg].
         contact_steep: of a tent's sides, rise over run.
@@ -73,9 +85,12 @@ class RecentFaults:
             on each side from a point at `region_from`; 0: it is so at once.
         region_edges: share of the way from an edge to the middle of a side where a region is, all
             along the edges; 0: it is on all of a side.
+        region_flakes: edge of the flakes of a coat, fewer of which are left the nearer they lie
+            to `region_from` [m]; 0: none came off.
         tilt_wave: from slat to slat of a grille [m].
         curvature_sag: radius of a catenary at its lowest place, as a share of the free length.
         curvature_bed: share of the free length over which a moment on a mattress falls to a third.
+        curvature_wires: shares of the free length at which a body was bent around wires.
         joggled: by how much the outer part of the true body lies beside the stated one [mm].
         joggled_at: share of the free length amid the bend where it goes over to that.
         joggled_way: direction of it, from the object's y towards z [deg].
@@ -99,6 +114,10 @@ class RecentFaults:
         spoked_phase: of these on the right of that place [rad].
         domed: by how much the edges of the true body's end lie behind its middle [mm].
         crosstalk: error where most of a column of the image sees something [mm].
+        keeled: by how much a ridge stands out amid the true body's side of positive y [mm].
+        spiralled: amplitude of an error that goes round a place of the image as a spiral [mm].
+        spiralled_at: that place, to the right of the principal point and down [px].
+        spiralled_apart: from turn to turn of it [px].
     """
 
     mass_travel: float = 0.0
@@ -106,7 +125,10 @@ class RecentFaults:
     mass_spray: float = 1.0
     mass_wind: float = 1.0
     mass_side: float = 0.0
+    mass_flow: float = 0.0
     mass_coiled: float = 0.0
+    contrast_sheets: int = 0
+    stiffening_spread: float = 0.0
     contact_slant: float = 0.0
     contact_steep: float = 0.0
     depth_back: float = 0.0
@@ -114,9 +136,11 @@ class RecentFaults:
     region_bell: tuple[float, float] = (0.0, 0.0)
     region_tongue: float = 0.0
     region_edges: float = 0.0
+    region_flakes: float = 0.0
     tilt_wave: float = 1.0
     curvature_sag: float = 1.0
     curvature_bed: float = 1.0
+    curvature_wires: tuple[float, ...] = ()
     joggled: float = 0.0
     joggled_at: float = 0.0
     joggled_way: float = 0.0
@@ -138,3 +162,7 @@ class RecentFaults:
     spoked_phase: float = 0.0
     domed: float = 0.0
     crosstalk: float = 0.0
+    keeled: float = 0.0
+    spiralled: float = 0.0
+    spiralled_at: tuple[float, float] = (0.0, 0.0)
+    spiralled_apart: float = 1.0

@@ -15,6 +15,7 @@ from benchmarks.blind.over_rod import over_rod
 from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
 from benchmarks.blind.slots import slotted
+from benchmarks.blind.weaving import woven
 
 _PARTS = 12  # Arcs that a helix is made of, and what hung for long.
 _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
@@ -55,6 +56,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         club=faults.clubbed,
         lack=faults.underfilled,
         dome=1e-3 * faults.domed,
+        keel=1e-3 * faults.keeled,
     )
 
 
@@ -384,6 +386,7 @@ _IN_PARTS = {
     'mattress': _bedded,
     'four-point': _four_point,
     'over a rod': over_rod,
+    'woven': woven,
 }
 
 

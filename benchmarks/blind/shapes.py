@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.blind.clubbing import clubbing
 from benchmarks.blind.doming import doming
 from benchmarks.blind.jogging import jogging
+from benchmarks.blind.keeling import keeling
 from benchmarks.blind.mitring import mitring
 
 FloatArray = NDArray[np.float64]
@@ -57,6 +58,7 @@ class Shape:
         club: share by which the section is larger at the tip.
         lack: share of the height that the upper side lacks at the tip, evenly less to the clamp.
         dome: by how much the end's edges lie behind its middle [m].
+        keel: by how much a ridge stands out amid the side of positive y [m].
     """
 
     family: str
@@ -82,6 +84,7 @@ class Shape:
     club: float = 0.0
     lack: float = 0.0
     dome: float = 0.0
+    keel: float = 0.0
 
     @property
     def length(self) -> float:
@@ -131,6 +134,8 @@ class Shape:
             points[..., 2] += higher * (points[..., 2] + 0.5 * height)
         if self.lack:
             points[..., 2] -= self.lack * share * (points[..., 2] + 0.5 * self.section[1])
+        out = points[..., 1:] / (0.5 * np.array(self.section))
+        points[..., 1] += self.keel * keeling(share, out[..., 0], out[..., 1])
         if self.draft:
             half_width, half_height = (0.5 * side for side in self.section)
             high = points[..., 2] / half_height

@@ -34,6 +34,7 @@ from benchmarks.blind.flexure import (
     gantry_compliance,
     gooseneck_compliance,
     hairpin_compliance,
+    hexapod_compliance,
     post_compliance,
     stand_compliance,
     strap_compliance,
@@ -42,6 +43,7 @@ from benchmarks.blind.flexure import (
     wrist_compliance,
 )
 from benchmarks.blind.hexahedra import CORNERS, HexMesh, integrate, mesh_hexahedra, Quadrature
+from benchmarks.blind.hourglass import hourglass_masses
 from benchmarks.blind.hung import hung_masses
 from benchmarks.blind.jaws import bowed, pinched
 from benchmarks.blind.loads import load_in_pose, load_on_pan
@@ -50,7 +52,7 @@ from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus, SEAM_LAYERS
 from benchmarks.blind.motor_heat import heated_on
-from benchmarks.blind.network import beside_middle, on_upper_side, reinforced
+from benchmarks.blind.network import laid_along, on_upper_side, reinforced
 from benchmarks.blind.ooze import oozed_masses
 from benchmarks.blind.pan import settle_on_pan
 from benchmarks.blind.rest_shape import stress_free_nodes, true_shape
@@ -81,6 +83,7 @@ _BY_POSE = {
     'filling': filling_masses,
     'sliding': slider_masses,
     'slinky': slinky_masses,
+    'hourglass': hourglass_masses,
 }
 # How a clamp turns that stays where the pose before left it: rules by that turn and the faults.
 _LASTING: dict[str, Callable[[FloatArray, Faults], Callable[[FloatArray], FloatArray]]] = {
@@ -104,6 +107,7 @@ _BEAMS: dict[str, Callable[[Faults], FloatArray]] = {
     'gooseneck': lambda faults: gooseneck_compliance(faults.clamp_compliance, faults.clamp_length),
     'coil spring': lambda faults: coil_compliance(faults.clamp_compliance, faults.clamp_length),
     'hairpin': lambda faults: hairpin_compliance(faults.clamp_compliance, faults.clamp_length),
+    'hexapod': lambda faults: hexapod_compliance(faults.clamp_compliance, faults.clamp_length),
     'twisted strap': lambda faults: strap_compliance(faults.clamp_compliance, faults.clamp_length),
 }
 # By how much that sinks on which a body lies [m]: rules by the force on it [N]; of a flap, how far
@@ -132,7 +136,7 @@ def make_specimen(setup: Setup, faults: Faults, refinement: float = 1.0) -> Spec
     plain = setup.rubber.numbers(modulus, setup.poissons_ratio, faults.yeoh_ratio)
     heights = at_points[:, 2] / (0.5 * setup.shape.section[1])
     outward = np.abs(at_points[:, 1:]) / (0.5 * np.array(setup.shape.section)[:, None])
-    beside = beside_middle(outward)
+    beside = laid_along(outward, faults)
     numbers = reinforced(plain, modulus, faults, outward.max(axis=1), beside, heights)
     numbers = on_upper_side(numbers, modulus, heights, faults)
     count = len(mesh.nodes)

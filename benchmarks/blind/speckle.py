@@ -10,18 +10,20 @@ from benchmarks.blind.shapes import FloatArray
 _PERIOD = 64  # Dots along each axis after which their pattern comes again.
 
 
-def speckled(points: FloatArray, edge: float, cover: float, seed: int) -> NDArray[np.bool_]:
+def speckled(
+    points: FloatArray, edge: float, cover: FloatArray | float, seed: int
+) -> NDArray[np.bool_]:
     """Return which points lie in a dot: one of the cubes of a grid that were drawn, (...).
 
     Args:
         points: before the shape's map [m], shape (..., 3).
         edge: of a cube [m].
-        cover: share of the cubes that are dots.
+        cover: share of the cubes that are dots, the same all over or at each point, (...).
         seed: of their draw.
     """
     x, y, z = np.moveaxis(np.floor(points / edge).astype(np.int64) % _PERIOD, -1, 0)
-    drawn = np.random.default_rng(seed).random((_PERIOD,) * 3) < cover
-    return np.asarray(drawn[x, y, z])
+    drawn = np.random.default_rng(seed).random((_PERIOD,) * 3)
+    return np.asarray(drawn[x, y, z] < cover)
 
 
 def on_board(points: FloatArray, edge: float) -> NDArray[np.bool_]:

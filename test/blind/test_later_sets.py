@@ -43,6 +43,8 @@ from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS, THIRTIETH_PAIRS
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS, THIRTYFIRST_PAIRS
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
+from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_FORMS, THIRTYSECOND_PAIRS
+from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
@@ -93,6 +95,7 @@ COUNTS = {
     'twentyninth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'thirtieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'thirtyfirst': {'clean': 24, 'form': 16, 'pair': 14, 'outside': 4},
+    'thirtysecond': {'clean': 30, 'form': 20, 'pair': 8, 'outside': 4},
 }
 
 
@@ -232,6 +235,12 @@ OWN = {
         THIRTYFIRST_OUTSIDE,
         frozenset({'shape', 'sensor'}),
     ),
+    'thirtysecond': Own(
+        THIRTYSECOND_FORMS,
+        THIRTYSECOND_PAIRS,
+        THIRTYSECOND_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+    ),
 }
 
 
@@ -301,13 +310,18 @@ def test_pairs_are_of_different_effects_and_mix_new_and_earlier_forms(set_name: 
     assert any(set(pair) - new for pair in pairs)
 
 
-def test_pairs_of_the_thirty_first_set_are_of_all_effects_and_each_of_others() -> None:
-    effects = [[BY_KEY[key].truth for key in pair] for pair in THIRTYFIRST_PAIRS]
+@pytest.mark.parametrize(
+    ('own', 'count', 'least'), [(THIRTYFIRST_PAIRS, 14, 5), (THIRTYSECOND_PAIRS, 8, 4)]
+)
+def test_pairs_of_the_last_sets_are_of_all_effects_and_each_of_others(
+    own: tuple[tuple[str, str], ...], count: int, least: int
+) -> None:
+    effects = [[BY_KEY[key].truth for key in pair] for pair in own]
     assert {truth for pair in effects for truth in pair} == set(LIBRARY)
-    assert len({frozenset(pair) for pair in effects}) == len(effects) == 14
+    assert len({frozenset(pair) for pair in effects}) == len(effects) == count
     sensor = {'camera_offset', 'depth_affine', 'depth_bias_by_region'}
     counts = Counter(len(sensor & set(pair)) for pair in effects)
-    assert min(counts[0], counts[1]) >= 5
+    assert min(counts[0], counts[1]) >= least
     assert counts[2] <= 2
 
 

@@ -42,6 +42,8 @@ from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
+from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_FORMS
+from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
@@ -195,6 +197,12 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'compliant_clamp/twisted strap': {'clamp_form': 'turn'},
     'gravity_tilt/eddy': {'tilt_form': 'tilt'},
     'rest_curvature/over a rod': {'curvature_form': 'arc'},
+    'added_mass/hourglass': {'mass_form': 'hat', 'added_mass_at': 0.7},
+    'stiffness_contrast/rolled sheets': {'contrast_mode': 'split'},
+    'compliant_clamp/hexapod': {'clamp_form': 'turn'},
+    'clamp_offset/chuck key': {'clamp_scatter': ()},
+    'gravity_tilt/wall jet': {'tilt_form': 'tilt'},
+    'rest_curvature/woven': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -266,6 +274,9 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/gas spring': {'camera_scatter': ()},
     'depth_affine/wiped': {'depth_form': 'affine'},
     'camera_offset/carpet': {'camera_scatter': ()},
+    'depth_affine/breath': {'depth_form': 'affine'},
+    'depth_bias_by_region/flaking': {'region_flakes': 0.0},
+    'camera_offset/sunlit post': {'camera_scatter': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -310,6 +321,7 @@ OTHERS = {
     'strain_stiffening/knitted',
     'strain_stiffening/leads',
     'strain_stiffening/recruited',
+    'strain_stiffening/rovings',
     'strain_stiffening/ruffled',
     'strain_stiffening/threaded',
     'strain_stiffening/veronda_westmann',
@@ -341,6 +353,7 @@ CAUSES = {
     **TWENTYNINTH_OUTSIDE,
     **THIRTIETH_OUTSIDE,
     **THIRTYFIRST_OUTSIDE,
+    **THIRTYSECOND_OUTSIDE,
 }
 
 
@@ -351,7 +364,7 @@ def _drawn(key: str, setup: Setup) -> Faults:
 def _params(keys: Iterable[str]) -> list[Any]:
     """Return keys of forms as parameters; of what tests of its own check as well, slow ones."""
     slow = {form.key for form in (*TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS, *TWENTYNINTH_FORMS)}
-    slow |= {form.key for form in (*THIRTIETH_FORMS, *THIRTYFIRST_FORMS)}
+    slow |= {form.key for form in (*THIRTIETH_FORMS, *THIRTYFIRST_FORMS, *THIRTYSECOND_FORMS)}
     return [
         pytest.param(key, marks=(pytest.mark.slow,) if key in slow else ()) for key in sorted(keys)
     ]
@@ -365,6 +378,7 @@ def test_every_form_is_checked_here() -> None:
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
     newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)
     newest = (*newest, *TWENTYNINTH_FORMS, *THIRTIETH_FORMS, *THIRTYFIRST_FORMS)
+    newest = (*newest, *THIRTYSECOND_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -393,6 +407,7 @@ def test_every_form_is_checked_here() -> None:
         (TWENTYNINTH_FORMS, {'depth_affine'}),
         (THIRTIETH_FORMS, {'strain_stiffening'}),
         (THIRTYFIRST_FORMS, {'strain_stiffening', 'clamp_offset', 'depth_bias_by_region'}),
+        (THIRTYSECOND_FORMS, {'contact_plane'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -233,9 +233,22 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'thirtysecond': (
+        (
+            'added_mass/hourglass',
+            'stiffness_contrast/rolled sheets',
+            'compliant_clamp/hexapod',
+            'clamp_offset/chuck key',
+            'rest_curvature/woven',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 # What tests of their own check of these forms as well.
-_SLOW = ('twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst')
+_SLOW = (
+    *('twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst'),
+    'thirtysecond',
+)
 CASES = [
     pytest.param(key, limits, id=key, marks=(pytest.mark.slow,) if name in _SLOW else ())
     for name, (keys, limits) in ON_THE_BODY.items()
