@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
+from diffcal_ros.calibration.forward.led_there import lead_to
 from diffcal_ros.calibration.forward.solution import View
 from diffcal_ros.calibration.parameters.parameters import Kind, ParameterSet
 from diffcal_ros.calibration.residuals.gap import Gap
@@ -127,7 +128,11 @@ class RobustObjective:
         return self._misfit_of(both, coordinates, _YARDSTICK)
 
     def gap_and_misfit(self, coordinates: FloatArray) -> tuple[Gap, Misfit]:
-        """Return `gap` and `misfit` of the same comparison."""
+        """Return `gap` and `misfit` of the same comparison.
+
+        Where a fit came to by small steps a body may not be found at once: it is led there.
+        """
+        lead_to(self.model, coordinates)
         both = self._both_ways(coordinates, self.scales)
         return both.gap(self.truncation), self._misfit_of(both, coordinates, self.scales)
 
