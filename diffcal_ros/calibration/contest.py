@@ -160,7 +160,7 @@ class Contest:
         return here.is_worse(there, _INDIFFERENT, _CLEARLY_BETTER)
 
     def _misfit(self, entry: Entry, scales: Scales) -> Misfit | None:
-        """Return the misfit of a fit; None: it came there by steps, and by none of others."""
+        """Return the misfit of a fit; None: no steps lead there again."""
         try:
             return self.objective.under(scales).misfit(entry.minimum.coordinates)
         except NotSimulatedError:

@@ -122,7 +122,7 @@ def _offers(
         try:
             again = screen(one.evaluator, one.fit.coordinates, others, _forms(one, basis))
         except NotSimulatedError:
-            continue  # It was reached by small load steps, and is not found from rest.
+            continue  # No steps lead there again, see `lead_to`.
         for score in _seconds(first, again.scores, pool.nominal.is_measured):
             names = tuple(sorted((first.identifier, score.candidate.identifier)))
             # Of a plane and a bar tangents know nothing: both are tried.

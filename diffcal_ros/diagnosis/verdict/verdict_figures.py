@@ -280,7 +280,7 @@ def drawn_beside(hypothesis: Hypothesis, scores: Screen) -> Drawn:
     try:
         beside = screen(hypothesis.evaluator, hypothesis.fit.coordinates, others)
     except NotSimulatedError:
-        return {}  # It was reached by small load steps, and is not found from rest.
+        return {}  # No steps lead there again, see `lead_to`.
     return drawn_parameters(beside, hypothesis.fit.parameters)
 
 
