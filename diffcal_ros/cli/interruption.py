@@ -15,6 +15,8 @@ import signal
 import threading
 from typing import Any
 
+from diffcal_ros.cli.half_made import leave_half_made_untold
+
 # For so long what was interrupted may put its files in order [s].
 _GRACE = 1.0
 
@@ -63,6 +65,7 @@ def run_interruptibly(work: Callable[[], int]) -> int:
 
 def _end(thread: threading.Thread, has_ended: threading.Event) -> None:
     """Ask the work to end, and wait a little for it to do so."""
+    leave_half_made_untold()
     # It may wait for them.
     for child in active_children():
         child.terminate()

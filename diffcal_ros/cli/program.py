@@ -5,6 +5,7 @@
 import sys
 
 from diffcal_ros.blas_threads import keep_blas_to_one_thread
+from diffcal_ros.cli.half_made import leave_half_made_untold
 
 _INTERRUPTED = 130
 
@@ -17,5 +18,6 @@ def main() -> int:
 
         return run()
     except KeyboardInterrupt:
+        leave_half_made_untold()
         print('diffcal: interrupted before it began', file=sys.stderr)
         return _INTERRUPTED

@@ -31,6 +31,11 @@ _BUSY = {
     'between steps': '\n    try:\n        while True: time.sleep(0.01)\n'
     "    finally:\n        print('in order', flush=True)",
     'native code': 'ctypes.CDLL(None).sleep(60)',
+    # As a library's parser that is struck in its constructor: it has no end without a beginning.
+    'an object half made': '\n    class Parser:\n        def __init__(self):\n'
+    '            while not time.sleep(0.01): pass\n'
+    '            self.rule = None\n'
+    '        def __del__(self): self.rule\n    Parser()',
     # It holds Python's lock, and looks at no signal.
     'native code that keeps Python waiting': 'sum(range(10**11))',
 }
@@ -52,7 +57,10 @@ def _interrupt(process: subprocess.Popen[str]) -> None:
     process.send_signal(signal.SIGINT)
 
 
-@pytest.mark.parametrize(('work', 'rest'), [('between steps', 'in order\n'), ('native code', '')])
+@pytest.mark.parametrize(
+    ('work', 'rest'),
+    [('between steps', 'in order\n'), ('native code', ''), ('an object half made', '')],
+)
 def test_the_first_interrupt_ends_the_command_soon(work, rest):
     process = _start(work)
     begun = time.monotonic()
@@ -76,9 +84,24 @@ def test_the_second_interrupt_ends_it_at_once():
     assert err == ''
 
 
-def test_while_modules_load_it_is_no_fault_either(tmp_path):
+_INTERRUPTED_AT = {
+    'a module': 'import signal; signal.raise_signal(signal.SIGINT)',
+    'an object half made': """
+import signal
+class Parser:
+    def __init__(self):
+        signal.raise_signal(signal.SIGINT)
+        self.rule = None
+    def __del__(self):
+        self.rule
+Parser()
+""",
+}
+
+
+@pytest.mark.parametrize('slow', _INTERRUPTED_AT.values(), ids=list(_INTERRUPTED_AT))
+def test_while_modules_load_it_is_no_fault_either(tmp_path, slow):
     """What is imported last interrupts, as Ctrl-C does."""
-    slow = 'import signal; signal.raise_signal(signal.SIGINT)'
     code = (
         'import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n'
         'sys.modules.pop("argparse", None)\n'
