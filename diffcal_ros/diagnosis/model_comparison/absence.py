@@ -7,7 +7,8 @@ levels off or is taken up by a parameter (Hauck and Donner, *Wald's test as appl
 in logit analysis*, J. Am. Stat. Assoc. 72, 1977): a stiffening that no fit can do without may be
 25 +- 10. The likelihood ratio of the models with and without does not depend on how an amplitude
 is counted (Wilks, Ann. Math. Stat. 9, 1938), so it decides; an amplitude whose own 95 % interval
-holds zero is none all the same.
+holds zero has no name all the same. Against another name it speaks for all that: data that cannot
+do without either of two do not tell which.
 """
 
 from collections.abc import Sequence
@@ -37,10 +38,27 @@ def has_doubtful_effect(
     """
     return any(
         _may_be_absent(hypothesis, one, _without(hypothesis, one, nominal, singles))
-        for one in hypothesis.added
-        # What has no tangent at zero is there at zero.
-        if one.effect.has_tangent
+        for one in _told_at_zero(hypothesis)
     )
+
+
+def has_needless_effect(
+    hypothesis: Hypothesis, nominal: Refit, singles: Sequence[Hypothesis] = ()
+) -> bool:
+    """Tell whether data do as well without one of a model's effects; see `has_doubtful_effect`.
+
+    However wide the interval of its amplitude is: that of what levels off holds zero, and no fit
+    without it comes near.
+    """
+    return any(
+        _is_needless(hypothesis, one, _without(hypothesis, one, nominal, singles))
+        for one in _told_at_zero(hypothesis)
+    )
+
+
+def _told_at_zero(hypothesis: Hypothesis) -> list[Candidate]:
+    """Return the effects of a model that are not there at zero: their tangents tell of them."""
+    return [one for one in hypothesis.added if one.effect.has_tangent]
 
 
 def has_nothing_in_common(hypothesis: Hypothesis, one: Candidate) -> bool:
@@ -53,13 +71,7 @@ def has_nothing_in_common(hypothesis: Hypothesis, one: Candidate) -> bool:
     own = {part.effect for part in hypothesis.freed if part.posture is not None}
     if not one.effect.has_common_part or one.effect.identifier not in own:
         return False
-    chance = hypothesis.chance_of_zero(one, in_common=True)
-    parts = [one.effect.component(name) for name in one.components]
-    if len(parts) == 1 and parts[0].lower == 0.0:
-        # Of what is never negative noise gives half of the times nothing (Chernoff, Ann. Math.
-        # Stat. 25, 1954).
-        chance *= 0.5
-    return chance > _BY_CHANCE
+    return _chance_of_zero(hypothesis, one, in_common=True) > _BY_CHANCE
 
 
 def spread_of_amount(hypothesis: Hypothesis, one: Candidate) -> float:
@@ -110,19 +122,40 @@ def _without(
 
 
 def _may_be_absent(hypothesis: Hypothesis, one: Candidate, without: Refit | None) -> bool:
+    is_held_to_errors = hypothesis.evaluator.is_measured and without is not None
+    if is_held_to_errors and _chance_of_zero(hypothesis, one) > _BY_CHANCE_ALONE:
+        return True
+    return _is_needless(hypothesis, one, without)
+
+
+def _is_needless(hypothesis: Hypothesis, one: Candidate, without: Refit | None) -> bool:
     if not hypothesis.evaluator.is_measured:
         # The ratio is one of maxima, and robust fits are none of what patches say. What they
         # leave is the only measure of their noise.
         left = whiten(hypothesis.fit.groups, Part.FIT).values
         return hypothesis.chance_of_zero(one, noise_scale(left)) > _BY_CHANCE
-    by_itself = hypothesis.chance_of_zero(one)
     if without is None:
-        return by_itself > _BY_CHANCE
-    if by_itself > _BY_CHANCE_ALONE:
-        return True
+        return hypothesis.chance_of_zero(one) > _BY_CHANCE
     fall = deviance(without, hypothesis.fit) / max(1.0, hypothesis.fit.chi_square_per_patch)
     count = hypothesis.freedom_of(parameters_of(hypothesis.fit.parameters, [one]))
     return float(chance_beyond(fall, count)) > _BY_CHANCE
+
+
+def _chance_of_zero(hypothesis: Hypothesis, one: Candidate, *, in_common: bool = False) -> float:
+    """Return the chance of amplitudes as large by their own errors if all were zero.
+
+    Of what is never negative noise gives half of the times nothing (Chernoff, Ann. Math. Stat. 25,
+    1954).
+
+    Args:
+        hypothesis: the model.
+        one: of its effects.
+        in_common: of what all postures have in common alone.
+    """
+    chance = hypothesis.chance_of_zero(one, in_common=in_common)
+    own = one.names if in_common else parameters_of(hypothesis.fit.parameters, [one])
+    is_never_negative = len(own) == 1 and one.parts[0].lower == 0.0
+    return 0.5 * chance if is_never_negative else chance
 
 
 def deviance(without: Refit, fit: Refit) -> float:

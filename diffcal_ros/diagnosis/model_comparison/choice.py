@@ -5,7 +5,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from diffcal_ros.diagnosis.model_comparison.absence import differing_by_pose, has_doubtful_effect
+from diffcal_ros.diagnosis.model_comparison.absence import differing_by_pose, has_needless_effect
 from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, FORM_DOUBT, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.owed_to_poses import owed_to_poses
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
@@ -109,7 +109,7 @@ def _is_rival(model: Hypothesis, selection: Selection, nominal: Refit) -> bool:
     is_unlike = len(model.added) > 1 and model.is_unlike_itself
     if model.is_at_bound or is_unlike:
         return False
-    return not has_doubtful_effect(model, nominal, selection.singles)
+    return not has_needless_effect(model, nominal, selection.singles)
 
 
 def _confidence(

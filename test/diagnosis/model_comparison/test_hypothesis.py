@@ -10,6 +10,7 @@ from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.absence import (
     deviance,
     has_doubtful_effect,
+    has_needless_effect,
     has_nothing_in_common,
     spread_of_amount,
 )
@@ -91,7 +92,20 @@ def test_an_amplitude_whose_error_is_large_is_there_where_no_fit_does_without_it
     # Where a fit does without it, or its own interval holds zero, it may be absent.
     as_good = replace(levelled, fit=replace(levelled.fit, groups=base.groups))
     assert has_doubtful_effect(as_good, base)
+    assert has_needless_effect(as_good, base)
     assert has_doubtful_effect(_with_errors(found, 1.0), base)
+    assert not has_needless_effect(_with_errors(found, 1.0), base)
+
+
+@pytest.mark.parametrize(('sigmas', 'is_doubtful'), [(1.5, True), (1.8, False)])
+def test_of_what_is_never_negative_half_of_the_chance_is_nothing(screened, sigmas, is_doubtful):
+    evaluator, base, _ = screened
+    found = try_effects(evaluator, base, [_candidate(evaluator, 'added_mass')], {})
+    (mass,) = found.added
+    assert deviance(base, found.fit) > 20.0
+    loose = _with_errors(found, sigmas)
+    assert loose.chance_of_zero(mass) > 0.05
+    assert has_doubtful_effect(loose, base) == is_doubtful
 
 
 @pytest.mark.parametrize(

@@ -244,6 +244,22 @@ def test_what_may_as_well_be_absent_is_no_rival(screened, tilted):
     assert choice.confidence == pytest.approx(1.0)
 
 
+def test_what_data_cannot_do_without_is_a_rival_however_wide_its_interval(screened, tilted):
+    """As a stiffening that levels off, 36 +- 20, which explains as much as a mass."""
+    evaluator, nominal, scores = screened
+    clamp = next(s for s in scores.scores if s.candidate.identifier == 'clamp_offset').candidate
+    found = try_effects(evaluator, nominal, [clamp], {})
+    places = [found.fit.parameters.names.index(name) for name in clamp.names]
+    covariance = found.fit.covariance.copy()
+    covariance[np.ix_(places, places)] = np.diag(found.fit.coordinates[places] ** 2)
+    level = tilted.fit.log_evidence - 1.0
+    wide = replace(found, fit=replace(found.fit, covariance=covariance, log_evidence=level))
+    assert has_doubtful_effect(wide, nominal)
+    choice = choose(Selection((tilted, wide)), *screened[:2])
+    assert choice.alike == ('gravity_tilt', 'clamp_offset')
+    assert choice.confidence <= 0.5
+
+
 def _told(selection: Selection, transfer: float, told: float, left: float = 1e-4) -> Selection:
     """Return a selection whose pair leads by 50 where patches were fitted, and its held-out ones.
 
