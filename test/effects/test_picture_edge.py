@@ -37,10 +37,34 @@ def test_what_is_beyond_is_ahead_along_its_way(random):
     np.testing.assert_allclose(wide, np.interp(ahead, [-0.05, 0.05], [0.0, 1.0]))
 
 
+@pytest.mark.parametrize('curve', [3.0, -3.0])
+def test_what_is_beyond_a_round_edge_is_inside_or_outside(random, curve):
+    """It is one over how far ahead the middle is: circles about that cross the way there."""
+    directions = random.uniform(-0.5, 0.5, size=(400, 2))
+    middle = np.array([np.cos(TURN), np.sin(TURN)]) / curve
+    apart = np.linalg.norm(directions - middle, axis=1)
+    radius = abs(1.0 / curve - PLACE)
+    edge = PictureEdge(TURN, PLACE, curve=curve)
+    is_beyond = apart < radius if curve > 0.0 else apart > radius
+    assert 20 < is_beyond.sum() < 380
+    np.testing.assert_array_equal(edge.beyond(directions), is_beyond)
+    np.testing.assert_allclose(edge.along(directions), 1.0 / curve - np.sign(curve) * apart)
+
+
+@pytest.mark.parametrize('curve', [1e-2, 1e-4, 1e-6])
+def test_a_round_edge_goes_over_into_a_straight_one(random, curve):
+    directions = random.uniform(-0.5, 0.5, size=(100, 2))
+    straight = PictureEdge(TURN, PLACE)
+    off = replace(straight, curve=curve).along(directions) - straight.along(directions)
+    across = directions @ np.array([-np.sin(TURN), np.cos(TURN)])
+    np.testing.assert_allclose(off, -0.5 * curve * across**2, atol=0.5 * curve**2 + 1e-15)
+
+
 def test_each_pose_may_have_its_own_place():
     assert edge_in({}, 0) is None
     assert not has_edge({'edge_turn': TURN})
     assert edge_in(STATED, 3) == PictureEdge(TURN, PLACE)
+    assert edge_in({**STATED, 'edge_curve': -2.0}, 0) == PictureEdge(TURN, PLACE, curve=-2.0)
     own = {'edge_turn': TURN, 'edge_at_2': 0.1}
     assert has_edge(own)
     assert (edge_in(own, 0), edge_in(own, 1)) == (None, PictureEdge(TURN, 0.1))
@@ -56,7 +80,9 @@ def test_a_scene_states_an_edge(write_scene):
     assert plain['depth_affine'] == {'scale': 0.0, 'bias': 0.002, 'beyond': 0.0}
 
 
-@pytest.mark.parametrize('wrong', [{'edge_at': 2.0 * NOWHERE}, {'edge_width': -0.1}])
+@pytest.mark.parametrize(
+    'wrong', [{'edge_at': 2.0 * NOWHERE}, {'edge_width': -0.1}, {'edge_curve': 60.0}]
+)
 def test_what_is_no_edge_is_refused(write_scene, wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
         load_scene(write_scene({'effects': {'depth_affine': wrong}}))
@@ -130,6 +156,11 @@ def test_what_is_beyond_is_looked_for_where_an_edge_shows():
     ('setting', 'said'),
     [
         (STATED, 'past an edge at -0.03 in the picture, 23 degrees from x to y'),
+        (
+            {**STATED, 'edge_curve': 2.0},
+            'past an edge at -0.03 in the picture, 23 degrees from x to y, '
+            'round x / z = 0.46, y / z = 0.19',
+        ),
         (
             {'edge_turn': TURN, 'edge_at_1': 0.1, 'edge_at_3': -0.2},
             'past an edge at -0.2 to 0.1 (another place in each pose) in the picture, '

@@ -4,9 +4,9 @@
 
 from dataclasses import replace
 
+from diffcal_ros.diagnosis.detection.edge_search import round_edge, straight_edge
 from diffcal_ros.diagnosis.detection.picture_edges import (
-    _fixed_edge,
-    _moved_edge,
+    edge_in_views,
     find_picture_edge,
     with_edge,
 )
@@ -53,9 +53,9 @@ def _views(random, read, count=4, **kwargs):
     return [_view(random, posture, read, **kwargs) for posture in range(count)]
 
 
-def _edge(places, height=HEIGHT, width=0.0):
+def _edge(places, height=HEIGHT, width=0.0, curve=0.0):
     """Return what is read beyond an edge that is somewhere in each pose."""
-    edges = [PictureEdge(TURN, place, width) for place in places]
+    edges = [PictureEdge(TURN, place, width, curve) for place in places]
     return lambda directions, _, posture: height * edges[posture].beyond(directions)
 
 
@@ -63,7 +63,7 @@ def _edge(places, height=HEIGHT, width=0.0):
 @pytest.mark.parametrize('outliers', [0.0, 0.12])
 def test_an_edge_at_one_place_is_found(random, height, outliers):
     views = _views(random, _edge([0.013] * 4, height), outliers=outliers)
-    found = _fixed_edge(views)
+    found = straight_edge(views, is_fixed=True)
     assert is_there(views, found)
     edge = found.edges[0]
     assert edge.turn == pytest.approx(TURN, abs=np.deg2rad(3.0))
@@ -74,8 +74,8 @@ def test_an_edge_at_one_place_is_found(random, height, outliers):
 def test_an_edge_that_moves_from_pose_to_pose_is_found_with_its_width(random):
     places = (0.06, 0.0, -0.02, 0.04)
     views = _views(random, _edge(places, width=0.02))
-    assert not is_there(views, _fixed_edge(views))
-    found = _moved_edge(views)
+    assert not is_there(views, straight_edge(views, is_fixed=True))
+    found = straight_edge(views, is_fixed=False)
     assert is_there(views, found)
     assert found.edges[0].turn == pytest.approx(TURN, abs=np.deg2rad(4.0))
     assert found.edges[0].width in (0.01, 0.02, 0.04)
@@ -83,9 +83,36 @@ def test_an_edge_that_moves_from_pose_to_pose_is_found_with_its_width(random):
     np.testing.assert_allclose(near, places, atol=0.008)
 
 
+def _middle(edge):
+    return edge.way / edge.curve
+
+
+@pytest.mark.parametrize('curve', [5.0, -6.0])
+@pytest.mark.parametrize('places', [(0.02,) * 4, (0.07, 0.04, 0.02, -0.01)])
+def test_a_round_edge_is_found(random, curve, places):
+    views = _views(random, _edge(places, curve=curve), outliers=0.05)
+    found = edge_in_views(views)
+    assert found.is_fixed == (len(set(places)) == 1)
+    np.testing.assert_allclose(
+        _middle(found.edges[0]), _middle(PictureEdge(TURN, 0.0, curve=curve)), atol=0.04
+    )
+    for posture, place in enumerate(places):
+        own, true = found.edges[posture], PictureEdge(TURN, place, curve=curve)
+        directions = views[posture].directions
+        wrong = own.beyond(directions) != true.beyond(directions)
+        # Which side reads right is not told here.
+        assert min(wrong.mean(), 1.0 - wrong.mean()) < 0.04
+
+
+@pytest.mark.parametrize('curve', [0.0, 0.2])
+def test_one_that_is_about_straight_is_straight(random, curve):
+    views = _views(random, _edge([0.013] * 4, curve=curve))
+    assert edge_in_views(views).edges[0].curve == 0.0
+
+
 def test_two_poses_with_a_step_each_have_no_edge_that_moves(random):
     views = _views(random, _edge((0.06, 0.0)), count=2)
-    assert not is_there(views, _moved_edge(views))
+    assert not is_there(views, straight_edge(views, is_fixed=False))
 
 
 @pytest.mark.parametrize(
@@ -115,8 +142,9 @@ def test_two_poses_with_a_step_each_have_no_edge_that_moves(random):
 )
 def test_what_is_no_edge_in_the_picture_is_none(random, read):
     views = _views(random, read)
-    assert not is_there(views, _fixed_edge(views))
-    assert not is_there(views, _moved_edge(views))
+    for search in (straight_edge, round_edge):
+        assert not is_there(views, search(views, is_fixed=True))
+        assert not is_there(views, search(views, is_fixed=False))
 
 
 def _beyond_an_edge(seen):
@@ -158,5 +186,8 @@ def test_settings_are_those_of_the_edge_seen():
     scene = beam_scene()
     (own,) = with_edge(scene, fixed).effects.values()
     assert own == {'edge_turn': 0.2, 'edge_at': 0.1, 'edge_width': 0.02}
+    curved = {number: replace(own, curve=-1.5) for number, own in fixed.edges.items()}
+    (own,) = with_edge(scene, SeenEdge(curved, True)).effects.values()
+    assert own == {'edge_turn': 0.2, 'edge_at': 0.1, 'edge_width': 0.02, 'edge_curve': -1.5}
     (own,) = with_edge(scene, moved).effects.values()
     assert own == {'edge_turn': 0.2, 'edge_width': 0.0, 'edge_at_1': 0.1, 'edge_at_3': -0.3}
