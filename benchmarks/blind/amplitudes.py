@@ -311,6 +311,9 @@ OUTSIDE_CLASS = {
     'crosstalk': 'sensor',
     'keeled': 'shape',
     'spiralled': 'sensor',
+    'bevelled': 'shape',
+    'sawtoothed': 'sensor',
+    'chirped': 'sensor',
 }
 
 

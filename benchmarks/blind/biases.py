@@ -13,6 +13,7 @@ from benchmarks.blind.glued_window import glued_share
 from benchmarks.blind.guard import guard_share
 from benchmarks.blind.peeling import film_share
 from benchmarks.blind.renderer import Rendering
+from benchmarks.blind.sealed_window import bulged_share
 from benchmarks.blind.setups import Observation, Setup
 from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.shifted_bar import shifted_share
@@ -32,6 +33,7 @@ _IN_IMAGE = {
     'shifted bar': shifted_share,
     'glued window': glued_share,
     'wiped': wiped_share,
+    'sealed window': bulged_share,
 }
 # Errors that go with how far away a surface is, and how bright with that.
 _BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')

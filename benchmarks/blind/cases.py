@@ -45,6 +45,8 @@ from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_PAIRS
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
 from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_PAIRS
 from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
+from benchmarks.blind.thirtythird_forms import THIRTYTHIRD_PAIRS
+from benchmarks.blind.thirtythird_outside import THIRTYTHIRD_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_PAIRS
@@ -135,11 +137,13 @@ class Contents:
         pairs: of forms, by their keys.
         outside: names of causes outside the library.
         clean_count: number of worlds without any.
+        outside_sizes: of each of these causes.
     """
 
     pairs: tuple[tuple[str, str], ...]
     outside: tuple[str, ...]
     clean_count: int
+    outside_sizes: tuple[int, ...] = (1, 2)
 
 
 # Sets whose bodies are of several laws.
@@ -171,6 +175,7 @@ LAWS_SETS = {
     'thirtieth': Contents(THIRTIETH_PAIRS, tuple(THIRTIETH_OUTSIDE), 40),
     'thirtyfirst': Contents(THIRTYFIRST_PAIRS, tuple(THIRTYFIRST_OUTSIDE), 24),
     'thirtysecond': Contents(THIRTYSECOND_PAIRS, tuple(THIRTYSECOND_OUTSIDE), 30),
+    'thirtythird': Contents(THIRTYTHIRD_PAIRS, tuple(THIRTYTHIRD_OUTSIDE), 16, (2,)),
 }
 
 
@@ -271,7 +276,8 @@ def _of_several_laws(set_name: str, families: tuple[str, ...], salt: str) -> lis
     sensors, contents = tuple(DRAWN), LAWS_SETS[set_name]
     singles = [('form', ((form.key, size),), size) for form in FORMS[set_name] for size in (1, 2)]
     pairs = [('pair', ((one, 2), (two, 2)), 0) for one, two in contents.pairs]
-    outside = [('outside', ((name, size),), size) for name in contents.outside for size in (1, 2)]
+    sizes = contents.outside_sizes
+    outside = [('outside', ((name, size),), size) for name in contents.outside for size in sizes]
     faulty = [
         Case('', kind, families[0], 4, effects, set_name)
         for kind, effects, _ in (*singles, *pairs, *outside)
@@ -279,7 +285,7 @@ def _of_several_laws(set_name: str, families: tuple[str, ...], salt: str) -> lis
     # The second size of a form is far from its first in all three rotations.
     turns = [number // 2 + 7 * size for number, (_, _, size) in enumerate(singles)]
     turns += list(range(len(singles), len(singles) + len(pairs)))
-    turns += [number // 2 + 7 * size for number, (_, _, size) in enumerate(outside)]
+    turns += [number // len(sizes) + 7 * size for number, (_, _, size) in enumerate(outside)]
     order = _seeded(f'{salt}/{set_name}/form order').permutation(len(faulty))
     named = [(f'form_{number:03d}', faulty[i], turns[i]) for number, i in enumerate(order)]
     clean = Case('', 'clean', families[0], 4, (), set_name)

@@ -19,6 +19,7 @@ from benchmarks.blind.groove import groove, groove_tops
 from benchmarks.blind.knob import knob, rounded
 from benchmarks.blind.packing import packing
 from benchmarks.blind.pipe import pipe, pipe_tops
+from benchmarks.blind.rim import rim, rim_tops
 from benchmarks.blind.rubber_balls import rubber_balls
 from benchmarks.blind.saddle import saddle, saddle_tops
 from benchmarks.blind.setups import Observation
@@ -39,14 +40,23 @@ _ROPE = 0.006  # Of a rubber rope [m].
 _RACK = 0.008  # Of the bars of a drying rack [m].
 _BARS = 6  # Of a rack to either side of the one below a body's outer part.
 # Share of the free length at which what lies below the outer part alone begins.
-OUTER = {'step': 0.45, 'dish': 0.6, 'cushion': 0.4, 'flap': 0.4, 'pipe': 0.4, 'saddle': 0.6}
+OUTER = {
+    'step': 0.45,
+    'dish': 0.6,
+    'cushion': 0.4,
+    'flap': 0.4,
+    'pipe': 0.4,
+    'saddle': 0.6,
+    'rim': 0.6,
+}
 # What is not level below all of a body.
-_WAVED = {'crate': crate, 'corrugated': corrugated, 'tent': tent, 'saddle': saddle}
+_WAVED = {'crate': crate, 'corrugated': corrugated, 'tent': tent, 'saddle': saddle, 'rim': rim}
 _WAVED_TOPS = {
     'crate': crate_tops,
     'corrugated': corrugated_tops,
     'tent': tent_tops,
     'saddle': saddle_tops,
+    'rim': rim_tops,
 }
 # Half-spaces that push by a force which is told, and by a length.
 _PRESSED_BY = {
@@ -94,7 +104,7 @@ def contact_laws(
     if faults.contact_form == 'knob':
         return (knob(faults, stiffness),)
     if faults.contact_form in _WAVED:
-        # What rises without end lies below the outer part alone.
+        # What rises without end, or a rim, lies below the outer part alone.
         below = shares > OUTER.get(faults.contact_form, -1.0)
         return (_WAVED[faults.contact_form](observation, faults, stiffness * below),)
     normal, height = half_space(observation, faults)

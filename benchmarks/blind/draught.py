@@ -5,7 +5,8 @@
 A round stream, as of a ventilator, a layer that the bench slows down, air that a mouth draws, two
 fans that blow against each other, a curtain of air, a jet that spreads, what a grille lets
 through, what goes past a post or the edge of a screen, a stream that is hollow behind a hub,
-that over the edge of a box, which comes back below, or a jet along a wall.
+that over the edge of a box, which comes back below, a jet along a wall, or air that spreads on a
+bench on which it was blown down.
 """
 
 import numpy as np
@@ -217,3 +218,21 @@ def wall_share(places: FloatArray, way: FloatArray, faults: Faults) -> FloatArra
     away = (places - np.array(faults.tilt_point)) @ aside / faults.tilt_width
     away = np.maximum(away, 0.0)
     return np.asarray((away * np.exp(1.0 - away)) ** 2)
+
+
+def spread_out(places: FloatArray, side: FloatArray, faults: Faults) -> FloatArray:
+    """Return by how much parts are pushed by air that comes down and spreads, shape (N, 3).
+
+    It goes level away from where it comes down. With q the way from there over that to where it is
+    fastest, its speed goes with 2 q / (1 + q^2): at first with the way, as where a jet meets a
+    plate, and far out with the inverse of that, as what spreads on a bench does.
+
+    Args:
+        places: world [m], shape (N, 3).
+        side: as large as what is felt where it is fastest, world [m/s^2], shape (3,).
+        faults: say where it comes down, and how far from there it is fastest.
+    """
+    away = (places - np.array(faults.tilt_point)) * [1.0, 0.0, 1.0]
+    far = np.linalg.norm(away, axis=1)[:, None]
+    speed = 2.0 * far * faults.tilt_width / (far**2 + faults.tilt_width**2)
+    return np.asarray(float(np.linalg.norm(side)) * speed**2 * away / np.maximum(far, 1e-30))

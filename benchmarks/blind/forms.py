@@ -45,6 +45,7 @@ from benchmarks.blind.thirteenth_forms import THIRTEENTH_FORMS
 from benchmarks.blind.thirtieth_forms import THIRTIETH_FORMS
 from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS
 from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_FORMS
+from benchmarks.blind.thirtythird_forms import THIRTYTHIRD_FORMS
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
 from benchmarks.blind.twentyeighth_forms import TWENTYEIGHTH_FORMS
@@ -225,6 +226,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     'thirtieth': THIRTIETH_FORMS,
     'thirtyfirst': THIRTYFIRST_FORMS,
     'thirtysecond': THIRTYSECOND_FORMS,
+    'thirtythird': THIRTYTHIRD_FORMS,
 }
 # Of the sixth set, two at a time, of different effects: some of its own, some that sets of before
 # had singly.

@@ -71,6 +71,7 @@ from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
 from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
+from benchmarks.blind.thirtythird_outside import THIRTYTHIRD_OUTSIDE
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_outside import TWENTIETH_OUTSIDE
@@ -136,7 +137,7 @@ def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     newest = {**newest, **TWENTYSECOND_OUTSIDE, **TWENTYTHIRD_OUTSIDE, **TWENTYFOURTH_OUTSIDE}
     newest = {**newest, **TWENTYFIFTH_OUTSIDE, **TWENTYSIXTH_OUTSIDE, **TWENTYSEVENTH_OUTSIDE}
     newest = {**newest, **TWENTYEIGHTH_OUTSIDE, **TWENTYNINTH_OUTSIDE, **THIRTIETH_OUTSIDE}
-    newest = {**newest, **THIRTYFIRST_OUTSIDE, **THIRTYSECOND_OUTSIDE}
+    newest = {**newest, **THIRTYFIRST_OUTSIDE, **THIRTYSECOND_OUTSIDE, **THIRTYTHIRD_OUTSIDE}
     drawers = {**LIBRARY, **MOTION, **earlier, **later, **last, **newest, **forms}
     random = case.random('effects')
     effects = tuple(drawers[name](size, setup, random) for name, size in case.effects)

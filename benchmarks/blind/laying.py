@@ -16,7 +16,7 @@ from benchmarks.blind.simulation import make_specimen, settle
 
 _CLEARANCE = 0.008  # Of a body that does not touch the plane [m].
 # What is placed by where the tip hangs.
-_BELOW_TIP = ('dish', 'cushion', 'crate', 'flap', 'corrugated', 'tent', 'saddle')
+_BELOW_TIP = ('dish', 'cushion', 'crate', 'flap', 'corrugated', 'tent', 'saddle', 'rim')
 _KNOB_REACH = 0.08  # Half the share of the free length whose middle comes to lie over a knob.
 
 

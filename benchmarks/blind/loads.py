@@ -19,6 +19,7 @@ from benchmarks.blind.draught import (
     louvre_share,
     opposed_share,
     screened_share,
+    spread_out,
     spreading_share,
     stream_share,
     wall_share,
@@ -58,7 +59,10 @@ _PUSHES = (
     'eddy',
     'wall jet',
     'extractor',
+    'downwash',
 )
+# Pushes that go another way at each place of the world [m], by one as large as they are stated.
+_DRAWN = {'extractor': drawn_in, 'downwash': spread_out}
 # How much of a push is felt at places of the world [m], by its way there.
 _FELT = {
     'draught': stream_share,
@@ -150,9 +154,10 @@ def _forces(
         places = applied(observation.world_from_object, specimen.mesh.nodes)
         felt = _FELT[faults.tilt_form](places, _side(faults), faults) * masses * (shares > 0.0)
         forces = forces + felt[:, None] * (object_from_world @ _side(faults))
-    if faults.tilt_form == 'extractor':
+    if faults.tilt_form in _DRAWN:
         places = applied(observation.world_from_object, specimen.mesh.nodes)
-        drawn = drawn_in(places, _side(faults), faults) * (masses * (shares > 0.0))[:, None]
+        drawn = _DRAWN[faults.tilt_form](places, _side(faults), faults)
+        drawn = drawn * (masses * (shares > 0.0))[:, None]
         forces = forces + drawn @ object_from_world.T
     if faults.whirl:
         places = applied(observation.world_from_object, specimen.mesh.nodes)

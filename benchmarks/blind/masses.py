@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Masses that are added to a body."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from benchmarks.blind.body import spread
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.harness import wires_share
 from benchmarks.blind.hexahedra import HexMesh, Quadrature
 from benchmarks.blind.setups import Setup
 from benchmarks.blind.shapes import FloatArray
@@ -47,14 +50,8 @@ def added_mass(
     if faults.mass_form == 'coat':
         away = np.where(share > faults.added_mass_at, 0.0, away)
     nearness = np.maximum(1.0 - away / max(reach, 1.01 * float(away.min())), 0.0)
-    if faults.mass_form == 'drained':
-        nearness = film_thickness(share)
-    if faults.mass_form == 'solder':
-        nearness = turn_density(share, faults.mass_closer)
-    if faults.mass_form == 'spray can':
-        nearness = spray_density(share, faults.added_mass_at, faults.mass_spray)
-    if faults.mass_form == 'vine':
-        nearness = vine_weight(share, across, faults)
+    if faults.mass_form in _ALONG:
+        nearness = _ALONG[faults.mass_form](share, across, faults)
     volumes = where * (share > 0.0) * quadrature.volumes
     masses = _shared(faults.added_mass, nearness * volumes)
     if faults.mass_form == 'cable':
@@ -98,6 +95,8 @@ def _spread_out(faults: Faults, across: FloatArray) -> tuple[float, FloatArray |
         'solder': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
         # And how thick a spray can left its paint.
         'spray can': (_SMEAR_REACH, np.abs(across).max(axis=1) > 0.5),
+        # And how many wires of a harness go on, on the upper side.
+        'harness': (_SMEAR_REACH, across[:, 1] > 0.5),
         # On which side a wire is that winds around is set below as well.
         'vine': (_SMEAR_REACH, 1.0),
         # Where a liquid is, the body's own heights tell.
@@ -252,3 +251,17 @@ def _carried(
     spread_out = np.einsum('cg,cgi,cgj->ij', weights, away, away)
     slopes = np.linalg.lstsq(spread_out, 1e-3 * arm, rcond=None)[0]
     return np.asarray(1.0 + away @ slopes)
+
+
+# How much there is of what lies along all of a body, by shares of the free length at which Gauss
+# points lie, shape (C, 8), their places over half the width and the height, shape (C, 2, 8), and
+# the faults.
+_ALONG: dict[str, Callable[[FloatArray, FloatArray, Faults], FloatArray]] = {
+    'drained': lambda share, across, faults: film_thickness(share),
+    'solder': lambda share, across, faults: turn_density(share, faults.mass_closer),
+    'spray can': lambda share, across, faults: spray_density(
+        share, faults.added_mass_at, faults.mass_spray
+    ),
+    'harness': lambda share, across, faults: wires_share(share, faults.mass_gauges),
+    'vine': vine_weight,
+}

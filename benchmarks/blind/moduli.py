@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from benchmarks.blind.baking import baked_value
 from benchmarks.blind.dosing import dosed_value
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.heat_gun import gun_heat
 from benchmarks.blind.marbling import marbled_value
 from benchmarks.blind.motor_heat import heated_share
 from benchmarks.blind.seeping import seeped_share
@@ -63,8 +64,9 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'dosed': dosed_value(share, faults.contrast_at, faults.contrast_wave),
         'surged': surged_value(share, faults.contrast_wave, faults.contrast_width),
         'seeped': seeped_share(share, faults.contrast_width),
-        # In the first pose; each tells how far heat has come.
+        # In the first pose; each tells how far heat has come, and what a gun's has become.
         'motor heat': heated_share(share, faults.contrast_width, 0),
+        'heat gun': gun_heat(share, faults, 0),
         'rolled sheets': sheet_value(share, faults.contrast_sheets),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),

@@ -32,6 +32,7 @@ from benchmarks.blind.shapes import FloatArray
 from benchmarks.blind.simulation import settle, Specimen
 from benchmarks.blind.spiral import spiral_error
 from benchmarks.blind.spokes import spoke_error
+from benchmarks.blind.strips import chirp_error, sawtooth_error
 from benchmarks.blind.surface import body_triangles, box_triangles, joined, moved
 from benchmarks.blind.trailing import trailing_share
 
@@ -98,7 +99,8 @@ def _seen(
     depth = depth + _flicker(rendering, setup, observation, faults)
     depth = depth + ring_error(rendering, setup, faults) + moire_error(rendering, setup, faults)
     depth = depth + spoke_error(rendering, setup, faults) + crosstalk_error(rendering, faults)
-    depth = depth + spiral_error(rendering, setup, faults)
+    depth = depth + spiral_error(rendering, setup, faults) + sawtooth_error(rendering, faults)
+    depth = depth + chirp_error(rendering, setup, faults)
     tip = _painted(tip_part(rendering.labels), faults) * rendering.facing**faults.region_gloss
     glows = _glowing(setup, observation, faults)
     depth = depth + 1e-3 * faults.region_bias * glows * tip
@@ -199,6 +201,7 @@ def _paint(border: float, faults: Faults) -> Paint:
         tongue=faults.region_tongue,
         edges=faults.region_edges,
         flakes=(faults.region_flakes, faults.region_seed),
+        bars=faults.region_bars,
     )
 
 

@@ -56,6 +56,8 @@ class Paint:
         flakes: edge of flakes that are as likely to be there yet as they lie farther on from
             `tip_from` to the tip [m], and the seed of that; where they are not is the root's;
             (0, 0): nothing flakes off.
+        bars: shares at which the dark bars of a label begin and end in turn; what is between two
+            bars is the root's; empty: it is one bar.
     """
 
     tip_from: float = 0.5
@@ -76,6 +78,7 @@ class Paint:
     tongue: float = 0.0
     edges: float = 0.0
     flakes: tuple[float, int] = (0.0, 0)
+    bars: tuple[float, ...] = ()
 
 
 PLAIN = Paint()
@@ -201,6 +204,12 @@ def _flaked(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return np.where(speckled(side.points, edge, cover, seed), labels, ROOT)
 
 
+def _barred(labels: IntArray, side: Side, paint: Paint) -> IntArray:
+    if not paint.bars:
+        return labels
+    return np.where(np.searchsorted(np.array(paint.bars), side.along) % 2 == 1, labels, ROOT)
+
+
 def _uncovered(labels: IntArray, side: Side, paint: Paint) -> IntArray:
     return labels if side.heights is None else np.where(side.heights > 0.0, labels, ROOT)
 
@@ -223,6 +232,7 @@ _COATS: tuple[Coat, ...] = (
     _tongued,
     _worn,
     _flaked,
+    _barred,
     _uncovered,
     _in_the_sun,
 )

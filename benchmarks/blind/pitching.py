@@ -108,3 +108,18 @@ def tangent_errors(pitches: FloatArray, crank: float) -> FloatArray:
     """
     errors = np.arctan(crank * pitches) / crank - pitches
     return np.asarray(errors - errors[0])
+
+
+def belt_errors(pitches: FloatArray) -> FloatArray:
+    """Return how far down jaws are by all turns so far, whose belt slips by a share of each, (P,).
+
+    Whichever way it turns them, it slips to the side of the weight, and what it has slipped it
+    stays off. It was set to 0 where the first pose is.
+
+    Args:
+        pitches: that are asked for [rad], shape (P,).
+
+    Returns:
+        Errors over that share [rad], 0 or less.
+    """
+    return -np.cumsum(np.abs(np.diff(pitches, prepend=pitches[:1])))

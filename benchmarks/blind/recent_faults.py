@@ -60,6 +60,13 @@ class RecentFaults:
     may be `wall jet`: a push along an upright wall. `curvature_form` may be `woven`: by short
     bends one way and back in turn, at `curvature_wires`.
 
+    In the thirty-third, `mass_form` may be `harness`: wires from the clamp on, one of which ends
+    at each of `mass_gauges`. `contrast_mode` may be `heat gun`: a bell about `contrast_at`, which
+    spreads and fades from pose to pose. `contact_form` may be `rim`: of a bucket, by the square of
+    the way from its circle. `depth_form` may be `sealed window`: a plate that bulges between its
+    edges. `tilt_form` may be `downwash`: a push away from `tilt_point` to all sides.
+    `curvature_form` may be `wrapped`: by short bends one way, at `curvature_corners`.
+
     Attributes:
         mass_travel: by which share of the free length a weight slides on where the body points
             straight down, or what a loose spring is longer there.
@@ -69,12 +76,16 @@ class RecentFaults:
             below 0: the other way.
         mass_side: where it is at its beginning, from the object's y towards z [deg].
         mass_flow: which part of an hourglass's sand runs down in a pose.
+        mass_gauges: shares of the free length at which a wire of a harness ends each.
         mass_coiled: length of a loose spring on a level body, as a share of the free length.
         contrast_sheets: number of sheets at the tip of which a body was rolled up.
+        contrast_wider: by which share of that in the first pose the square of a heat's width grows
+            from pose to pose.
         stiffening_spread: growth of their square over which a roving's filaments come taut, all
             but the first, which does at `stiffening_from`.
         contact_slant: of the way along which a corrugated sheet waves, or across a tent's ridge,
             from the world's x towards z; of the way along which a saddle rises [deg].
+        contact_ring: radius of a bucket's rim [m].
         contact_steep: of a tent's sides, rise over run.
         depth_back: error of the left tap, the other way, as a share of `depth_bias`.
         region_net: way along the body from knot to knot of a net's meshes [m], and which share of
@@ -87,10 +98,13 @@ class RecentFaults:
             along the edges; 0: it is on all of a side.
         region_flakes: edge of the flakes of a coat, fewer of which are left the nearer they lie
             to `region_from` [m]; 0: none came off.
+        region_bars: shares of the free length at which the dark bars of a label begin and end in
+            turn; empty: there is no label.
         tilt_wave: from slat to slat of a grille [m].
         curvature_sag: radius of a catenary at its lowest place, as a share of the free length.
         curvature_bed: share of the free length over which a moment on a mattress falls to a third.
         curvature_wires: shares of the free length at which a body was bent around wires.
+        curvature_corners: shares of the free length at which a body was bent around a post.
         joggled: by how much the outer part of the true body lies beside the stated one [mm].
         joggled_at: share of the free length amid the bend where it goes over to that.
         joggled_way: direction of it, from the object's y towards z [deg].
@@ -118,6 +132,14 @@ class RecentFaults:
         spiralled: amplitude of an error that goes round a place of the image as a spiral [mm].
         spiralled_at: that place, to the right of the principal point and down [px].
         spiralled_apart: from turn to turn of it [px].
+        bevelled: by how much the true body lacks at the upper edge of positive y [mm].
+        sawtoothed: error at the end of a strip of columns, and as much the other way at its
+            beginning [mm].
+        sawtoothed_strip: width of a strip [px].
+        sawtoothed_from: column at which one begins [px].
+        chirped: amplitude of an error by the sine of the square of the way across the image [mm].
+        chirped_at: column from which that goes, from the principal point [px].
+        chirped_wave: way of its first wave [px].
     """
 
     mass_travel: float = 0.0
@@ -126,10 +148,13 @@ class RecentFaults:
     mass_wind: float = 1.0
     mass_side: float = 0.0
     mass_flow: float = 0.0
+    mass_gauges: tuple[float, ...] = ()
     mass_coiled: float = 0.0
     contrast_sheets: int = 0
+    contrast_wider: float = 0.0
     stiffening_spread: float = 0.0
     contact_slant: float = 0.0
+    contact_ring: float = 0.0
     contact_steep: float = 0.0
     depth_back: float = 0.0
     region_net: tuple[float, float] = (0.0, 0.0)
@@ -137,10 +162,12 @@ class RecentFaults:
     region_tongue: float = 0.0
     region_edges: float = 0.0
     region_flakes: float = 0.0
+    region_bars: tuple[float, ...] = ()
     tilt_wave: float = 1.0
     curvature_sag: float = 1.0
     curvature_bed: float = 1.0
     curvature_wires: tuple[float, ...] = ()
+    curvature_corners: tuple[float, ...] = ()
     joggled: float = 0.0
     joggled_at: float = 0.0
     joggled_way: float = 0.0
@@ -166,3 +193,10 @@ class RecentFaults:
     spiralled: float = 0.0
     spiralled_at: tuple[float, float] = (0.0, 0.0)
     spiralled_apart: float = 1.0
+    bevelled: float = 0.0
+    sawtoothed: float = 0.0
+    sawtoothed_strip: float = 1.0
+    sawtoothed_from: float = 0.0
+    chirped: float = 0.0
+    chirped_at: float = 0.0
+    chirped_wave: float = 1.0

@@ -16,6 +16,7 @@ from benchmarks.blind.rotations import rotation
 from benchmarks.blind.shapes import bend, FloatArray, Shape
 from benchmarks.blind.slots import slotted
 from benchmarks.blind.weaving import woven
+from benchmarks.blind.wrapping import wrapped
 
 _PARTS = 12  # Arcs that a helix is made of, and what hung for long.
 _HELIX_TURN = np.deg2rad(150.0)  # Of the plane of bending, from the clamp to the tip.
@@ -57,6 +58,7 @@ def true_shape(shape: Shape, faults: Faults) -> Shape:
         lack=faults.underfilled,
         dome=1e-3 * faults.domed,
         keel=1e-3 * faults.keeled,
+        bevel=1e-3 * faults.bevelled,
     )
 
 
@@ -387,6 +389,7 @@ _IN_PARTS = {
     'four-point': _four_point,
     'over a rod': over_rod,
     'woven': woven,
+    'wrapped': wrapped,
 }
 
 

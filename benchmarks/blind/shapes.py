@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.blind.bevelling import bevelling
 from benchmarks.blind.clubbing import clubbing
 from benchmarks.blind.doming import doming
 from benchmarks.blind.jogging import jogging
@@ -59,6 +60,7 @@ class Shape:
         lack: share of the height that the upper side lacks at the tip, evenly less to the clamp.
         dome: by how much the end's edges lie behind its middle [m].
         keel: by how much a ridge stands out amid the side of positive y [m].
+        bevel: by how much the upper edge of positive y is planed off, beyond the clamp [m].
     """
 
     family: str
@@ -85,6 +87,7 @@ class Shape:
     lack: float = 0.0
     dome: float = 0.0
     keel: float = 0.0
+    bevel: float = 0.0
 
     @property
     def length(self) -> float:
@@ -136,6 +139,7 @@ class Shape:
             points[..., 2] -= self.lack * share * (points[..., 2] + 0.5 * self.section[1])
         out = points[..., 1:] / (0.5 * np.array(self.section))
         points[..., 1] += self.keel * keeling(share, out[..., 0], out[..., 1])
+        points[..., 2] -= self.bevel * bevelling(share, out[..., 0], out[..., 1])
         if self.draft:
             half_width, half_height = (0.5 * side for side in self.section)
             high = points[..., 2] / half_height

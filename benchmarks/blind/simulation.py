@@ -51,7 +51,7 @@ from benchmarks.blind.loose import ring_masses
 from benchmarks.blind.masses import added_mass
 from benchmarks.blind.material import softened
 from benchmarks.blind.moduli import cavity, log_modulus, SEAM_LAYERS
-from benchmarks.blind.motor_heat import heated_on
+from benchmarks.blind.motor_heat import heated_on, HEATS
 from benchmarks.blind.network import laid_along, on_upper_side, reinforced
 from benchmarks.blind.ooze import oozed_masses
 from benchmarks.blind.pan import settle_on_pan
@@ -262,7 +262,7 @@ def _in_pose(
         specimen = _recovered(specimen, setup, observation, faults)
     if faults.warming:
         specimen = _softened(specimen, warmed(setup, observation, faults.warming))
-    if faults.contrast_mode == 'motor heat':
+    if faults.contrast_mode in HEATS:
         specimen = heated_on(specimen, setup.pose_number(observation), faults)
     if faults.worn:
         specimen = _worn(specimen, setup, observation, faults)

@@ -45,6 +45,8 @@ from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS, THIRTYFIRST_PA
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
 from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_FORMS, THIRTYSECOND_PAIRS
 from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
+from benchmarks.blind.thirtythird_forms import THIRTYTHIRD_FORMS, THIRTYTHIRD_PAIRS
+from benchmarks.blind.thirtythird_outside import THIRTYTHIRD_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS, TWELFTH_PAIRS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS, TWENTIETH_PAIRS
@@ -96,6 +98,7 @@ COUNTS = {
     'thirtieth': {'clean': 40, 'form': 20, 'pair': 4, 'outside': 4},
     'thirtyfirst': {'clean': 24, 'form': 16, 'pair': 14, 'outside': 4},
     'thirtysecond': {'clean': 30, 'form': 20, 'pair': 8, 'outside': 4},
+    'thirtythird': {'clean': 16, 'form': 16, 'pair': 5, 'outside': 3},
 }
 
 
@@ -241,6 +244,13 @@ OWN = {
         THIRTYSECOND_OUTSIDE,
         frozenset({'shape', 'sensor'}),
     ),
+    'thirtythird': Own(
+        THIRTYTHIRD_FORMS,
+        THIRTYTHIRD_PAIRS,
+        THIRTYTHIRD_OUTSIDE,
+        frozenset({'shape', 'sensor'}),
+        2,
+    ),
 }
 
 
@@ -323,6 +333,11 @@ def test_pairs_of_the_last_sets_are_of_all_effects_and_each_of_others(
     counts = Counter(len(sensor & set(pair)) for pair in effects)
     assert min(counts[0], counts[1]) >= least
     assert counts[2] <= 2
+
+
+def test_no_effect_is_twice_in_pairs_of_the_thirty_third_set() -> None:
+    effects = [BY_KEY[key].truth for pair in THIRTYTHIRD_PAIRS for key in pair]
+    assert len(set(effects)) == len(effects) == 10
 
 
 def test_labels_of_pairs_tell_of_both_effects() -> None:

@@ -44,6 +44,8 @@ from benchmarks.blind.thirtyfirst_forms import THIRTYFIRST_FORMS
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
 from benchmarks.blind.thirtysecond_forms import THIRTYSECOND_FORMS
 from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
+from benchmarks.blind.thirtythird_forms import THIRTYTHIRD_FORMS
+from benchmarks.blind.thirtythird_outside import THIRTYTHIRD_OUTSIDE
 from benchmarks.blind.twelfth_forms import TWELFTH_FORMS
 from benchmarks.blind.twelfth_outside import TWELFTH_OUTSIDE
 from benchmarks.blind.twentieth_forms import TWENTIETH_FORMS
@@ -203,6 +205,11 @@ ON_THE_BODY: dict[str, dict[str, Any]] = {
     'clamp_offset/chuck key': {'clamp_scatter': ()},
     'gravity_tilt/wall jet': {'tilt_form': 'tilt'},
     'rest_curvature/woven': {'curvature_form': 'arc'},
+    'added_mass/harness': {'mass_form': 'hat', 'added_mass_at': 0.5},
+    'stiffness_contrast/heat gun': {'contrast_mode': 'split'},
+    'clamp_offset/belt': {'clamp_scatter': ()},
+    'gravity_tilt/downwash': {'tilt_form': 'tilt'},
+    'rest_curvature/wrapped': {'curvature_form': 'arc'},
 }
 ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'camera_offset/knocked': {'camera_from': 0},
@@ -277,6 +284,8 @@ ON_THE_SENSOR: dict[str, dict[str, Any]] = {
     'depth_affine/breath': {'depth_form': 'affine'},
     'depth_bias_by_region/flaking': {'region_flakes': 0.0},
     'camera_offset/sunlit post': {'camera_scatter': ()},
+    'depth_affine/sealed window': {'depth_form': 'affine'},
+    'depth_bias_by_region/barcode': {'region_bars': ()},
 }
 OTHERS = {
     'clamp_offset/bowed',
@@ -303,6 +312,7 @@ OTHERS = {
     'contact_plane/pan',
     'contact_plane/pipe',
     'contact_plane/rack',
+    'contact_plane/rim',
     'contact_plane/roll',
     'contact_plane/rope',
     'contact_plane/rubber balls',
@@ -354,6 +364,7 @@ CAUSES = {
     **THIRTIETH_OUTSIDE,
     **THIRTYFIRST_OUTSIDE,
     **THIRTYSECOND_OUTSIDE,
+    **THIRTYTHIRD_OUTSIDE,
 }
 
 
@@ -365,6 +376,7 @@ def _params(keys: Iterable[str]) -> list[Any]:
     """Return keys of forms as parameters; of what tests of its own check as well, slow ones."""
     slow = {form.key for form in (*TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS, *TWENTYNINTH_FORMS)}
     slow |= {form.key for form in (*THIRTIETH_FORMS, *THIRTYFIRST_FORMS, *THIRTYSECOND_FORMS)}
+    slow |= {form.key for form in THIRTYTHIRD_FORMS}
     return [
         pytest.param(key, marks=(pytest.mark.slow,) if key in slow else ()) for key in sorted(keys)
     ]
@@ -378,7 +390,7 @@ def test_every_form_is_checked_here() -> None:
     newest = (*newest, *TWENTYTHIRD_FORMS, *TWENTYFOURTH_FORMS, *TWENTYFIFTH_FORMS)
     newest = (*newest, *TWENTYSIXTH_FORMS, *TWENTYSEVENTH_FORMS, *TWENTYEIGHTH_FORMS)
     newest = (*newest, *TWENTYNINTH_FORMS, *THIRTIETH_FORMS, *THIRTYFIRST_FORMS)
-    newest = (*newest, *THIRTYSECOND_FORMS)
+    newest = (*newest, *THIRTYSECOND_FORMS, *THIRTYTHIRD_FORMS)
     keys = {form.key for form in (*earlier, *later, *last, *newest)}
     assert keys == {*ON_THE_BODY, *ON_THE_SENSOR, *OTHERS}
     for forms, lacking in (
@@ -408,6 +420,7 @@ def test_every_form_is_checked_here() -> None:
         (THIRTIETH_FORMS, {'strain_stiffening'}),
         (THIRTYFIRST_FORMS, {'strain_stiffening', 'clamp_offset', 'depth_bias_by_region'}),
         (THIRTYSECOND_FORMS, {'contact_plane'}),
+        (THIRTYTHIRD_FORMS, {'strain_stiffening', 'compliant_clamp', 'camera_offset'}),
     ):
         assert len(forms) == len(LIBRARY) - len(lacking)
         assert {form.truth for form in forms} == set(LIBRARY) - lacking

@@ -243,11 +243,21 @@ ON_THE_BODY = {
         ),
         ((2.5, 6.0), (7.0, 16.0)),
     ),
+    'thirtythird': (
+        (
+            'added_mass/harness',
+            'stiffness_contrast/heat gun',
+            'clamp_offset/belt',
+            'gravity_tilt/downwash',
+            'rest_curvature/wrapped',
+        ),
+        ((2.5, 6.0), (7.0, 16.0)),
+    ),
 }
 # What tests of their own check of these forms as well.
 _SLOW = (
     *('twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst'),
-    'thirtysecond',
+    *('thirtysecond', 'thirtythird'),
 )
 CASES = [
     pytest.param(key, limits, id=key, marks=(pytest.mark.slow,) if name in _SLOW else ())
