@@ -3,7 +3,7 @@
 """Where what a camera reads ends on a body or in the picture, and what that makes of its model."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import find_depth_discontinuity
 from diffcal_ros.diagnosis.detection.find_spots import find_spots
@@ -25,6 +25,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
 from diffcal_ros.effects import bands
+from diffcal_ros.effects.registry import boundary_effects, edge_effect
 from diffcal_ros.effects.surface_parts import parts_of, SeenPart, SurfacePart
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.scene.model import Scene
@@ -91,6 +92,27 @@ def with_borders_seen_beside(
         if seen is not None:
             return _knowing_what_shows(seen, evaluator, nominal, model)
     return None
+
+
+def with_none_seen(
+    stated: Scene, evaluator: PatchEvaluator, nominal: Refit
+) -> tuple[PatchEvaluator, Refit]:
+    """Return evaluator and fit of a scene that knows no more borders and edges than was stated.
+
+    Those that pixels showed beside a body that is elsewhere are to be looked for anew.
+
+    Args:
+        stated: the scene as it was given.
+        evaluator: of a nominal model that may know more.
+        nominal: its fit.
+    """
+    scene = evaluator.model.scene
+    seen = {effect.identifier for effect in (*boundary_effects(), edge_effect())}
+    found = seen & (scene.effects.keys() - stated.effects.keys())
+    if not found:
+        return evaluator, nominal
+    kept = {name: own for name, own in scene.effects.items() if name not in found}
+    return knowing(replace(scene, effects=kept), evaluator, nominal)
 
 
 def _seen(evaluator: PatchEvaluator, fit: Refit) -> _Seen | None:

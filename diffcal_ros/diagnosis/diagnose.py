@@ -10,7 +10,11 @@ from diffcal_ros.calibration.calibrate import Calibration
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.answers import Verdict
-from diffcal_ros.diagnosis.borders_seen import with_borders_seen, with_borders_seen_beside
+from diffcal_ros.diagnosis.borders_seen import (
+    with_borders_seen,
+    with_borders_seen_beside,
+    with_none_seen,
+)
 from diffcal_ros.diagnosis.detection.disagreement import (
     beside_a_model,
     Disagreement,
@@ -134,7 +138,7 @@ def diagnose(
         judged = _examined(evaluator, nominal, settings, report)
         selection = choice = None
         if judged.disagreement.is_worth_naming:
-            judged, selection = _selected(judged, settings, report, processes)
+            judged, selection = _selected(scene, judged, settings, report, processes)
         evaluator, nominal = judged.evaluator, judged.nominal
         witness = FieldWitness(evaluator, nominal)
         if selection is not None:
@@ -215,16 +219,21 @@ def _without_local_outliers(
 
 
 def _selected(
+    stated: Scene,
     judged: _Judged,
     settings: DiagnosisSettings,
     report: Progress,
     processes: Processes | None,
 ) -> tuple[_Judged, Selection]:
-    """Refit models; once more, where a border shows beside half of the best two effects."""
+    """Refit models; once more, where a border shows beside half of the best two effects.
+
+    What showed beside the body as it was given may be somewhere else on that one.
+    """
     found = _selected_at_first(judged, settings, report, processes)
-    bodies = bodies_of_pairs(judged.evaluator, judged.nominal, found[1].pairs)
-    known = with_borders_seen_beside(bodies, judged.evaluator, judged.nominal)
-    if known is None:
+    evaluator, nominal = with_none_seen(stated, judged.evaluator, judged.nominal)
+    bodies = bodies_of_pairs(evaluator, nominal, found[1].pairs)
+    known = with_borders_seen_beside(bodies, evaluator, nominal)
+    if known is None or known[0].model.scene.effects == found[0].evaluator.model.scene.effects:
         return found
     return min(found, _selected_anew(known, settings, report), key=_left_by_best)
 

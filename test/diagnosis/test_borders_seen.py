@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.borders_seen import with_borders_seen_beside
+from diffcal_ros.diagnosis.borders_seen import with_borders_seen_beside, with_none_seen
 from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.screening.candidates import candidates
@@ -84,3 +84,16 @@ def test_beside_a_model_whose_body_is_out_of_sight_nothing_is_looked_for(hidden)
     away[names.index('clamp_offset.y')] += 1.0
     lost = replace(clamped, fit=replace(clamped.fit, coordinates=away))
     assert with_borders_seen_beside([lost], evaluator, nominal) is None
+
+
+def test_what_pixels_showed_is_looked_for_anew_and_what_was_stated_is_not(hidden):
+    evaluator, nominal, clamped = hidden
+    known = with_borders_seen_beside([clamped], evaluator, nominal)
+    forgotten = with_none_seen(evaluator.model.scene, *known)
+    assert not forgotten[0].model.scene.effects
+    np.testing.assert_array_equal(forgotten[1].coordinates, nominal.coordinates)
+    again = with_borders_seen_beside([clamped], *forgotten)
+    assert _borders(again) == _borders(known)
+    stated = known[0].model.scene
+    assert with_none_seen(stated, *known) == known
+    assert with_none_seen(evaluator.model.scene, evaluator, nominal) == (evaluator, nominal)
