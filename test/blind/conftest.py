@@ -26,7 +26,7 @@ _CLOSED = (
     *('fourteenth', 'fifteenth', 'sixteenth', 'seventeenth', 'eighteenth', 'nineteenth'),
     *('twentieth', 'twentyfirst', 'twentysecond', 'twentythird', 'twentyfourth', 'twentyfifth'),
     *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst'),
-    *('thirtysecond', 'swing_set', 'swings_two', 'swings_three', 'swings_four'),
+    *('thirtysecond', 'thirtythird', 'swing_set', 'swings_two', 'swings_three', 'swings_four'),
     *('new_forms', 'tip_moves', 'later_sets'),
 )
 
