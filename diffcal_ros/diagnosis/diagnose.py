@@ -230,6 +230,8 @@ def _selected(
     What showed beside the body as it was given may be somewhere else on that one.
     """
     found = _selected_at_first(judged, settings, report, processes)
+    if not found[1].pairs:
+        return found
     evaluator, nominal = with_none_seen(stated, judged.evaluator, judged.nominal)
     bodies = bodies_of_pairs(evaluator, nominal, found[1].pairs)
     known = with_borders_seen_beside(bodies, evaluator, nominal)
