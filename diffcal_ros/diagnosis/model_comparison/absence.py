@@ -11,7 +11,7 @@ holds zero has no name all the same. Against another name it speaks for all that
 do without either of two do not tell which.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from diffcal_ros.chi_square import chance_beyond
 from diffcal_ros.diagnosis.model_comparison.guessed_floor import noise_scale
@@ -36,10 +36,7 @@ def has_doubtful_effect(
         nominal: fit of the model without its effects.
         singles: models with one effect, best first: a pair without the other one.
     """
-    return any(
-        _may_be_absent(hypothesis, one, _without(hypothesis, one, nominal, singles))
-        for one in _told_at_zero(hypothesis)
-    )
+    return _is_so_of_any(_may_be_absent, hypothesis, nominal, singles)
 
 
 def has_needless_effect(
@@ -50,15 +47,22 @@ def has_needless_effect(
     However wide the interval of its amplitude is: that of what levels off holds zero, and no fit
     without it comes near.
     """
+    return _is_so_of_any(_is_needless, hypothesis, nominal, singles)
+
+
+def _is_so_of_any(
+    is_so: Callable[[Hypothesis, Candidate, Refit | None], bool],
+    hypothesis: Hypothesis,
+    nominal: Refit,
+    singles: Sequence[Hypothesis],
+) -> bool:
+    """Tell whether something is so of any of a model's effects beside the fit without that."""
     return any(
-        _is_needless(hypothesis, one, _without(hypothesis, one, nominal, singles))
-        for one in _told_at_zero(hypothesis)
+        is_so(hypothesis, one, _without(hypothesis, one, nominal, singles))
+        for one in hypothesis.added
+        # What has no tangent at zero is there at zero.
+        if one.effect.has_tangent
     )
-
-
-def _told_at_zero(hypothesis: Hypothesis) -> list[Candidate]:
-    """Return the effects of a model that are not there at zero: their tangents tell of them."""
-    return [one for one in hypothesis.added if one.effect.has_tangent]
 
 
 def has_nothing_in_common(hypothesis: Hypothesis, one: Candidate) -> bool:
