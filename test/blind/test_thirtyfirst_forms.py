@@ -5,10 +5,10 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from support.blind_contact import check_pushes, dents_of
+from support.blind_contact import check_pushes, moves_and_outer_dents
 from support.blind_derivatives import check_derivatives
 from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
-from support.blind_rests import check_rests_where_borne, COARSE, lying, rest_of, tip_moves
+from support.blind_rests import check_rests_where_borne, COARSE, rest_of, tip_moves
 
 from benchmarks.blind.draught import eddy_share
 from benchmarks.blind.faults import Faults
@@ -145,11 +145,7 @@ def test_a_saddle_lifts_a_body_that_lies_on_it(
     on_saddle: tuple[Setup, Faults], plain: Specimen
 ) -> None:
     laid, faults = on_saddle
-    moves, dents = [], []
-    for pose in range(4):
-        found, move = lying(laid, plain, faults, pose)
-        moves.append(move)
-        dents.append(dents_of(laid, faults, found, pose)[plain.shares > 0.6].max())
+    moves, dents = moves_and_outer_dents(laid, plain, faults, 0.6)
     assert 0.006 < moves[0] < 0.014
     assert moves[2] > 0.001
     assert moves[1] == moves[3] == 0.0

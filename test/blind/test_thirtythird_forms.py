@@ -5,10 +5,10 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.blind_contact import check_pushes, dents_of
+from support.blind_contact import check_pushes, moves_and_outer_dents
 from support.blind_derivatives import check_derivatives
 from support.blind_draws import draw_faults, draw_sealed, SEALED, STEPS
-from support.blind_rests import COARSE, lying, rest_of, tip_moves
+from support.blind_rests import COARSE, rest_of, tip_moves
 
 from benchmarks.blind.draught import spread_out
 from benchmarks.blind.faults import Faults
@@ -112,11 +112,7 @@ def on_rim(setup: Setup) -> tuple[Setup, Faults]:
 
 def test_a_rim_lifts_a_body_that_lies_on_it(on_rim: tuple[Setup, Faults], plain: Specimen) -> None:
     laid, faults = on_rim
-    moves, dents = [], []
-    for pose in range(4):
-        found, move = lying(laid, plain, faults, pose)
-        moves.append(move)
-        dents.append(dents_of(laid, faults, found, pose)[plain.shares > 0.6].max())
+    moves, dents = moves_and_outer_dents(laid, plain, faults, 0.6)
     assert 0.006 < moves[0] < 0.015
     assert moves[2] > 0.001
     assert moves[1] == moves[3] == 0.0

@@ -51,6 +51,25 @@ def moves_and_dents(
     return moves, dents
 
 
+def moves_and_outer_dents(
+    laid: Setup, plain: Specimen, faults: Faults, beyond: float
+) -> tuple[list[float], list[float]]:
+    """Return the same of what is not level, and below the outer part alone.
+
+    Args:
+        laid: see `moves_and_dents`.
+        plain: see there.
+        faults: see there.
+        beyond: share of the free length where the outer part begins.
+    """
+    moves, dents = [], []
+    for pose in range(4):
+        found, move = lying(laid, plain, faults, pose)
+        moves.append(move)
+        dents.append(float(dents_of(laid, faults, found, pose)[plain.shares > beyond].max()))
+    return moves, dents
+
+
 def _together(laws: tuple[PotentialLaw, ...]) -> PotentialLaw:
     """Return the law of all that a body lies on."""
 
