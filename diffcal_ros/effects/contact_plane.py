@@ -120,6 +120,10 @@ class ContactPlane(Effect):
             for axis in np.eye(3)
         )
 
+    def expected(self, site: Site) -> dict[str, float]:
+        """Return about the height of the body."""
+        return {'height': float(upwards(site.stated_gravity) @ site.pivot)}
+
     def starts(self, seen: FitsSeen, screened: float | None) -> list[dict[str, float]]:
         """Propose a plane, or a bar at a place, that a softer body would sink into."""
         heights = [view for view in seen.heights(screened) if len(view)] or seen.heights(None)

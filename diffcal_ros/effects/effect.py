@@ -256,6 +256,13 @@ class Effect:
         """
         return points
 
+    def expected(self, site: Site) -> dict[str, float]:
+        """Return about where amplitudes are of which nothing is known, zero where not said.
+
+        What has a place in the world is expected at the body, wherever the world's origin is.
+        """
+        return {}
+
     def amount(self, own: Numbers) -> float | None:
         """Return how much of it there is, about the same in all poses; None: no such thing."""
         return None

@@ -44,7 +44,7 @@ def with_effects(
         freed: what they may be besides in single postures and other forms, see `freed_effects`.
     """
     scene = _with_settings(nominal.model.scene, added)
-    parameters = _with_amplitudes(scene, base.parameters, added)
+    parameters = _with_amplitudes(scene, nominal, base.parameters, added)
     parameters = replace(parameters, parameters=(*parameters.parameters, *freed))
     return scene, nominal.of(nominal.model.with_parameters(scene, parameters))
 
@@ -223,7 +223,7 @@ def _with_settings(scene: Scene, added: Sequence[Candidate]) -> Scene:
 
 
 def _with_amplitudes(
-    scene: Scene, nominal: ParameterSet, added: Sequence[Candidate]
+    scene: Scene, nominal: PatchEvaluator, known: ParameterSet, added: Sequence[Candidate]
 ) -> ParameterSet:
     names: list[str] = []
     for candidate in added:
@@ -235,14 +235,25 @@ def _with_amplitudes(
         for candidate in added
         for name, part in zip(candidate.names, candidate.parts, strict=True)
     }
+    about = _expected(nominal, added)
     chosen = tuple(
         replace(p, quantity=replace(p.quantity, prior_mean=0.0, prior_std=usual[p.name]))
         if p.quantity.prior_std is not None
-        else p
+        else replace(p, quantity=replace(p.quantity, start=about.get(p.name, p.quantity.start)))
         for p in more
         if p.name in wanted
     )
-    return ParameterSet((*nominal.parameters, *chosen), nominal.pose_covariances)
+    return ParameterSet((*known.parameters, *chosen), known.pose_covariances)
+
+
+def _expected(nominal: PatchEvaluator, added: Sequence[Candidate]) -> dict[str, float]:
+    """Return about where amplitudes are of which nothing is known, SI units by name."""
+    site = nominal.model.effects.site(nominal.model.observations[0].setup_index)
+    return {
+        own.effect.amplitude_name(name): value
+        for own in added
+        for name, value in own.effect.expected(site).items()
+    }
 
 
 def _start(parameters: ParameterSet, base: Refit, starts: dict[str, float]) -> FloatArray:

@@ -23,9 +23,11 @@ from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.effects.registry import EFFECTS
+from diffcal_ros.rigid_motion import upwards
 import numpy as np
 import pytest
-from support.scenes import beam_scene
+from support.far_worlds import moved_scene, moved_views, shift_by
+from support.scenes import beam_scene, GRAVITY
 from support.watched import watched
 
 
@@ -59,6 +61,18 @@ def test_a_plane_that_touches_nowhere_is_idle(clean):
 
 def test_a_plane_that_lifts_the_body_is_not_idle(clean):
     assert not _with_plane_at(clean, -0.060).has_idle_effect
+
+
+def test_a_plane_is_as_likely_however_far_the_worlds_origin_is(clean):
+    move = shift_by(10.0)
+    scene, seen = moved_scene(beam_scene((6, 2, 2)), move), moved_views([watched(seed=3)], move)
+    rise = float(upwards(GRAVITY) @ move[:3, 3])
+    near = _with_plane_at(clean, -0.060)
+    far = _with_plane_at(fit_nominal(scene, seen, None), -0.060 + rise)
+    assert near.fit.chi_square > clean[1].chi_square + 10.0, 'it lifts the body'
+    assert far.fit.chi_square == pytest.approx(near.fit.chi_square, rel=1e-3)
+    # What is expected of its height is rounded, to less than the size of a body.
+    assert far.log_evidence == pytest.approx(near.log_evidence, abs=1.0)
 
 
 @pytest.mark.parametrize(('bias', 'is_doubtful'), [(0.0, True), (0.003, False)])

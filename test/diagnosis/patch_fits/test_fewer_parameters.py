@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects, with_fewer_effects
 from diffcal_ros.diagnosis.patch_fits.fewer_parameters import fitted_with_fewer
+from diffcal_ros.diagnosis.patch_fits.refit import refit
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np
 import pytest
@@ -58,6 +59,22 @@ def test_without_an_amplitude_it_is_what_a_fit_without_it_finds(too_far, variant
     errors = np.sqrt(np.diag(found.fit.covariance))
     assert (np.abs(told.fit.coordinates - found.fit.coordinates) < 0.5 * errors).all()
     np.testing.assert_allclose(np.sqrt(np.diag(told.fit.covariance)), errors, rtol=0.02)
+
+
+@pytest.mark.parametrize('height', [-0.3, -1.0])
+def test_a_plane_that_touches_nowhere_stays(too_far, height):
+    evaluator, nominal = too_far
+    listed = candidates(evaluator.model.scene)
+    plane = next(c for c in listed if c.effect.components[0].name == 'height')
+    (name, *_) = plane.names
+    beside = try_effects(evaluator, nominal, [plane], {}, max_iterations=1)
+    here = beside.fit.coordinates.copy()
+    place = beside.fit.parameters.names.index(name)
+    here[place] = height
+    below = refit(beside.evaluator, here, max_iterations=1)
+    told = fitted_with_fewer(below, beside.evaluator)
+    assert told.coordinates[place] == height
+    assert told.log_evidence >= below.log_evidence - 0.1, 'all others have gone on'
 
 
 def test_a_model_with_more_is_refused(too_far, whole):
