@@ -37,7 +37,7 @@ class CompliantClamp(Effect):
         *((name,) for name in _ABOUT_ONE),
         _OF_SECTION,
     )
-    is_at_rest_only = True
+    needs_implicit_steps = True
     # As with an offset in the clamp.
     most_along = 0.3
     # Under another load it gives way by another law: one that hardens, is worn or has play.

@@ -101,6 +101,7 @@ class Effect:
         needs_motion: whether a body at rest shows nothing of it.
         needs_hold: whether only a load that is held for long shows it; a swing then does not.
         is_at_rest_only: whether a swing is simulated without it; a load that is held is not.
+        needs_implicit_steps: whether the explicit steps of a swing do not follow it.
         varying: amplitudes that may be others in the course of a recording.
         of_course: amplitudes that it has in the course of a recording alone, where it may be
             other causes of its class.
@@ -151,6 +152,7 @@ class Effect:
     needs_motion = False
     needs_hold = False
     is_at_rest_only = False
+    needs_implicit_steps = False
     varying: tuple[str, ...] = ()
     of_course: tuple[Component, ...] = ()
     imitated_over_time = ''

@@ -20,8 +20,8 @@ from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
-# Name of the integrator that leaves inertia out.
-QUASI_STATIC = 'quasi_static'
+# Names of the integrator that leaves inertia out, and of the one of explicit steps.
+QUASI_STATIC, SEMI_IMPLICIT = 'quasi_static', 'semi_implicit'
 # Where the camera's pose may come from: the marker in the colour images, the scene itself, TF, a
 # topic, or the fixture in the depth images.
 POSE_SOURCES = ('marker', 'stored', 'tf', 'topic', 'fixture')
@@ -157,6 +157,11 @@ class MotionSetup:
     def is_slow(self) -> bool:
         """Tell whether the body is at rest in every frame, and only creeps."""
         return self.integrator == QUASI_STATIC
+
+    @property
+    def has_explicit_steps(self) -> bool:
+        """Tell whether each step goes by what acts at its begin alone."""
+        return self.integrator == SEMI_IMPLICIT
 
 
 @dataclass(frozen=True)

@@ -127,6 +127,7 @@ def test_points_and_slopes_do_not_follow_the_worlds_axes() -> None:
 @pytest.mark.parametrize('distance', DISTANCES)
 def test_a_motion_does_not_follow_the_origin(distance) -> None:
     fit = ('youngs_modulus', 'damping', 'clamp_offset', 'release_time', 'rigid_offset')
+    fit = (*fit, 'compliant_clamp.compliance')
     scene = moving_scene((4, 1, 1), fit=fit)
     seen = instants(_TIMES, [np.full((1, 1), np.nan)] * len(_TIMES))
     here = _away(make_parameters(scene, with_edge_bias=False))

@@ -41,6 +41,7 @@ def filmed(
     seed: int,
     late: float | np.ndarray = 0.0,
     area: float = 0.0,
+    compliance: float = 0.0,
     modulus: float = STIFF,
     is_small: bool = False,
 ) -> list[Observation]:
@@ -50,6 +51,7 @@ def filmed(
         seed: of noise and of the sensor's smooth error.
         late: by which stamps are late [s]; of each frame, shape (14,), or of all.
         area: of the air's drag [m^2].
+        compliance: of the clamp [rad/(N m)].
         modulus: Young's modulus [Pa].
         is_small: of the small scene's own mesh.
     """
@@ -58,6 +60,8 @@ def filmed(
     scene = moving_scene(modulus=modulus, time_step=1.0 / 600.0, **body)
     if area:
         scene = replace(scene, effects={'air_drag': {'area': area}})
+    if compliance:
+        scene = replace(scene, effects={'compliant_clamp': {'compliance': compliance}})
     stamps = np.arange(_COUNT) / _RATE
     depths = true_depths(scene, [float(t) for t in np.maximum(stamps - late, 0.0)])
     return _frames(stamps, depths, random)

@@ -128,6 +128,7 @@ def shown_effects(scene: Scene, fitted: Collection[str]) -> list[Effect]:
     """
     motions = [setup.motion for setup in scene.observations if setup.motion is not None]
     kinds = {motion.is_slow for motion in motions}
+    has_explicit = any(motion.has_explicit_steps for motion in motions)
     # A release of which nothing is known beforehand does all that late stamps do.
     is_free = RELEASE_TIME in fitted and any(m.release_time.prior_std is None for m in motions)
     return [
@@ -135,5 +136,6 @@ def shown_effects(scene: Scene, fitted: Collection[str]) -> list[Effect]:
         for effect in EFFECTS.values()
         if not (effect.needs_motion and effect.needs_hold not in kinds)
         and not (effect.is_at_rest_only and False in kinds)
+        and not (effect.needs_implicit_steps and has_explicit)
         and not (effect.hides_in_release and is_free)
     ]

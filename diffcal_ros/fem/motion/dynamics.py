@@ -10,6 +10,7 @@ on the free nodes, with a diagonal M (`lumped_mass`).
 from dataclasses import replace
 
 from diffcal_ros.fem.motion.air_drag import AirDrag
+from diffcal_ros.fem.motion.giving_clamp import giving_clamp
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
 from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses
 from diffcal_ros.fem.motion.moving_elements import MovingElements
@@ -33,6 +34,7 @@ class Dynamics:
         self.drag = AirDrag(body.discretisation, self.free)
         self.masses = np.zeros((body.discretisation.node_count, 1))
         self.loads = np.zeros((body.discretisation.node_count, 3))
+        self.clamp = giving_clamp(body.clamp, body.held_nodes, np.zeros((6, 6)))
         self._time = 0.0
         self._inputs: MotionInputs | None = None
         self._mass_damping = 0.0
@@ -61,6 +63,8 @@ class Dynamics:
         self.elements.set_damping(inputs.damping.strain_rate)
         self._mass_damping = inputs.damping.mass
         self.drag.set_area(inputs.conditions.air_drag)
+        body = self.body
+        self.clamp = giving_clamp(body.clamp, body.held_nodes, inputs.conditions.clamp_compliance)
 
     def go_to(self, time: float) -> None:
         """Have loads as they are at a time since the start [s]."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.frame_reader import FrameReader
 from diffcal_ros.fem.motion.generalised_alpha import StepState
+from diffcal_ros.fem.motion.giving_derivatives import GivingDerivatives, would_give_way
 from diffcal_ros.fem.motion.gradient_sum import GradientSum
 from diffcal_ros.fem.motion.implicit_derivatives import ImplicitDerivatives
 from diffcal_ros.fem.motion.implicit_march import Marcher
@@ -135,8 +136,10 @@ class ImplicitIntegrator:
         self, changes: Sequence[Change], start: FloatArray, held_changes: HeldChanges
     ) -> FloatArray:
         """Return tangents; see `Integrator`."""
-        reader = self._reader()
-        self._derivatives().tangents(changes, start, held_changes, reader)
+        reader, derivatives = self._reader(), self._derivatives()
+        if self._dynamics.clamp.gives_way or would_give_way(changes):
+            derivatives = self._derivatives(GivingDerivatives)
+        derivatives.tangents(changes, start, held_changes, reader)
         return reader.frames.swapaxes(0, 1)
 
     def gradient(
@@ -148,5 +151,7 @@ class ImplicitIntegrator:
     def _reader(self) -> FrameReader:
         return FrameReader(np.array(self._trajectory.times), self._stamps)
 
-    def _derivatives(self) -> ImplicitDerivatives:
-        return ImplicitDerivatives(self._dynamics, self._system, self._rho_inf, self._trajectory)
+    def _derivatives(
+        self, kind: type[ImplicitDerivatives] = ImplicitDerivatives
+    ) -> ImplicitDerivatives:
+        return kind(self._dynamics, self._system, self._rho_inf, self._trajectory)

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Marching forward by implicit steps; a step that does not converge is taken shorter."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from diffcal_ros.fem.linear_solvers import NotPositiveDefiniteError
 from diffcal_ros.fem.motion.dynamics import Dynamics
 from diffcal_ros.fem.motion.generalised_alpha import StepRule, StepState
+from diffcal_ros.fem.motion.giving_step import GivingStep, LastResponse
 from diffcal_ros.fem.motion.implicit_step import ImplicitStep, StepFailedError
 from diffcal_ros.fem.motion.inputs import MotionError
 from diffcal_ros.fem.motion.integrator import HeldAt
@@ -37,7 +38,7 @@ class Marcher:
         system: of its steps.
         longest: step [s].
         rho_inf: amplitude left of the fastest vibrations after a step.
-        held_at: held nodes at a time since the start [s].
+        held_at: held nodes at a time since the start [s], with a rigid clamp.
         is_measured: whether the error of every step is estimated.
         near: a motion that this one is like; None: none is known.
     """
@@ -49,6 +50,7 @@ class Marcher:
     held_at: HeldAt
     is_measured: bool = False
     near: Path | None = None
+    _last: LastResponse = field(default_factory=LastResponse)
 
     def march(self, begin: StepState, duration: float, sizes: StepSizes) -> Trajectory:
         """March until a duration [s] is covered.
@@ -103,7 +105,10 @@ class Marcher:
         time = trajectory.times[-1] + rule.step
         dynamics.go_to(time)
         held = self.held_at(time)
+        step: ImplicitStep | GivingStep
         step = ImplicitStep(dynamics, system, rule, begin, held, tolerance)
+        if dynamics.clamp.gives_way:
+            step = GivingStep(step, dynamics.clamp, self._last)
         end = step.take(predictor.guess(trajectory, rule.step, step.unbalanced))
         if not self.is_measured:
             return end, 0.0

@@ -55,7 +55,8 @@ class ImplicitStep:
     tolerance: float
 
     @cached_property
-    def _known(self) -> StepState:
+    def known(self) -> StepState:
+        """What the end would be at x' = 0."""
         return self.rule.known(self.begin)
 
     @cached_property
@@ -64,7 +65,7 @@ class ImplicitStep:
 
     @cached_property
     def _constant(self) -> FloatArray:
-        return self.dynamics.masses * self._known.accelerations
+        return self.dynamics.masses * self.known.accelerations
 
     def unbalanced(self, guess: FloatArray) -> float:
         """Return the largest force that a guess of the end leaves on a free node [N]."""
@@ -142,7 +143,7 @@ class ImplicitStep:
         """Return the force left on free nodes [N], shape (3 M,), and its largest component."""
         dynamics = self.dynamics
         velocities = self.rule.rate * positions
-        velocities += self._known.velocities
+        velocities += self.known.velocities
         velocities[dynamics.body.held_nodes] = self.held.velocities
         force = dynamics.forces(positions, velocities)
         force += self._constant
@@ -151,7 +152,7 @@ class ImplicitStep:
         return unbalanced, float(np.abs(unbalanced).max())
 
     def _end(self, positions: FloatArray) -> StepState:
-        end, nodes = self.rule.end(self._known, positions), self.dynamics.body.held_nodes
+        end, nodes = self.rule.end(self.known, positions), self.dynamics.body.held_nodes
         end.velocities[nodes] = self.held.velocities
         end.filtered[nodes] = end.accelerations[nodes] = 0.0
         return end

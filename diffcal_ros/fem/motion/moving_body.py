@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.motion.dynamics import Dynamics
+from diffcal_ros.fem.motion.giving_derivatives import would_give_way
 from diffcal_ros.fem.motion.held_nodes import HeldNodes, HeldState
 from diffcal_ros.fem.motion.implicit import ImplicitIntegrator
 from diffcal_ros.fem.motion.inputs import (
@@ -178,7 +179,7 @@ class MovingBody:
                 only a body at rest can have.
         """
         stamps = np.asarray(stamps, dtype=np.float64)
-        _check(stamps, conditions)
+        _check(stamps, conditions, self.integrator.name)
         if release_time is None:
             release_time = 0.0 if self.release is None else self.release.time
         self._release_time = release_time
@@ -206,8 +207,13 @@ class MovingBody:
 
         Args:
             changes: `MotionChange` or `Change`.
+
+        Raises:
+            MotionError: for a clamp that gives way with an integrator that does not follow it.
         """
         motion, stamped = self.motion, changes
+        if would_give_way(changes) and self.integrator.name != _IMPLICIT:
+            raise _not_followed(self.integrator.name)
         changes = [_since(self._release_time, change) for change in changes]
         held = self._held_changes(changes, 0.0)
         clamped = np.zeros((len(changes), *motion.positions.shape[1:]))
@@ -233,9 +239,14 @@ class MovingBody:
             by_positions: derivative of a scalar by the positions [1/m], shape (F, N, 3).
 
         Raises:
-            NotImplementedError: where gravity is another one in the course of time.
+            NotImplementedError: where gravity is another one in the course of time, or the clamp
+                gives way.
         """
         motion = self.motion
+        if self._dynamics.clamp.gives_way:
+            raise NotImplementedError(
+                'no gradient goes through a clamp that gives way in a motion: use `tangents`'
+            )
         if self._dynamics.inputs.gravity_course:
             raise NotImplementedError(
                 'no gradient goes through gravity in the course of time: use `tangents`'
@@ -294,13 +305,17 @@ def _check_steps(integrator: str, time_step: float, tolerance: float | None) -> 
         raise ValueError(f'tolerance is {tolerance:g} m: it must be positive')
 
 
-def _check(stamps: FloatArray, conditions: Conditions) -> None:
+def _check(stamps: FloatArray, conditions: Conditions, integrator: str) -> None:
     if stamps.ndim != 1 or not np.isfinite(stamps).all():
         raise ValueError(
             f'stamps have shape {stamps.shape}: give finite times in seconds, one per frame'
         )
-    if conditions.clamp_gives_way:
-        raise MotionError(
-            'a clamp that gives way is modelled for a body at rest only: leave clamp_compliance '
-            'out of a motion'
-        )
+    if conditions.clamp_gives_way and integrator != _IMPLICIT:
+        raise _not_followed(integrator)
+
+
+def _not_followed(integrator: str) -> MotionError:
+    return MotionError(
+        f'a clamp that gives way is not followed by {integrator} steps: use the implicit '
+        'integrator, or leave clamp_compliance out of the motion'
+    )

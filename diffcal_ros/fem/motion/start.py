@@ -7,13 +7,19 @@ from dataclasses import replace
 
 from diffcal_ros.fem.held_part import HeldPath
 from diffcal_ros.fem.motion.dynamics import change_at
+from diffcal_ros.fem.motion.giving_clamp import giving_clamp
 from diffcal_ros.fem.motion.inputs import MotionInputs, Release
+from diffcal_ros.fem.statics.equilibrium import EquilibriumError
 from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.fem.statics.static_body import StaticBody
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+# What a clamp may be off by [m, rad], and as in `StaticBody`.
+_CLAMP_TOLERANCE = 1e-9
+_MAX_CLAMP_STEPS, _SLOW = 60, 0.1
 
 
 class Start:
@@ -40,7 +46,7 @@ class Start:
                 f'{len(self._support_positions)} support positions are given for '
                 f'{len(self._supported)} supported vertices: give one for each'
             )
-        self.static = body
+        self.static = self._body = body
         if len(self._supported) > 0:
             self.static = StaticBody(
                 body.mesh,
@@ -52,6 +58,9 @@ class Start:
             )
         self._has_moved = False
         self._inputs: MotionInputs | None = None
+        self._clamp = giving_clamp(body.clamp, body.held_nodes, np.zeros((6, 6)))
+        self._gave_way = np.zeros(6)
+        self._clamp_positions = np.zeros((0, 3))
 
     def solve_equilibrium(self, inputs: MotionInputs, clamp_positions: FloatArray) -> FloatArray:
         """Return node positions at rest in the body's own frame [m], shape (N, 3).
@@ -63,7 +72,17 @@ class Start:
         Raises:
             EquilibriumError: when no equilibrium was found.
         """
-        self._inputs = inputs
+        self._inputs, self._clamp_positions = inputs, clamp_positions
+        compliance = inputs.conditions.clamp_compliance
+        self._clamp = giving_clamp(self._body.clamp, self._body.held_nodes, compliance)
+        if not self._clamp.gives_way:
+            self._gave_way = np.zeros(6)
+            return self._settle()
+        return self._settle_with_clamp()
+
+    def _settle(self) -> FloatArray:
+        """Return node positions with the clamp where it is [m], shape (N, 3)."""
+        inputs = self._current()
         # The clamp's own motion is in its positions: the support does not follow it.
         conditions = replace(
             inputs.conditions, clamp_motion=np.zeros(6), clamp_compliance=np.zeros((6, 6))
@@ -71,17 +90,67 @@ class Start:
         state = self.static.solve_own_equilibrium(
             inputs.material,
             inputs.gravity_at(0.0),
-            held_path=self._held_path(clamp_positions),
+            held_path=self._held_path(self._clamp.place(self._clamp_positions, self._gave_way)),
             conditions=conditions,
         )
         return state.positions
+
+    def _settle_with_clamp(self) -> FloatArray:
+        """Move the clamp until that is what the load on it asks for, by Newton's method."""
+        stays = np.zeros(6)
+        stays[self._clamp.ways] = self._gave_way[self._clamp.ways]
+        self._gave_way, before, response = stays, np.inf, None
+        for _ in range(_MAX_CLAMP_STEPS):
+            positions = self._settle()
+            load = self._clamp.load(positions, self.static.own_state.reactions)
+            missing = self._clamp.missing(load, self._gave_way)
+            left = float(np.abs(missing).max())
+            if left < _CLAMP_TOLERANCE:
+                return positions
+            if response is None or left > _SLOW * before:
+                response = self._clamp.response(*self._way_fields())
+            self._gave_way, before = self._gave_way + response.step(missing)[0], left
+        raise EquilibriumError(
+            'the clamp gives way without end: its compliance is too large for the load'
+        )
+
+    def _way_fields(self) -> tuple[FloatArray, FloatArray]:
+        """Return how the body follows each way, shape (w, N, 3), and the load on the clamp."""
+        clamp, positions = self._clamp, self.static.own_state.positions
+        held = np.zeros((len(clamp.ways), *positions.shape))
+        held[:, clamp.nodes] = self._moves()[clamp.ways]
+        fields = self._fields(np.zeros_like(held), held)
+        return fields, self._load_changes(fields, np.zeros_like(held))
+
+    def _moves(self) -> FloatArray:
+        """Return how held nodes follow the six numbers of what the clamp gives way by."""
+        rigid = self._body.held.spread(self._clamp_positions)
+        return self._clamp.moves(rigid, self._gave_way)
+
+    def _fields(self, forces: FloatArray, held: FloatArray) -> FloatArray:
+        """Return how the body follows loads less forces [N], and held nodes [m], (k, N, 3)."""
+        static, forces = self.static, forces.copy()
+        positions = static.own_state.positions
+        for force, field in zip(forces, held, strict=True):
+            if field.any():
+                force -= static.solver.stiffness.force_tangent(positions, field)
+        return static.solver.stiffness.linear_solve(positions, forces) + held
+
+    def _load_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
+        """Return how the load on the clamp follows; see `StaticDerivatives`, shape (k, w)."""
+        state, stiffness = self.static.own_state, self.static.solver.stiffness
+        changes = np.stack([stiffness.force_tangent(state.positions, own) for own in fields])
+        return self._clamp.load_changes(
+            state.positions, state.reactions, fields, changes - explicit
+        )
 
     def tangents(self, changes: Sequence[Change], held: FloatArray) -> FloatArray:
         """Return how the body at rest follows changes [m], shape (k, N, 3).
 
         Args:
             changes: of the inputs.
-            held: how clamped nodes follow them, zero elsewhere [m], shape (k, N, 3).
+            held: how clamped nodes follow them with a rigid clamp, zero elsewhere [m], shape
+                (k, N, 3).
         """
         static, inputs = self.static, self._current()
         positions, gravity = static.own_state.positions, inputs.gravity_at(0.0)
@@ -93,10 +162,20 @@ class Start:
                 for change in changes
             ]
         )
-        for force, field in zip(forces, held, strict=True):
-            if field.any():
-                force -= static.solver.stiffness.force_tangent(positions, field)
-        return static.solver.stiffness.linear_solve(positions, forces) + held
+        held = held.copy()
+        nodes = self._clamp.nodes
+        held[:, nodes] = self._clamp.turned(held[:, nodes], self._gave_way)
+        load = self._clamp.load(positions, static.own_state.reactions)
+        for field, change in zip(held, changes, strict=True):
+            if change.conditions is not None and change.conditions.clamp_gives_way:
+                way = change.conditions.clamp_compliance @ load
+                field[nodes] += np.einsum('j,jni->ni', way, self._moves())
+        fields = self._fields(forces, held)
+        if not self._clamp.gives_way:
+            return fields
+        ways, by_way = self._way_fields()
+        answers = self._clamp.answers(self._load_changes(fields, forces), by_way)
+        return fields + np.einsum('kj,jni->kni', answers, ways)
 
     def pull_back(self, by_positions: FloatArray) -> tuple[StaticGradient, FloatArray]:
         """Pull a derivative by the positions at rest back to the inputs and to held nodes.

@@ -4,7 +4,7 @@
 
 from collections.abc import Sequence
 
-from diffcal_ros.scene.model import HeldPart, MotionSetup, QUASI_STATIC
+from diffcal_ros.scene.model import HeldPart, MotionSetup, QUASI_STATIC, SEMI_IMPLICIT
 from diffcal_ros.scene.reading.problems import listed, suggestion
 from diffcal_ros.scene.reading.quantities import quantity_shape, read_quantity, RELEASE_TIME
 from diffcal_ros.scene.reading.section import Section
@@ -12,7 +12,7 @@ from diffcal_ros.scene.reading.shapes import Choice, Interval, Keys, ListOf, Num
 from diffcal_ros.scene.sections.held_parts import check_hold
 from diffcal_ros.tet_mesh import TetMesh
 
-INTEGRATORS = ('implicit', 'semi_implicit', QUASI_STATIC)
+INTEGRATORS = ('implicit', SEMI_IMPLICIT, QUASI_STATIC)
 _STEPS = Interval(1e-6, 0.02)
 _TOLERANCES = Interval(1e-8, 1e-3)
 _DURATIONS = Interval(0.01, 600.0)

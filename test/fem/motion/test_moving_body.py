@@ -238,8 +238,6 @@ def test_refusals(random) -> None:
         case.body.tangents([MotionChange()])
     with pytest.raises(ValueError, match='finite times'):
         replace(case, stamps=np.array([0.0, np.nan])).run()
-    with pytest.raises(MotionError, match='clamp_compliance'):
-        replace(case, conditions=Conditions(clamp_compliance=0.1 * np.eye(6))).run()
     light = np.full(static.discretisation.node_count, -1.0)
     with pytest.raises(MotionError, match='positive mass'):
         replace(case, conditions=Conditions(added_masses=light)).run()

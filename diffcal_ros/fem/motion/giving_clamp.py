@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A clamp that gives way while the body swings, as the load on it has it at each time.
+
+    q = C w(x, v, q)
+
+with what the clamp gives way by, q, its compliance C and the load w on it: force and moment of
+what elements, damping and weight leave on held nodes. The clamp has no mass: what little of the
+body it holds is not accelerated by as much as the rest is.
+"""
+
+from dataclasses import dataclass
+
+from diffcal_ros.fem.clamp import Clamp, ClampResponse
+from diffcal_ros.rigid_motion import moved, moved_by
+from diffcal_ros.rigid_transform import rotation_matrix
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+
+# Steps that tell a turn from where it leads, and what the last one may be [m, rad].
+_FOLLOWED, _EXACT = 6, 1e-12
+
+
+@dataclass(frozen=True)
+class GivingClamp:
+    """Where held nodes are for what the clamp gives way by, and the load on it.
+
+    Attributes:
+        clamp: whose middle it turns about.
+        nodes: held by it, shape (h,).
+        compliance: shift [m] and turn [rad] per force [N] and moment [N m], shape (6, 6).
+        ways: which numbers of its motion follow its load, w of them.
+    """
+
+    clamp: Clamp
+    nodes: IntArray
+    compliance: FloatArray
+    ways: list[int]
+
+    @property
+    def gives_way(self) -> bool:
+        """Tell whether it does: else it is where it is put."""
+        return bool(self.ways)
+
+    @property
+    def per_load(self) -> FloatArray:
+        """Its compliance among its ways, shape (w, w)."""
+        return self.compliance[np.ix_(self.ways, self.ways)]
+
+    def place(self, points: FloatArray, gave_way: FloatArray) -> FloatArray:
+        """Return where points go [m], shape (h, 3), that would be here with a rigid clamp."""
+        return moved(points, gave_way, self.clamp.center)
+
+    def unplaced(self, there: FloatArray, gave_way: FloatArray) -> FloatArray:
+        """Return where a rigid clamp has points that go there [m], shape (h, 3)."""
+        center = self.clamp.center
+        return (there - gave_way[:3] - center) @ rotation_matrix(gave_way[3:]) + center
+
+    def turned(self, changes: FloatArray, gave_way: FloatArray) -> FloatArray:
+        """Return how `place` follows changes of the points [m], shape (h, 3)."""
+        return changes @ rotation_matrix(gave_way[3:]).T
+
+    def moves(self, points: FloatArray, gave_way: FloatArray) -> FloatArray:
+        """Return how `place` follows each of the six numbers, shape (6, h, 3)."""
+        center = self.clamp.center
+        return np.stack([moved_by(points, gave_way, center, axis) for axis in range(6)])
+
+    def followed(self, points: FloatArray, there: FloatArray) -> FloatArray:
+        """Return what it gives way by where points are to be elsewhere [m, rad], shape (6,).
+
+        Args:
+            points: with a rigid clamp [m], shape (h, 3).
+            there: where they are [m], shape (h, 3).
+        """
+        found, ways = np.zeros(6), self.ways
+        for _ in range(_FOLLOWED):
+            off = (there - self.place(points, found)).ravel()
+            moves = self.moves(points, found)[ways].reshape(len(ways), -1)
+            step, *_ = np.linalg.lstsq(moves.T, off, rcond=None)
+            found[ways] += step
+            if np.abs(step).max(initial=0.0) < _EXACT:
+                break
+        return found
+
+    def load(self, positions: FloatArray, forces: FloatArray) -> FloatArray:
+        """Return the load on it [N, N m], shape (6,).
+
+        Args:
+            positions: of all nodes [m], shape (N, 3).
+            forces: that all nodes need from elsewhere [N], shape (N, 3).
+        """
+        return self.clamp.wrench(positions[self.nodes], -forces[self.nodes])
+
+    def load_changes(
+        self, positions: FloatArray, forces: FloatArray, fields: FloatArray, changes: FloatArray
+    ) -> FloatArray:
+        """Return how the load follows changes [N, N m], shape (k, w).
+
+        Args:
+            positions: of all nodes [m], shape (N, 3).
+            forces: see `load`.
+            fields: changes of the positions [m], shape (k, N, 3).
+            changes: of the forces, those through positions included [N], shape (k, N, 3).
+        """
+        nodes = self.nodes
+        arms, more = positions[nodes] - self.clamp.center, changes[:, nodes]
+        moments = -np.cross(arms, more) - np.cross(fields[:, nodes], forces[nodes])
+        whole = np.concatenate([-more.sum(axis=1), moments.sum(axis=1)], axis=1)
+        return np.asarray(whole[:, self.ways])
+
+    def missing(self, load: FloatArray, gave_way: FloatArray) -> FloatArray:
+        """Return what it should give way by, less what it does [m, rad], shape (6,)."""
+        return np.asarray(self.compliance @ load - gave_way)
+
+    def response(self, fields: FloatArray, by_way: FloatArray) -> ClampResponse:
+        """Return how it follows what is missing.
+
+        Args:
+            fields: how the body follows each way [m or m/rad], shape (w, N, 3).
+            by_way: how the load follows each way, shape (w, w).
+        """
+        return ClampResponse(self.ways, self._off_by_way(by_way), fields)
+
+    def answers(self, changes: FloatArray, by_way: FloatArray) -> FloatArray:
+        """Return how it follows changes of the load at fixed ways, shape (k, w).
+
+        Args:
+            changes: of the load, shape (k, w).
+            by_way: how the load follows each way, shape (w, w).
+        """
+        missing = self.per_load @ changes.T
+        return np.asarray(np.linalg.solve(self._off_by_way(by_way), missing).T)
+
+    def _off_by_way(self, by_way: FloatArray) -> FloatArray:
+        """Return how what it does is less than what it should do, by way, shape (w, w)."""
+        return np.asarray(np.eye(len(self.ways)) - self.per_load @ by_way.T)
+
+
+def giving_clamp(clamp: Clamp, nodes: IntArray, compliance: FloatArray) -> GivingClamp:
+    """Return a clamp with a compliance, shape (6, 6); none of its motion follows zeros."""
+    ways = np.flatnonzero(compliance.any(axis=0) | compliance.any(axis=1))
+    return GivingClamp(clamp, nodes, compliance, [int(n) for n in ways])
