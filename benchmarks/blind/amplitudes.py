@@ -247,6 +247,8 @@ OUTSIDE_CLASS = {
     'rippled': 'sensor',
     'remanent': 'load',
     'tearing': 'material',
+    'rubbed': 'load',
+    'lurched': 'boundary',
     'magnet': 'load',
     'tether': 'load',
     'heat': 'shape',

@@ -6,6 +6,7 @@ import numpy as np
 
 from benchmarks.blind.bounce import bounced_share
 from benchmarks.blind.breath import breath_share
+from benchmarks.blind.dented_window import dented_share
 from benchmarks.blind.exposure import exposure, returned_light
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.flare import flared_share
@@ -34,6 +35,7 @@ _IN_IMAGE = {
     'glued window': glued_share,
     'wiped': wiped_share,
     'sealed window': bulged_share,
+    'dented window': dented_share,
 }
 # Errors that go with how far away a surface is, and how bright with that.
 _BY_DISTANCE = ('near field', 'walk', 'veil', 'saturated', 'two gains', 'bounced')

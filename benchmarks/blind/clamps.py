@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.blind.amplitudes import weight_moment
+from benchmarks.blind.bracket import bracket, TIGHT
 from benchmarks.blind.equilibrium import find_equilibrium, Load, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.rotations import about, applied, rotation
@@ -105,7 +106,7 @@ def settle_in_foam(
 
 
 def lining(specimen: Specimen, places: FloatArray, faults: Faults) -> PotentialLaw:
-    """Return what holds a body in a jaw that is lined: springs, or putty; of gel, its springs.
+    """Return what holds a body in a lined jaw: springs, putty or a bracket; of gel, its springs.
 
     Args:
         specimen: the body.
@@ -115,6 +116,9 @@ def lining(specimen: Specimen, places: FloatArray, faults: Faults) -> PotentialL
     stiffness = lining_stiffness(specimen, faults)
     if faults.clamp_form == 'putty':
         return putty(places, stiffness, 1e-3 * faults.putty_give)
+    if faults.clamp_form == 'bracket':
+        foot = np.array([0.0, 0.0, -1e-3 * faults.bracket_drop])
+        return bracket(places, stiffness, foot, faults.clamp_compliance)
     return springs(places, stiffness)
 
 
@@ -122,6 +126,8 @@ def lining_stiffness(specimen: Specimen, faults: Faults) -> FloatArray:
     """Return how stiff a lining is at each node at first, 0 outside [N/m], shape (N,)."""
     nodes, mouth = specimen.mesh.nodes, 2.0 * float(specimen.center[0])
     softer, give = LININGS[faults.clamp_form], faults.clamp_compliance
+    if faults.clamp_form == 'bracket':
+        give /= TIGHT
     return foam_stiffness(nodes, specimen.areas, specimen.mesh.held, mouth, give, softer)
 
 

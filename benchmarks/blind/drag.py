@@ -16,6 +16,8 @@ _SLOW = 0.5  # [m/s].
 # Drag of half a hollow ball with its round side ahead, over that with its mouth ahead: 0.38 over
 # 1.42 (Hoerner 1965, Fluid-Dynamic Drag).
 _ROUND_SIDE = 0.27
+_FUR = 4.0 / 3.0  # The same of fine hairs.
+_RUBS = 0.02  # How fast felt is rubbed that holds back by half of its friction [m/s].
 _LAMINAR = 1.5  # Power of the speed where a thin layer of air rubs along a face.
 
 
@@ -33,6 +35,7 @@ class Drag:
         back: share of it that is felt by what moves against the normals.
         is_oblique: whether it goes with the whole speed as well, where there are normals.
         bends: speed from about which on what drags bends out of the way [m/s]; 0: it does not.
+        wind: how fast the air itself goes [m/s], shape (3,); None: it stands.
     """
 
     to_points: csr_array
@@ -43,10 +46,13 @@ class Drag:
     back: float = 1.0
     is_oblique: bool = False
     bends: float = 0.0
+    wind: FloatArray | None = None
 
     def forces(self, velocities: FloatArray) -> FloatArray:
         """Return what holds the nodes back [N], from their velocities [m/s], shapes (N, 3)."""
         moved = there = self.to_points @ velocities
+        if self.wind is not None:
+            moved = there = there - self.wind
         weights = self.weights
         if self.normals is not None:
             across = (there * self.normals).sum(axis=1, keepdims=True)
@@ -159,3 +165,35 @@ def make_tuft(area: float, at: float, bends: float, areas: FloatArray, shares: F
         shares: see `make_sail`.
     """
     return replace(make_sail(area, at, areas, shares), normals=None, bends=bends)
+
+
+def make_fur(area: float, at: float, areas: FloatArray, shares: FloatArray) -> Drag:
+    """Return the drag of a fur around a body's outer part, whatever way that moves.
+
+    Hairs are so fine that air goes slowly around each of them: it drags by the speed's power of
+    four thirds (White 1991, Viscous Fluid Flow), as much as the square at half a metre per second.
+
+    Args:
+        area: drag coefficient times area that has the same drag at that speed [m^2].
+        at: share of the free length from which on there is some.
+        areas: see `make_cup`.
+        shares: see `make_sail`.
+    """
+    there = areas * (shares >= at)
+    weights = 0.5 * AIR * area * there / there.sum()
+    return Drag(csr_array(eye_array(len(areas))), weights, power=_FUR)
+
+
+def make_felts(most: float, at: float, areas: FloatArray, shares: FloatArray) -> Drag:
+    """Return what felts hold one place of a body back with: by a dry friction.
+
+    It is the same however fast that moves, but for the slowest, whose hairs go along.
+
+    Args:
+        most: all of it [N].
+        at: see `make_sail`.
+        areas: see `make_cup`.
+        shares: see `make_sail`.
+    """
+    weights = around(most / _SLOW**2, at, areas, shares)
+    return Drag(csr_array(eye_array(len(areas))), weights, slow=_RUBS, power=0.0)

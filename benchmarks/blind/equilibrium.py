@@ -6,7 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded, LinAlgError
+from scipy.linalg import (
+    cho_factor,
+    cho_solve,
+    cho_solve_banded,
+    cholesky_banded,
+    LinAlgError,
+)
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.shapes import FloatArray
@@ -24,11 +30,14 @@ class Potential:
         energy: [J].
         gradient: [N], shape (N, 3).
         diagonal: 3x3 stiffness of single nodes [N/m], shape (N, 3, 3).
+        shared: column whose outer product is to be taken from that: by which less all nodes are
+            held that move together [(N/m)^(1/2)], shape (N, 3); None: there is none.
     """
 
     energy: float
     gradient: FloatArray
     diagonal: FloatArray
+    shared: FloatArray | None = None
 
 
 PotentialLaw = Callable[[FloatArray], Potential]
@@ -71,7 +80,8 @@ def find_equilibrium(body: Body, load: Load, start: FloatArray) -> FloatArray:
         if np.linalg.norm(free) < _TOLERANCE * scale:
             return positions
         matrix = _matrix(body, blocks, diagonal)
-        step, shift = _descent(matrix, free, shift)
+        columns = shared_columns(body, load.potentials, positions)
+        step, shift = _descent(matrix, free, shift, columns)
         move = np.zeros(positions.size)
         move[body.band.numbers] = step
         positions = _search(body, load, positions, move.reshape(-1, 3), energy, float(free @ step))
@@ -115,7 +125,38 @@ def with_diagonal(matrix: FloatArray, body: Body, diagonal: FloatArray) -> Float
     return matrix
 
 
-def _descent(matrix: FloatArray, gradient: FloatArray, shift: float) -> tuple[FloatArray, float]:
+def shared_columns(
+    body: Body, laws: tuple[PotentialLaw, ...], positions: FloatArray
+) -> FloatArray | None:
+    """Return what laws have of `Potential.shared` at the free numbers, (n, M); None: nothing."""
+    found = [shared for law in laws if (shared := law(positions).shared) is not None]
+    if not found:
+        return None
+    return np.stack([shared.ravel()[body.band.numbers] for shared in found], axis=1)
+
+
+def solve_shared(factor: FloatArray, right: FloatArray, columns: FloatArray | None) -> FloatArray:
+    """Solve with a banded Cholesky factor less the outer products of columns (Woodbury).
+
+    Args:
+        factor: lower, of a matrix of n numbers.
+        right: side, shape (n,).
+        columns: shape (n, M); None: there are none.
+
+    Raises:
+        LinAlgError: where what is left is not positive.
+    """
+    found = cho_solve_banded((factor, True), right, check_finite=False)
+    if columns is None:
+        return np.asarray(found)
+    solved = cho_solve_banded((factor, True), columns, check_finite=False)
+    left = cho_factor(np.eye(columns.shape[1]) - columns.T @ solved)
+    return np.asarray(found + solved @ cho_solve(left, columns.T @ found))
+
+
+def _descent(
+    matrix: FloatArray, gradient: FloatArray, shift: float, columns: FloatArray | None
+) -> tuple[FloatArray, float]:
     """Solve for the Newton step; a shift of the diagonal makes the matrix positive."""
     typical = float(matrix[0].mean())
     shift = shift / 10.0 if shift > 1e-7 * typical else 0.0
@@ -124,7 +165,7 @@ def _descent(matrix: FloatArray, gradient: FloatArray, shift: float) -> tuple[Fl
         shifted[0] += shift
         try:
             factor = cholesky_banded(shifted, lower=True, overwrite_ab=True, check_finite=False)
-            return -cho_solve_banded((factor, True), gradient, check_finite=False), shift
+            return -solve_shared(factor, gradient, columns), shift
         except LinAlgError:
             shift = max(10.0 * shift, 1e-5 * typical)
 

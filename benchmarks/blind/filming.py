@@ -9,12 +9,23 @@ import numpy as np
 
 from benchmarks.blind.balls import balls_under
 from benchmarks.blind.body import Body, IntArray
+from benchmarks.blind.breeze import breeze_push, make_breeze
 from benchmarks.blind.clamps import lining, lining_stiffness
 from benchmarks.blind.creep import held_load
-from benchmarks.blind.drag import Drag, make_cup, make_drag, make_sail, make_tuft, make_vane
+from benchmarks.blind.drag import (
+    Drag,
+    make_cup,
+    make_drag,
+    make_felts,
+    make_fur,
+    make_sail,
+    make_tuft,
+    make_vane,
+)
 from benchmarks.blind.equilibrium import find_equilibrium, Load, PotentialLaw
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.gust import with_gust
+from benchmarks.blind.oiling import depth_below
 from benchmarks.blind.pulls import tether
 from benchmarks.blind.relaxation import GRADED, material_times, prony_pairs
 from benchmarks.blind.remanence import with_remanence
@@ -49,7 +60,8 @@ def positions_at(
     gravity = object_from_world @ np.array([0.0, -GRAVITY, 0.0])
     masses = specimen.body.masses + lumps(specimen, setup, faults)
     weight = masses[:, None] * gravity
-    load = Load(weight, drawing(specimen, weight, faults))
+    push = breeze_push(specimen, observation, faults)
+    load = Load(weight + push, drawing(specimen, weight, faults))
     leaning = masses[:, None] * (object_from_world @ leaned(faults, 0.0))
     first = replace(load, forces=load.forces + leaning)
     start = find_equilibrium(_supported(specimen, setup), first, specimen.mesh.nodes)
@@ -59,7 +71,7 @@ def positions_at(
     elif faults.curvature_form == 'unrolling':
         moving = unrolling(specimen, setup, faults, load, start, after)
     elif timing.is_slow:
-        moving = _creeping(specimen, faults, load, start, after)
+        moving = _creeping(specimen, setup, faults, load, start, after)
     else:
         moving = _swinging(specimen, setup, observation, faults, timing, load, start, after)
     return [start] * (len(times) - len(after)) + moving
@@ -106,7 +118,7 @@ def leash(specimen: Specimen, rest: FloatArray, faults: Faults) -> PotentialLaw:
 def lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
     """Return the masses of what is stuck on a body at each node [kg], shape (N,)."""
     stuck = end_lumps(specimen, setup, faults) + chain_lumps(specimen, setup, faults)
-    return stuck + leak_lumps(specimen, faults, 0.0)
+    return stuck + leak_lumps(specimen, faults, 0.0) + pack_lumps(specimen, setup, faults)
 
 
 def chain_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
@@ -117,6 +129,19 @@ def chain_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
     is_there = (faults.chain_side * across > _EDGE) & (specimen.shares >= faults.chain_from)
     weights = np.where(is_there, specimen.areas, 0.0)
     return np.asarray(1e-3 * faults.chain_mass * weights / weights.sum())
+
+
+def pack_lumps(specimen: Specimen, setup: Setup, faults: Faults) -> FloatArray:
+    """Return the mass of a flat pack below a body at each node [kg], shape (N,).
+
+    It is soft, and even from one place to the other: a bag of shot.
+    """
+    if not faults.pack_mass:
+        return np.zeros(len(specimen.areas))
+    height = specimen.mesh.lattice[:, 2] / (0.5 * setup.shape.section[1])
+    along = (specimen.shares >= faults.pack_from) & (specimen.shares <= faults.pack_until)
+    weights = np.where(along & (height < -_EDGE), specimen.areas, 0.0)
+    return np.asarray(1e-3 * faults.pack_mass * weights / weights.sum())
 
 
 def leak_lumps(specimen: Specimen, faults: Faults, time: float) -> FloatArray:
@@ -159,12 +184,18 @@ def _supported(specimen: Specimen, setup: Setup) -> Body:
 
 
 def _creeping(
-    specimen: Specimen, faults: Faults, load: Load, start: FloatArray, times: Sequence[float]
+    specimen: Specimen,
+    setup: Setup,
+    faults: Faults,
+    load: Load,
+    start: FloatArray,
+    times: Sequence[float],
 ) -> list[FloatArray]:
     body = specimen.body
     share = specimen.shares[body.cells] @ body.quadrature.values.T
     is_graded = faults.creep_form in GRADED
-    pairs, when = prony_pairs(faults, share), material_times(faults, times)
+    pairs = prony_pairs(faults, share, depth_below(specimen, setup))
+    when = material_times(faults, times)
     return held_load(body, load, start, when, pairs, is_graded=is_graded)
 
 
@@ -203,9 +234,10 @@ def _swinging(
     nodal, end = specimen.body.masses + stuck, _end_shares(specimen, setup)
     changing = with_remanence(acting(observation, faults, nodal, end), end, faults)
     forces = Forces(
-        load.forces,
+        # What a breeze does to a body that stands is in its drag as well.
+        load.forces - breeze_push(specimen, observation, faults),
         timing.damping,
-        _drag(specimen, faults),
+        _drag(specimen, observation, faults),
         setup.youngs_modulus,
         with_gust(changing, specimen, faults),
         load.potentials,
@@ -215,8 +247,14 @@ def _swinging(
     return swing(specimen.body, masses, forces, start, times, _STEP, then)
 
 
-def _drag(specimen: Specimen, faults: Faults) -> Drag:
+def _drag(specimen: Specimen, observation: Observation, faults: Faults) -> Drag:
     area = 1e-4 * faults.drag_area
+    if faults.tilt_form == 'breeze':
+        return make_breeze(specimen, observation, faults)
+    if faults.rubbed:
+        return make_felts(faults.rubbed, faults.rubbed_at, specimen.areas, specimen.shares)
+    if faults.drag_form == 'furred':
+        return make_fur(area, faults.drag_at, specimen.areas, specimen.shares)
     if faults.drag_form == 'sail':
         return make_sail(area, faults.drag_at, specimen.body.masses, specimen.shares)
     if faults.drag_form == 'cup':

@@ -24,7 +24,7 @@ _ANEW = ('aspect', 'clamp_late')
 _MOTION_FORMS = ('stamps_form', 'drag_form', 'creep_form')
 _LAST_SEALED = 'creep_form'
 # Sets of motions whose labels tell how stiff a body is along its length, fibres included.
-_ALONG = ('swings_four',)
+_ALONG = ('swings_four', 'swings_five')
 
 
 def label_of(

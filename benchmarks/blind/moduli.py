@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from benchmarks.blind.baking import baked_value
 from benchmarks.blind.dosing import dosed_value
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.frothing import froth_share
 from benchmarks.blind.heat_gun import gun_heat
 from benchmarks.blind.marbling import marbled_value
 from benchmarks.blind.motor_heat import heated_share
@@ -68,6 +69,7 @@ def log_modulus(setup: Setup, faults: Faults, share: FloatArray, points: FloatAr
         'motor heat': heated_share(share, faults.contrast_width, 0),
         'heat gun': gun_heat(share, faults, 0),
         'rolled sheets': sheet_value(share, faults.contrast_sheets),
+        'frothed': froth_share(share, 2.0 * points[:, 2] / setup.shape.section[1]),
         'creased': crease_share(share, faults.contrast_creases, faults.contrast_width),
         'pours': pour_value(share, faults.contrast_pours),
         'marbled': _marbled(setup, faults, share, points),

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import gamma
 
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.oiling import oil_share
 from benchmarks.blind.shapes import FloatArray
 
 Pair = tuple[FloatArray | float, float]
@@ -50,12 +51,13 @@ def material_times(faults: Faults, times: Sequence[float]) -> list[float]:
     return [haste * t + (haste - 1.0) * slow * float(np.expm1(-t / slow)) for t in times]
 
 
-def prony_pairs(faults: Faults, share: FloatArray) -> list[Pair]:
+def prony_pairs(faults: Faults, share: FloatArray, below: FloatArray | None = None) -> list[Pair]:
     """Return the pairs of a body that creeps.
 
     Args:
         faults: say how.
         share: of the free length at which Gauss points lie, shape (C, 8).
+        below: how far these lie below the nearest side [mm], that shape; None: it tells nothing.
     """
     part, time = faults.creep_share, faults.creep_time
     if faults.creep_form == 'two':
@@ -67,6 +69,9 @@ def prony_pairs(faults: Faults, share: FloatArray) -> list[Pair]:
     if faults.creep_form == 'pour':
         inner = (share < faults.creep_until)[..., None, None]
         return [(part * inner.astype(float), time)]
+    if faults.creep_form == 'oiled':
+        assert below is not None
+        return [(part * oil_share(below, faults.creep_depth)[..., None, None], time)]
     return [(part, time)]
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.lurch import lurch_acceleration, lurch_shift
 from benchmarks.blind.rotations import rigid, rotation
 from benchmarks.blind.setups import GRAVITY, Observation
 from benchmarks.blind.shapes import FloatArray
@@ -29,12 +30,14 @@ def acting(
         masses: of the nodes [kg], shape (N,).
         end: share of each node in what acts on the end face, shape (N,).
     """
-    if not (faults.tilt_time or faults.tilt_rate or faults.shaken or faults.kicked):
+    moved = faults.shaken or faults.kicked or faults.lurched
+    if not (faults.tilt_time or faults.tilt_rate or moved):
         return None
     object_from_world = observation.world_from_object[:3, :3].T
 
     def forces(time: float) -> FloatArray:
-        drawn = object_from_world @ (leaned(faults, time) - rig_acceleration(faults, time))
+        rig = rig_acceleration(faults, time) + lurch_acceleration(faults, time)
+        drawn = object_from_world @ (leaned(faults, time) - rig)
         kick = faults.kicked * pulse(time) * np.array(faults.kicked_way)
         return np.asarray(masses[:, None] * drawn + end[:, None] * kick)
 
@@ -86,9 +89,10 @@ def rig_acceleration(faults: Faults, time: float) -> FloatArray:
 
 def rig_at(observation: Observation, faults: Faults, time: float) -> Observation:
     """Return a pose as it is at a time since the release [s]."""
-    if not faults.shaken:
+    if not (faults.shaken or faults.lurched):
         return observation
-    moved = rigid(np.eye(3), rig_shift(faults, time)) @ observation.world_from_object
+    shift = rig_shift(faults, time) + lurch_shift(faults, time)
+    moved = rigid(np.eye(3), shift) @ observation.world_from_object
     return replace(observation, world_from_object=moved)
 
 

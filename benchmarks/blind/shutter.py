@@ -9,6 +9,7 @@ import numpy as np
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.filming import positions_at
+from benchmarks.blind.interlacing import interlaced
 from benchmarks.blind.observe import true_rendering
 from benchmarks.blind.renderer import Camera, Rendering
 from benchmarks.blind.rig_motion import rig_at
@@ -47,8 +48,15 @@ def filmed_views(
         if one is not None:
             places, around = [one], around[count // 2 : count // 2 + 1]
         shown = [seen(*each, number) for each in zip(around, places, strict=True)]
-        views.append(rippled(shown, _NEAR, faults) if faults.rippled else averaged(shown))
+        views.append(_of_moments(shown, faults))
     return smoothed(views, faults.smoothing)
+
+
+def _of_moments(shown: Sequence[Rendering], faults: Faults) -> Rendering:
+    """Return the one image of what is seen at several moments."""
+    if faults.rippled:
+        return rippled(shown, _NEAR, faults)
+    return interlaced(shown) if faults.stamps_form == 'interlaced' else averaged(shown)
 
 
 def _in_one(
@@ -70,6 +78,8 @@ def _spread(faults: Faults) -> FloatArray:
     half = 1e-3 * abs(faults.stamps_late)
     if faults.stamps_form in ('rolling', 'swept'):
         return np.linspace(-half, half, _ROLLS)
+    if faults.stamps_form == 'interlaced':
+        return np.array([-half, half])
     if faults.stamps_form == 'exposed':
         return half * ((2.0 * np.arange(_EXPOSURES) + 1.0) / _EXPOSURES - 1.0)
     return np.linspace(-_NEAR, _NEAR, 3) if faults.doppler or faults.rippled else np.zeros(1)

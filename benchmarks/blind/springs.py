@@ -9,7 +9,7 @@ from benchmarks.blind.equilibrium import Potential, PotentialLaw
 from benchmarks.blind.shapes import FloatArray
 
 # Jaws that are lined: by which share that is softer at the mouth than at the bolt.
-LININGS = {'lined': 0.6, 'boot': 0.0, 'putty': 0.0, 'gel': 0.0}
+LININGS = {'lined': 0.6, 'boot': 0.0, 'putty': 0.0, 'gel': 0.0, 'bracket': 0.0}
 _REACH = 0.05  # Half the share of the free length over which a hose or a thread is fixed.
 
 

@@ -13,11 +13,16 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded, LinAlgError
+from scipy.linalg import cholesky_banded, LinAlgError
 
 from benchmarks.blind.body import Body
 from benchmarks.blind.drag import Drag
-from benchmarks.blind.equilibrium import PotentialLaw, with_diagonal
+from benchmarks.blind.equilibrium import (
+    PotentialLaw,
+    shared_columns,
+    solve_shared,
+    with_diagonal,
+)
 from benchmarks.blind.hexahedra import shape_functions, shape_gradients
 from benchmarks.blind.shapes import FloatArray
 
@@ -134,6 +139,7 @@ class _March:
             blocks[:, :, axis, :, axis] = masses
         self._mass_band = body.band.assemble(blocks.reshape(len(masses), 60, 60))
         self._factor: FloatArray | None = None
+        self._columns: FloatArray | None = None
         self._factored_step = 0.0
         self._scale = float(np.abs(forces.loads).sum())
 
@@ -188,7 +194,7 @@ class _March:
                 self._renew(positions, step)
             left = size
             assert self._factor is not None
-            change = cho_solve_banded((self._factor, True), residual, check_finite=False)
+            change = solve_shared(self._factor, residual, self._columns)
             flat = place.ravel()
             flat[self._body.band.numbers] -= change
             place = flat.reshape(-1, 3)
@@ -207,6 +213,8 @@ class _March:
             # A step's speed goes with twice its way.
             resisting = self._forces.dashpots[:, None, None] * np.eye(3)
             matrix = with_diagonal(matrix, self._body, resisting)
+        columns = shared_columns(self._body, self._forces.laws, place)
+        self._columns = None if columns is None else np.sqrt(0.5 * step) * columns
         self._factor = cholesky_banded(matrix, lower=True, check_finite=False)
         self._factored_step = step
 

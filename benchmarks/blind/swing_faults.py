@@ -45,6 +45,14 @@ class SwingFaults:
     `unrolling`: an arc, of which there is ever less after the release. `depth_form` may be `in
     turn`: every other frame alone errs.
 
+    In the set `swings_five`, `stamps_form` may be `interlaced`: even rows are read in one pass,
+    odd ones twice `stamps_late` later. `drag_form` may be `furred`: around what is beyond
+    `drag_at`, by the power of four thirds. `creep_form` may be `oiled`: by the exponential of the
+    depth below the surface. `clamp_form` may be `bracket`: of sheet metal, which turns about its
+    bend. `tilt_form` may be `breeze`: a steady, level stream. `contrast_mode` may be `frothed`: of
+    bubbles that rose to the upper side at the clamp. `depth_form` may be `dented window`: by how a
+    plate bends that is pressed at `depth_spot` and held `depth_width` around that.
+
     Attributes:
         stamps_phase: number of frames since a queue was empty, in the first frame.
         drag_at: share of the free length where a sail is.
@@ -115,6 +123,18 @@ class SwingFaults:
         tearing: by how much log E falls on the upper face amid tears.
         tearing_at: share of the free length where that is.
         tearing_time: when it tears, after the release [s].
+        creep_depth: way below the surface over which oil falls to a third [mm].
+        bracket_drop: how far a bracket's bend lies below what is held, at the object's origin
+            along x [mm].
+        breeze_speed: of the air [m/s].
+        pack_mass: of a flat pack on the lower side [g].
+        pack_from: share of the free length where that begins.
+        pack_until: and where it ends.
+        rubbed: dry friction of felts on one place [N].
+        rubbed_at: that place's share of the free length.
+        lurched: how far a rig lurches as the ledge goes, at most [mm].
+        lurched_time: half of the time until it is that far [s].
+        lurched_way: direction in the world, of length 1.
     """
 
     stamps_phase: int = 0
@@ -180,3 +200,14 @@ class SwingFaults:
     tearing: float = 0.0
     tearing_at: float = 0.0
     tearing_time: float = 0.0
+    creep_depth: float = 1.0
+    bracket_drop: float = 0.0
+    breeze_speed: float = 1.0
+    pack_mass: float = 0.0
+    pack_from: float = 0.0
+    pack_until: float = 1.0
+    rubbed: float = 0.0
+    rubbed_at: float = 0.0
+    lurched: float = 0.0
+    lurched_time: float = 1.0
+    lurched_way: Vector = (0.0, 0.0, 0.0)

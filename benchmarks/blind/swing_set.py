@@ -13,6 +13,8 @@ from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.swing_set_forms import SWING_SET_FORMS
 from benchmarks.blind.swing_set_outside import SWING_SET_OUTSIDE
+from benchmarks.blind.swings_five_forms import SWINGS_FIVE_FORMS
+from benchmarks.blind.swings_five_outside import SWINGS_FIVE_OUTSIDE
 from benchmarks.blind.swings_four_forms import SWINGS_FOUR_FORMS
 from benchmarks.blind.swings_four_outside import SWINGS_FOUR_OUTSIDE
 from benchmarks.blind.swings_three_forms import SWINGS_THREE_FORMS
@@ -59,6 +61,7 @@ SWING_SETS = {
     'swings_four': SwingSet(
         16, SWINGS_FOUR_FORMS, SWINGS_FOUR_OUTSIDE, ('creep', 'rest_curvature')
     ),
+    'swings_five': SwingSet(16, SWINGS_FIVE_FORMS, SWINGS_FIVE_OUTSIDE, ('creep',)),
 }
 SWING_SET_EFFECTS: dict[str, Drawer] = {
     name: drawer for each in SWING_SETS.values() for name, drawer in each.effects.items()
