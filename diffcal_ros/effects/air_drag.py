@@ -16,6 +16,12 @@ class AirDrag(Effect):
     sentence = 'the air holds the moving body back'
     settles = ('a second release with half the swing',)
     twins = ('time_offset',)
+    outside_twins = ('something that rubs on the body',)
+    # One swing of what rubs on a body was explained to the noise by an area of air's drag.
+    imitated_by = (
+        'something that rubs on the body may hold it back as the air does: told by a second '
+        'release with half the swing, of which the air takes less'
+    )
     needs_motion = True
 
     def conditions(self, own: Numbers, site: Site) -> Conditions:

@@ -41,6 +41,8 @@ class CameraOffset(Effect):
     most_by_pose = 1.0
     # A turn about the clamp at any time follows whatever bends. A camera that moves shifts that.
     varying = SHIFT
+    # What is seen is the same, but for the little that a body in a rig that moves lags behind.
+    imitated_over_time = 'a rig that moves before the camera'
     # As whatever sees wrongly: not where it is said to be, or with another picture.
     forms = tuple(
         Component(name, '1', -20.0 * size, 20.0 * size, size, '1', 1.0)

@@ -172,6 +172,12 @@ def _of_what_is_left(
     if closed < LEAST_CLOSURE:
         # Whatever it follows on the patches that were fitted, most of what is missing is not it.
         return f'but closes {closed:.0%} of the gap {where}'
+    if hypothesis.is_free_in_time and closed < NEARLY_ALL:
+        # What may be anything at any time follows much that it is not.
+        return (
+            f'as another one in the course of the recording, and closes {closed:.0%} of the gap '
+            f'{where}'
+        )
     if len(hypothesis.added) > 1 and _leaves_more(hypothesis):
         return 'but this is not all that is missing'
     # Two effects close much by what each may be besides.

@@ -151,17 +151,41 @@ def test_what_is_free_at_any_time_leaves_no_more_than_about_noise(tilted, left, 
     assert is_named or 'in the course of the recording, and leaves more than noise' in said
 
 
-def test_a_load_over_time_has_its_class_alone(clearly_screened, tilted):
-    _, nominal, _ = clearly_screened
-    known = tilted.fit.parameters
-    own = known.parameters[known.names.index(tilted.added[0].names[0])]
+def _at_any_time(model: Hypothesis) -> Hypothesis:
+    """Return a model whose effect may be another one at any time, and leaves noise."""
+    known = model.fit.parameters
+    own = known.parameters[known.names.index(model.added[0].names[0])]
     parts = [knot_parameter(own, knot, 0.1) for knot in knots_between(0.0, 0.4, 3)]
-    model = _with_parts(tilted, parts)
-    nothing = [np.zeros((len(group.patches.values), 3)) for group in model.fit.groups]
-    fit = replace(model.fit, groups=with_columns(model.fit.groups, nothing))
-    (said,) = doubts_about(replace(model, fit=fit), nominal)
-    assert 'which a gust, a mass that runs out, a rig that is accelerated may be as well' in said
-    assert doubts_about(tilted, nominal) == ()
+    freed = _with_parts(model, parts)
+    nothing = [np.zeros((len(group.patches.values), 3)) for group in freed.fit.groups]
+    groups = with_columns(freed.fit.groups, nothing)
+    fit = replace(freed.fit, groups=groups, chi_square=float(freed.fit.patch_count))
+    return replace(freed, fit=fit)
+
+
+@pytest.mark.parametrize(
+    ('name', 'words'),
+    [
+        ('gravity_tilt', 'which a gust, a mass that runs out, a rig that is accelerated may be'),
+        ('camera_offset', 'which a rig that moves before the camera may be as well'),
+    ],
+)
+def test_what_others_do_over_time_has_its_class_alone(clearly_screened, name, words):
+    _, nominal, _ = clearly_screened
+    model = refitted_with(clearly_screened, name)
+    (said,) = doubts_about(_at_any_time(model), nominal)
+    assert words in said
+    assert not any(words in other for other in doubts_about(model, nominal))
+
+
+@pytest.mark.parametrize(('closed', 'is_named'), [(0.97, True), (0.8, False)])
+def test_what_is_free_at_any_time_closes_nearly_all(clearly_screened, bent, closed, is_named):
+    _, nominal, _ = clearly_screened
+    said = doubts._of_what_is_left(_at_any_time(bent), nominal, (closed, closed))
+    assert (said is None) == is_named
+    assert is_named or f'course of the recording, and closes {closed:.0%} of the gap' in said
+    # What is the same at all times may leave more.
+    assert doubts._of_what_is_left(bent, nominal, (closed, closed)) is None
 
 
 @pytest.mark.parametrize(('fraction', 'is_named'), [(0.2, True), (0.4, False)])
