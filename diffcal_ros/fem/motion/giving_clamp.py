@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 
-# Steps that tell a turn from where it leads, and what the last one may be [m, rad].
-_FOLLOWED, _EXACT = 6, 1e-12
+# Steps that tell a turn from where it leads, and what the last one may be [m, rad]: each leaves
+# about the square of what it was.
+_FOLLOWED, _CLOSE = 6, 1e-5
 
 
 @dataclass(frozen=True)
@@ -78,10 +79,10 @@ class GivingClamp:
         found, ways = np.zeros(6), self.ways
         for _ in range(_FOLLOWED):
             off = (there - self.place(points, found)).ravel()
-            moves = self.moves(points, found)[ways].reshape(len(ways), -1)
-            step, *_ = np.linalg.lstsq(moves.T, off, rcond=None)
+            moves = [moved_by(points, found, self.clamp.center, way).ravel() for way in ways]
+            step, *_ = np.linalg.lstsq(np.stack(moves, axis=1), off, rcond=None)
             found[ways] += step
-            if np.abs(step).max(initial=0.0) < _EXACT:
+            if np.abs(step).max(initial=0.0) < _CLOSE:
                 break
         return found
 
@@ -105,11 +106,22 @@ class GivingClamp:
             fields: changes of the positions [m], shape (k, N, 3).
             changes: of the forces, those through positions included [N], shape (k, N, 3).
         """
-        nodes = self.nodes
-        arms, more = positions[nodes] - self.clamp.center, changes[:, nodes]
-        moments = -np.cross(arms, more) - np.cross(fields[:, nodes], forces[nodes])
-        whole = np.concatenate([-more.sum(axis=1), moments.sum(axis=1)], axis=1)
-        return np.asarray(whole[:, self.ways])
+        pushed = np.einsum('kni,wni->kw', changes, self.pushes(positions))
+        return np.asarray(pushed + self.turned_loads(forces, fields))
+
+    def pushes(self, positions: FloatArray) -> FloatArray:
+        """Return how each way's load follows the forces of `load`, shape (w, N, 3)."""
+        pushes = np.zeros((6, *positions.shape))
+        arms = positions[self.nodes] - self.clamp.center
+        for axis, unit in enumerate(np.eye(3)):
+            pushes[axis, self.nodes] = -unit
+            pushes[3 + axis, self.nodes] = -np.cross(unit, arms)
+        return pushes[self.ways]
+
+    def turned_loads(self, forces: FloatArray, fields: FloatArray) -> FloatArray:
+        """Return how the load follows positions under forces that stay, shape (k, w)."""
+        moments = -np.cross(fields[:, self.nodes], forces[self.nodes]).sum(axis=1)
+        return np.concatenate([np.zeros_like(moments), moments], axis=1)[:, self.ways]
 
     def missing(self, load: FloatArray, gave_way: FloatArray) -> FloatArray:
         """Return what it should give way by, less what it does [m, rad], shape (6,)."""

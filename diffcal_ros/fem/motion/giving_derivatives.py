@@ -37,6 +37,9 @@ class _Clamped:
         load: on it [N, N m], shape (6,).
         gave_way: what it gives way by [m, rad], shape (6,).
         moves: how held nodes follow each number of that, shape (6, h, 3).
+        pushes: how each way's load follows forces, shape (w, N, 3).
+        by_positions: how it follows positions through them [N/m], shape (w, N, 3).
+        by_velocities: how it follows velocities [N s/m], shape (w, N, 3).
     """
 
     state: StepState
@@ -45,6 +48,9 @@ class _Clamped:
     load: FloatArray
     gave_way: FloatArray
     moves: FloatArray
+    pushes: FloatArray
+    by_positions: FloatArray
+    by_velocities: FloatArray
 
 
 class GivingDerivatives(ImplicitDerivatives):
@@ -84,8 +90,17 @@ class GivingDerivatives(ImplicitDerivatives):
         forces = self._dynamics.forces(state.positions, state.velocities)
         load = clamp.load(state.positions, forces)
         gave_way = clamp.compliance @ load
-        rigid = clamp.unplaced(state.positions[clamp.nodes], gave_way)
-        return _Clamped(state, rule, forces, load, gave_way, clamp.moves(rigid, gave_way))
+        moves = clamp.moves(clamp.unplaced(state.positions[clamp.nodes], gave_way), gave_way)
+        pushes = clamp.pushes(state.positions)
+        # A way's load is one number: its slope takes one pass, however many changes there are.
+        slopes = [
+            self._dynamics.pull_back(state.positions, state.velocities, own, has_positions=True)
+            for own in pushes
+        ]
+        pulled = np.array(slopes).reshape(len(pushes), 2, *state.positions.shape)
+        return _Clamped(
+            state, rule, forces, load, gave_way, moves, pushes, pulled[:, 0], pulled[:, 1]
+        )
 
     def _held_changes(
         self, here: _Clamped, changes: Sequence[Change], held: Sequence[HeldState | None]
@@ -136,10 +151,9 @@ class GivingDerivatives(ImplicitDerivatives):
             sped: changes of velocities [m/s], shape (k, N, 3).
             explicit: changes of forces in a fixed state [N], shape (k, N, 3).
         """
-        dynamics, state = self._dynamics, here.state
-        pulled = [
-            dynamics.force_tangent(state.positions, state.velocities, *own)
-            for own in zip(moved, sped, strict=True)
-        ]
-        changes = np.stack(pulled) + explicit
-        return dynamics.clamp.load_changes(state.positions, here.forces, moved, changes)
+        changes = (
+            np.einsum('kni,wni->kw', moved, here.by_positions)
+            + np.einsum('kni,wni->kw', sped, here.by_velocities)
+            + np.einsum('kni,wni->kw', explicit, here.pushes)
+        )
+        return np.asarray(changes + self._dynamics.clamp.turned_loads(here.forces, moved))
