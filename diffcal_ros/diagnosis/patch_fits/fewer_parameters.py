@@ -4,19 +4,16 @@
 
 from dataclasses import replace
 
-from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patch_fits.patch_fit import prior_of
 from diffcal_ros.diagnosis.patch_fits.refit import ended, Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import moved, PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
-from diffcal_ros.least_squares.normal_equations import NormalEquations
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 # The first step is exact where all is linear, but for bounds and for how little a patch counts
@@ -48,23 +45,17 @@ def fitted_with_fewer(fit: Refit, evaluator: PatchEvaluator) -> Refit:
     step[gone] = -fit.coordinates[gone]
     groups = [_with_columns(group, kept) for group in moved(fit.groups, step)]
     here, prior, bounds = fit.coordinates[kept], prior_of(evaluator), parameters.bounds()
+    is_stated = np.diag(parameters.prior().precision) != 0.0
     for _ in range(_STEPS):
         told = whiten(groups, Part.FIT).equations()
         step = gauss_newton_step(told.under(prior, here), here, *bounds)
-        there = np.where(_is_untold(told, parameters), here, np.clip(here + step, *bounds))
+        # The wide prior that stands in for none would lead what neither data nor the scene tell of
+        # to where nobody has said that it is: a plane that touches nowhere through the body.
+        is_told = is_stated | (np.diag(told.curvature) != 0.0)
+        there = np.where(is_told, np.clip(here + step, *bounds), here)
         groups, here = moved(groups, there - here), there
     seen = whiten(groups, Part.FIT)
     return ended(evaluator, here, groups, seen, promise=0.0, evaluations=0, is_converged=True)
-
-
-def _is_untold(told: NormalEquations, parameters: ParameterSet) -> BoolArray:
-    """Tell of which coordinates neither data nor the scene say anything, shape (k,).
-
-    The wide prior that stands in for none would lead them to where nobody has said that they are:
-    a plane that touches nowhere through the body.
-    """
-    stated = np.diag(parameters.prior().precision)
-    return (np.diag(told.curvature) == 0.0) & (stated == 0.0)
 
 
 def _with_columns(group: PatchGroup, kept: IntArray) -> PatchGroup:

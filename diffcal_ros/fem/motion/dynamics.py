@@ -9,13 +9,14 @@ on the free nodes, with a diagonal M (`lumped_mass`).
 
 from dataclasses import replace
 
+from diffcal_ros.fem.giving_clamp import GivingClamp
 from diffcal_ros.fem.motion.air_drag import AirDrag
-from diffcal_ros.fem.motion.giving_clamp import giving_clamp
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, MotionInputs
 from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses
 from diffcal_ros.fem.motion.moving_elements import MovingElements
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,7 +35,7 @@ class Dynamics:
         self.drag = AirDrag(body.discretisation, self.free)
         self.masses = np.zeros((body.discretisation.node_count, 1))
         self.loads = np.zeros((body.discretisation.node_count, 3))
-        self.clamp = giving_clamp(body.clamp, body.held_nodes, np.zeros((6, 6)))
+        self.clamp = GivingClamp.of(body.clamp, body.held_nodes, NO_CONDITIONS)
         self._time = 0.0
         self._inputs: MotionInputs | None = None
         self._mass_damping = 0.0
@@ -63,8 +64,7 @@ class Dynamics:
         self.elements.set_damping(inputs.damping.strain_rate)
         self._mass_damping = inputs.damping.mass
         self.drag.set_area(inputs.conditions.air_drag)
-        body = self.body
-        self.clamp = giving_clamp(body.clamp, body.held_nodes, inputs.conditions.clamp_compliance)
+        self.clamp = GivingClamp.of(self.body.clamp, self.body.held_nodes, inputs.conditions)
 
     def go_to(self, time: float) -> None:
         """Have loads as they are at a time since the start [s]."""

@@ -108,13 +108,13 @@ class GivingDerivatives(ImplicitDerivatives):
         """Return how held nodes follow changes under the load as it is [m], shape (k, N, 3)."""
         clamp = self._dynamics.clamp
         fixed = np.zeros((len(changes), *here.state.positions.shape))
-        for field, change, own in zip(fixed, changes, held, strict=True):
+        for field, own in zip(fixed, held, strict=True):
             if own is not None:
-                field[clamp.nodes] = clamp.turned(own.positions, here.gave_way)
-            if would_give_way([change]):
-                assert change.conditions is not None
-                way = change.conditions.clamp_compliance @ here.load
-                field[clamp.nodes] += np.einsum('j,jni->ni', way, here.moves)
+                field[clamp.nodes] = own.positions
+        effects = [change.conditions for change in changes]
+        fixed[:, clamp.nodes] = clamp.held_changes(
+            fixed[:, clamp.nodes], effects, here.load, here.gave_way, here.moves
+        )
         return fixed
 
     def _followed(

@@ -9,11 +9,12 @@ held nodes where they are told to be.
 from dataclasses import dataclass, replace
 
 from diffcal_ros.fem.clamp import ClampResponse
+from diffcal_ros.fem.giving_clamp import GivingClamp
 from diffcal_ros.fem.motion.generalised_alpha import StepState
-from diffcal_ros.fem.motion.giving_clamp import GivingClamp
 from diffcal_ros.fem.motion.held_nodes import HeldState
 from diffcal_ros.fem.motion.implicit_step import ImplicitStep, StepFailedError
 from diffcal_ros.fem.motion.mixing import Mixing
+from diffcal_ros.fem.statics.clamp_way import SLOW
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,8 +24,6 @@ FloatArray = NDArray[np.float64]
 # where derivatives are wanted, by this share of it.
 _TOLERANCE, _BEYOND = 1e-8, 0.01
 _MAX_ROUNDS = 12
-# A response is found again where a round with it leaves more than this share.
-_SLOW = 0.1
 
 
 @dataclass
@@ -73,7 +72,7 @@ class GivingStep:
             left = float(np.abs(missing).max())
             if left < goal:
                 return self._ended(end.positions)
-            if response is None or left > _SLOW * before:
+            if response is None or left > SLOW * before:
                 response = self._response(end, forces, gave_way)
             change = mixing.step(gave_way, response.step(missing)[0])
             guess = end.positions + np.einsum('j,jni->ni', change[response.ways], response.fields)

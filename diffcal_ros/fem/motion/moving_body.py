@@ -175,8 +175,8 @@ class MovingBody:
 
         Raises:
             EquilibriumError: when the body finds no rest before its release.
-            MotionError: when a step does not converge however short, or for conditions that
-                only a body at rest can have.
+            MotionError: when a step does not converge however short, or for a clamp that gives
+                way with an integrator that does not follow it.
         """
         stamps = np.asarray(stamps, dtype=np.float64)
         _check(stamps, conditions, self.integrator.name)

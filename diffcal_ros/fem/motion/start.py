@@ -5,21 +5,21 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from diffcal_ros.fem.giving_clamp import GivingClamp
 from diffcal_ros.fem.held_part import HeldPath
 from diffcal_ros.fem.motion.dynamics import change_at
-from diffcal_ros.fem.motion.giving_clamp import giving_clamp
 from diffcal_ros.fem.motion.inputs import MotionInputs, Release
-from diffcal_ros.fem.statics.equilibrium import EquilibriumError
+from diffcal_ros.fem.statics.clamp_way import find_way
 from diffcal_ros.fem.statics.force_changes import Change, StaticGradient
 from diffcal_ros.fem.statics.static_body import StaticBody
+from diffcal_ros.fem.terms.conditions import NO_CONDITIONS
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# What a clamp may be off by [m, rad], and as in `StaticBody`.
+# What a clamp may be off by [m, rad].
 _CLAMP_TOLERANCE = 1e-9
-_MAX_CLAMP_STEPS, _SLOW = 60, 0.1
 
 
 class Start:
@@ -58,7 +58,7 @@ class Start:
             )
         self._has_moved = False
         self._inputs: MotionInputs | None = None
-        self._clamp = giving_clamp(body.clamp, body.held_nodes, np.zeros((6, 6)))
+        self._clamp = GivingClamp.of(body.clamp, body.held_nodes, NO_CONDITIONS)
         self._gave_way = np.zeros(6)
         self._clamp_positions = np.zeros((0, 3))
 
@@ -73,8 +73,7 @@ class Start:
             EquilibriumError: when no equilibrium was found.
         """
         self._inputs, self._clamp_positions = inputs, clamp_positions
-        compliance = inputs.conditions.clamp_compliance
-        self._clamp = giving_clamp(self._body.clamp, self._body.held_nodes, compliance)
+        self._clamp = GivingClamp.of(self._body.clamp, self._body.held_nodes, inputs.conditions)
         if not self._clamp.gives_way:
             self._gave_way = np.zeros(6)
             return self._settle()
@@ -97,22 +96,18 @@ class Start:
 
     def _settle_with_clamp(self) -> FloatArray:
         """Move the clamp until that is what the load on it asks for, by Newton's method."""
-        stays = np.zeros(6)
-        stays[self._clamp.ways] = self._gave_way[self._clamp.ways]
-        self._gave_way, before, response = stays, np.inf, None
-        for _ in range(_MAX_CLAMP_STEPS):
-            positions = self._settle()
-            load = self._clamp.load(positions, self.static.own_state.reactions)
-            missing = self._clamp.missing(load, self._gave_way)
-            left = float(np.abs(missing).max())
-            if left < _CLAMP_TOLERANCE:
-                return positions
-            if response is None or left > _SLOW * before:
-                response = self._clamp.response(*self._way_fields())
-            self._gave_way, before = self._gave_way + response.step(missing)[0], left
-        raise EquilibriumError(
-            'the clamp gives way without end: its compliance is too large for the load'
+        begin = np.zeros(6)
+        begin[self._clamp.ways] = self._gave_way[self._clamp.ways]
+
+        def missing_at(gave_way: FloatArray, _: FloatArray | None) -> FloatArray:
+            self._gave_way = gave_way
+            load = self._clamp.load(self._settle(), self.static.own_state.reactions)
+            return self._clamp.missing(load, gave_way)
+
+        find_way(
+            begin, missing_at, lambda: self._clamp.response(*self._way_fields()), _CLAMP_TOLERANCE
         )
+        return self.static.own_state.positions
 
     def _way_fields(self) -> tuple[FloatArray, FloatArray]:
         """Return how the body follows each way, shape (w, N, 3), and the load on the clamp."""
@@ -163,13 +158,11 @@ class Start:
             ]
         )
         held = held.copy()
-        nodes = self._clamp.nodes
-        held[:, nodes] = self._clamp.turned(held[:, nodes], self._gave_way)
+        nodes, effects = self._clamp.nodes, [change.conditions for change in changes]
         load = self._clamp.load(positions, static.own_state.reactions)
-        for field, change in zip(held, changes, strict=True):
-            if change.conditions is not None and change.conditions.clamp_gives_way:
-                way = change.conditions.clamp_compliance @ load
-                field[nodes] += np.einsum('j,jni->ni', way, self._moves())
+        held[:, nodes] = self._clamp.held_changes(
+            held[:, nodes], effects, load, self._gave_way, self._moves()
+        )
         fields = self._fields(forces, held)
         if not self._clamp.gives_way:
             return fields

@@ -16,6 +16,7 @@ from diffcal_ros.fem.held_part import HeldPart, HeldPath, shifted_path
 from diffcal_ros.fem.laws import stable_neo_hookean
 from diffcal_ros.fem.own_frame import moved_mesh, own_origin
 from diffcal_ros.fem.statics.applied_conditions import AppliedConditions
+from diffcal_ros.fem.statics.clamp_way import find_way
 from diffcal_ros.fem.statics.coupled_solver import coupled_solver
 from diffcal_ros.fem.statics.equilibrium import Equilibrium, EquilibriumError
 from diffcal_ros.fem.statics.force_changes import (
@@ -40,9 +41,6 @@ IntArray = NDArray[np.int32]
 
 # A clamp that gives way has come to rest when its turn changes by less [rad].
 _COMPLIANCE_TOLERANCE = 1e-8
-_MAX_CLAMP_STEPS = 60
-# A clamp's response is found again where a step with it leaves more than this share.
-_SLOW = 0.1
 
 
 class StaticBody:
@@ -273,20 +271,19 @@ class StaticBody:
 
     def _solve_compliant_clamp(self, loads: FloatArray) -> None:
         """Move the clamp until that is what the load on it asks for, by Newton's method."""
-        per_load, before, response = self._conditions.now.clamp_compliance, np.inf, None
-        for _ in range(_MAX_CLAMP_STEPS):
-            missing = per_load @ self.clamp_wrench() - self.clamp.gave_way
-            left = float(np.abs(missing).max())
-            if left < _COMPLIANCE_TOLERANCE:
-                return
-            if response is None or left > _SLOW * before:
-                response = self._derivatives().clamp_response()
-            step, displacement = response.step(missing)
-            self.clamp.gave_way = self.clamp.gave_way + step
-            self._solve(loads, self._clamp_path(), displacement)
-            before = left
-        raise EquilibriumError(
-            'the clamp gives way without end: its compliance is too large for the load'
+        per_load = self._conditions.now.clamp_compliance
+
+        def missing_at(gave_way: FloatArray, displacement: FloatArray | None) -> FloatArray:
+            if displacement is not None:
+                self.clamp.gave_way = gave_way
+                self._solve(loads, self._clamp_path(), displacement)
+            return np.asarray(per_load @ self.clamp_wrench() - gave_way)
+
+        find_way(
+            self.clamp.gave_way,
+            missing_at,
+            lambda: self._derivatives().clamp_response(),
+            _COMPLIANCE_TOLERANCE,
         )
 
     def _follow_prediction(self, prediction: FloatArray) -> None:

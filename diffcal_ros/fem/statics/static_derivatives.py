@@ -16,8 +16,10 @@ that has a compliance, the whole move is
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from diffcal_ros.fem.clamp import Clamp, ClampResponse
+from diffcal_ros.fem.giving_clamp import GivingClamp
 from diffcal_ros.fem.statics.applied_conditions import AppliedConditions
 from diffcal_ros.fem.statics.equilibrium import Equilibrium
 from diffcal_ros.fem.statics.force_changes import Change, ForceChanges, StaticGradient
@@ -73,11 +75,11 @@ class StaticDerivatives:
                 held[number, self.held_nodes] = motion
                 forces[number] -= self.stiffness.force_tangent(positions, held[number])
         fields = self.stiffness.linear_solve(positions, forces) + held
-        if not self._ways:
+        if not self._giving.gives_way:
             return fields
-        ways = self._way_fields()
-        response = self._wrench_changes(fields, explicit) @ self._answers(ways).T
-        return fields + np.einsum('kj,jni->kni', response, ways)
+        ways, by_way = self._way_fields()
+        answers = self._giving.answers(self._wrench_changes(fields, explicit), by_way)
+        return fields + np.einsum('kj,jni->kni', answers, ways)
 
     def gradient(self, by_positions: FloatArray) -> StaticGradient:
         """Pull a derivative by node positions [1/m], shape (N, 3), back to the inputs.
@@ -86,9 +88,10 @@ class StaticDerivatives:
         """
         positions, held = self.state.positions, self.held_nodes
         by_explicit = np.zeros_like(by_positions)
-        if self._ways:
-            ways = self._way_fields()
-            by_wrench = self._answers(ways).T @ np.einsum('jni,ni->j', ways, by_positions)
+        if self._giving.gives_way:
+            ways, by_way = self._way_fields()
+            by_answer = np.einsum('jni,ni->j', ways, by_positions)
+            by_wrench = self._giving.answers(np.eye(len(ways)), by_way) @ by_answer
             by_positions, by_explicit = self._through_wrench(by_positions, by_wrench)
         adjoint = self.stiffness.linear_solve(positions, by_positions[None])[0]
         by_held = (by_positions - self.stiffness.force_tangent(positions, adjoint))[held]
@@ -103,10 +106,9 @@ class StaticDerivatives:
 
         return replace(gradient, by_effects=by_effects)
 
-    @property
-    def _ways(self) -> list[int]:
-        """Which numbers of the clamp's motion follow its load."""
-        return self.conditions.now.clamp_ways
+    @cached_property
+    def _giving(self) -> GivingClamp:
+        return GivingClamp.of(self.clamp, self.held_nodes, self.conditions.now)
 
     def _held_change(self, effects: Conditions | None) -> FloatArray | None:
         """Return how held nodes move with a change [m], shape (h, 3)."""
@@ -122,32 +124,19 @@ class StaticDerivatives:
                 moves += way[axis] * self.clamp.way_change(nominal, motion, int(axis))
         return moves
 
-    def _way_fields(self) -> FloatArray:
-        """Return how the body follows the clamp where it gives way [m or m/rad], (w, N, 3)."""
+    def _way_fields(self) -> tuple[FloatArray, FloatArray]:
+        """Return how the body follows each way [m or m/rad], (w, N, 3), and how the load does."""
         positions, motion = self.state.positions, self.conditions.now.clamp_motion
-        held = np.zeros((len(self._ways), *positions.shape))
-        for field, axis in zip(held, self._ways, strict=True):
+        held = np.zeros((len(self._giving.ways), *positions.shape))
+        for field, axis in zip(held, self._giving.ways, strict=True):
             field[self.held_nodes] = self.clamp.way_change(self.held_targets, motion, axis)
         forces = np.stack([-self.stiffness.force_tangent(positions, field) for field in held])
-        return self.stiffness.linear_solve(positions, forces) + held
+        fields = self.stiffness.linear_solve(positions, forces) + held
+        return fields, self._wrench_changes(fields, np.zeros_like(fields))
 
     def clamp_response(self) -> ClampResponse:
         """Return how clamp and body follow what the clamp should give way by besides."""
-        ways = self._way_fields()
-        return ClampResponse(self._ways, self._off_by_way(ways), ways)
-
-    def _off_by_way(self, ways: FloatArray) -> FloatArray:
-        """Return how what the clamp does is less than what it should do, by way, (w, w)."""
-        by_way = self._wrench_changes(ways, np.zeros_like(ways)).T
-        return np.eye(len(ways)) - self._per_load @ by_way
-
-    def _answers(self, ways: FloatArray) -> FloatArray:
-        """Return how the clamp follows the load that a change adds, A above, (w, w)."""
-        return np.asarray(np.linalg.solve(self._off_by_way(ways), self._per_load))
-
-    @property
-    def _per_load(self) -> FloatArray:
-        return self.conditions.now.clamp_compliance[np.ix_(self._ways, self._ways)]
+        return self._giving.response(*self._way_fields())
 
     def _wrench_changes(self, fields: FloatArray, explicit: FloatArray) -> FloatArray:
         """Return how the load on the clamp follows displacements [N, N m], shape (k, w).
@@ -156,15 +145,9 @@ class StaticDerivatives:
             fields: displacements [m], shape (k, N, 3).
             explicit: change of loads less forces at fixed positions [N], shape (k, N, 3).
         """
-        positions, held = self.state.positions, self.held_nodes
-        reactions = self.state.reactions[held]
-        arms = positions[held] - self.clamp.center
-        changes = []
-        for field, force in zip(fields, explicit, strict=True):
-            moved = (self.stiffness.force_tangent(positions, field) - force)[held]
-            moments = -np.cross(arms, moved) - np.cross(field[held], reactions)
-            changes.append(np.concatenate([-moved.sum(axis=0), moments.sum(axis=0)]))
-        return np.stack(changes)[:, self._ways]
+        positions, reactions = self.state.positions, self.state.reactions
+        pulled = [self.stiffness.force_tangent(positions, field) for field in fields]
+        return self._giving.load_changes(positions, reactions, fields, np.stack(pulled) - explicit)
 
     def _through_wrench(
         self, by_positions: FloatArray, by_wrench: FloatArray
@@ -181,10 +164,8 @@ class StaticDerivatives:
         """
         positions, held = self.state.positions, self.held_nodes
         whole = np.zeros(6)
-        whole[self._ways] = by_wrench
-        by_force, by_moment = whole[:3], whole[3:]
-        lever = np.zeros_like(by_positions)
-        lever[held] = -by_force - np.cross(by_moment, positions[held] - self.clamp.center)
+        whole[self._giving.ways] = by_wrench
+        lever = np.einsum('w,wni->ni', by_wrench, self._giving.pushes(positions))
         total = by_positions + self.stiffness.force_tangent(positions, lever)
-        total[held] -= np.cross(self.state.reactions[held], by_moment)
+        total[held] -= np.cross(self.state.reactions[held], whole[3:])
         return total, -lever

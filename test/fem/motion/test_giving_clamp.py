@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.damping import Damping
 from diffcal_ros.fem.elements.element import Element
-from diffcal_ros.fem.motion.giving_clamp import giving_clamp
+from diffcal_ros.fem.giving_clamp import GivingClamp
 from diffcal_ros.fem.motion.inputs import MotionChange, MotionError, Release
 from diffcal_ros.fem.motion.lumped_mass import lumped_fractions, lumped_masses
 from diffcal_ros.fem.motion.moving_body import MovingBody
@@ -140,7 +140,8 @@ def test_a_stiff_body_swings_as_a_rigid_one_on_a_spring() -> None:
 
 def test_what_it_gives_way_by_is_told_from_where_points_are(random) -> None:
     static = hanging_beam(Element.LINEAR, beam_mesh((4, 1, 1)))
-    clamp = giving_clamp(static.clamp, static.held_nodes, COMPLIANCE)
+    conditions = Conditions(clamp_compliance=COMPLIANCE)
+    clamp = GivingClamp.of(static.clamp, static.held_nodes, conditions)
     points = static.discretisation.rest_nodes[static.held_nodes]
     gave_way = np.array([0.001, -0.002, 0.003, 0.1, -0.2, 0.15])
     there = clamp.place(points, gave_way)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A clamp that gives way while the body swings, as the load on it has it at each time.
+"""A clamp that gives way as the load on it has it, at rest and at each time of a swing.
 
     q = C w(x, v, q)
 
@@ -9,9 +9,11 @@ what elements, damping and weight leave on held nodes. The clamp has no mass: wh
 body it holds is not accelerated by as much as the rest is.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.fem.clamp import Clamp, ClampResponse
+from diffcal_ros.fem.terms.conditions import Conditions
 from diffcal_ros.rigid_motion import moved, moved_by
 from diffcal_ros.rigid_transform import rotation_matrix
 import numpy as np
@@ -41,6 +43,11 @@ class GivingClamp:
     compliance: FloatArray
     ways: list[int]
 
+    @classmethod
+    def of(cls, clamp: Clamp, nodes: IntArray, conditions: Conditions) -> 'GivingClamp':
+        """Return a clamp that gives way as some conditions say."""
+        return cls(clamp, nodes, conditions.clamp_compliance, conditions.clamp_ways)
+
     @property
     def gives_way(self) -> bool:
         """Tell whether it does: else it is where it is put."""
@@ -60,9 +67,28 @@ class GivingClamp:
         center = self.clamp.center
         return (there - gave_way[:3] - center) @ rotation_matrix(gave_way[3:]) + center
 
-    def turned(self, changes: FloatArray, gave_way: FloatArray) -> FloatArray:
-        """Return how `place` follows changes of the points [m], shape (h, 3)."""
-        return changes @ rotation_matrix(gave_way[3:]).T
+    def held_changes(
+        self,
+        rigid: FloatArray,
+        changes: Sequence[Conditions | None],
+        load: FloatArray,
+        gave_way: FloatArray,
+        moves: FloatArray,
+    ) -> FloatArray:
+        """Return how held nodes follow changes under the load as it is [m], shape (k, h, 3).
+
+        Args:
+            rigid: how they do with a rigid clamp [m], shape (k, h, 3).
+            changes: of the conditions.
+            load: on the clamp [N, N m], shape (6,).
+            gave_way: what it gives way by [m, rad], shape (6,).
+            moves: how held nodes follow each number of that, shape (6, h, 3).
+        """
+        held = rigid @ rotation_matrix(gave_way[3:]).T
+        for field, change in zip(held, changes, strict=True):
+            if change is not None and change.clamp_gives_way:
+                field += np.einsum('j,jni->ni', change.clamp_compliance @ load, moves)
+        return np.asarray(held)
 
     def moves(self, points: FloatArray, gave_way: FloatArray) -> FloatArray:
         """Return how `place` follows each of the six numbers, shape (6, h, 3)."""
@@ -149,9 +175,3 @@ class GivingClamp:
     def _off_by_way(self, by_way: FloatArray) -> FloatArray:
         """Return how what it does is less than what it should do, by way, shape (w, w)."""
         return np.asarray(np.eye(len(self.ways)) - self.per_load @ by_way.T)
-
-
-def giving_clamp(clamp: Clamp, nodes: IntArray, compliance: FloatArray) -> GivingClamp:
-    """Return a clamp with a compliance, shape (6, 6); none of its motion follows zeros."""
-    ways = np.flatnonzero(compliance.any(axis=0) | compliance.any(axis=1))
-    return GivingClamp(clamp, nodes, compliance, [int(n) for n in ways])
