@@ -104,6 +104,11 @@ blind-motion: $(VENV)/.test ## The same for released bodies and held loads (slow
 	$(BIN)/python -m benchmarks.diagnosis --cases $(BLIND)/motion/cases --out $(BLIND)/motion/run
 	$(BIN)/python -m benchmarks.blind.scorer --verdicts $(BLIND)/motion/run --labels $(BLIND)/motion/labels --out $(BLIND)/motion/score
 
+.PHONY: other-worlds
+other-worlds: $(VENV)/.test ## Diagnose some of those cases in other worlds, each against itself (hours).
+	$(BIN)/python -m benchmarks.blind.generator --set development --out $(BLIND)
+	$(BIN)/python -m benchmarks.other_worlds --cases $(BLIND)/cases --only 'clean_00[0-4]' 'case_0?0' --out $(BLIND)/other_worlds
+
 .PHONY: twist
 twist: $(VENV)/.test ## Twist a cantilever by half a turn over a grid of materials (needs DIFFCAL_DATA).
 	$(BIN)/python benchmarks/twist.py

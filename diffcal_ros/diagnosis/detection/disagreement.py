@@ -57,6 +57,11 @@ class Disagreement:
         return is_there or self.may_be_misstated
 
     @property
+    def error_factor(self) -> float:
+        """By how much errors of parameters are larger than those of sensor and poses say."""
+        return _MISSTATED if self.may_be_misstated else 1.0
+
+    @property
     def may_matter(self) -> bool:
         """Tell whether the gap is larger than what does not matter, floors included.
 

@@ -22,13 +22,16 @@ from scipy.linalg import block_diag, cholesky, solve_triangular
 FloatArray = NDArray[np.float64]
 
 # Sizes that are tried, by the one assumed; the prior's spread of their logarithm. Sensors that are
-# better than assumed are not told from those whose error the parameters have followed.
-_SIZES = np.geomspace(0.25, 4.0, 33)
+# better than assumed are not told from those whose error the parameters have followed. How much
+# worse than assumed one may be the prior says alone: a camera twice as far away reads worse.
+_SIZES = np.geomspace(0.25, 16.0, 49)
 _SPREAD = np.log(2.0)
-_LEAST, _MOST = 1.0, 2.0
 # Lengths by the one assumed, and shares of the variance that stand in the image of every pose.
 _LENGTHS = (0.5, 1.0, 2.0)
 _STANDING = (0.0, 0.5, 0.9)
+# Whether it changes over one length or over lengths of all sizes: by the second alone, an error of
+# one length is taken for a part of a larger one that changes over a longer length.
+_MIXED = (False, True)
 # Fewer directions beside all that is projected out say nothing.
 _FEWEST = 12
 
@@ -117,10 +120,11 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
     factor = cholesky(others, lower=True)
     scaled = solve_triangular(factor, np.column_stack([values, beside.T]), lower=True)
     seen, ways = scaled[:, 0], scaled[:, 1:]
-    kinds = list(product(_LENGTHS, _STANDING))
+    kinds = list(product(_LENGTHS, _STANDING, _MIXED))
     table = np.zeros((len(kinds), len(_SIZES)))
-    for row, (length, standing) in enumerate(kinds):
-        smooth = ways @ _kernel(depth, length * assumed.smooth_length, standing) @ ways.T
+    for row, (length, standing, is_mixed) in enumerate(kinds):
+        shared = _kernel(depth, length * assumed.smooth_length, standing, is_mixed=is_mixed)
+        smooth = ways @ shared @ ways.T
         table[row] = _levels(seen, smooth, assumed.smooth * _SIZES)
     table -= 0.5 * (np.log(_SIZES) / _SPREAD) ** 2
     chances = np.exp(table - table.max())
@@ -129,9 +133,9 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
     squares = chances @ _SIZES**2
     size = assumed.smooth * float(np.sqrt(squares.sum()))
     best = int(chances.sum(axis=1).argmax())
-    shared = squares @ np.array([standing for _, standing in kinds]) / squares.sum()
+    shared = squares @ np.array([standing for _, standing, _ in kinds]) / squares.sum()
     return SmoothError(
-        size=float(np.clip(size, _LEAST * assumed.smooth, _MOST * assumed.smooth)),
+        size=max(size, assumed.smooth),
         length=kinds[best][0] * assumed.smooth_length,
         standing=float(shared),
     )
@@ -158,11 +162,13 @@ def _without_smooth(groups: Sequence[PatchGroup], assumed: NoiseModel) -> FloatA
     return np.asarray(block_diag(*own))
 
 
-def _kernel(groups: Sequence[PatchGroup], length: float, standing: float) -> FloatArray:
+def _kernel(
+    groups: Sequence[PatchGroup], length: float, standing: float, *, is_mixed: bool
+) -> FloatArray:
     centers = np.concatenate([group.patches.centers for group in groups])
     views = np.concatenate([np.full(len(b.patches.values), b.view) for b in groups])
     fraction = np.where(views[:, None] == views, 1.0, standing)
-    return np.asarray(fraction * kernel(centers, length, is_mixed=True))
+    return np.asarray(fraction * kernel(centers, length, is_mixed=is_mixed))
 
 
 def _beside(groups: Sequence[PatchGroup]) -> FloatArray:

@@ -50,7 +50,7 @@ def conclude(
         doubt = weight_doubt(choice.hypothesis)
     singles = () if selection is None else selection.singles
     named = find_name(evaluator, nominal, scores, disagreement, choice, singles, witness)
-    unknown = named.unknown
+    unknown, factor = named.unknown, disagreement.error_factor
     return Diagnosis(
         verdict=disagreement.verdict,
         evidence=Evidence.CONFIRMED if evaluator.is_measured else Evidence.SUSPECTED,
@@ -67,9 +67,13 @@ def conclude(
         gap_mm=gap_figures(nominal, added),
         closure=named.closure,
         parameters={
-            'before': parameter_table(nominal, nominal),
+            'before': parameter_table(nominal, nominal, error_factor=factor),
             'after': parameter_table(
-                fitted, nominal, weight_doubt=doubt, is_known=unknown is None
+                fitted,
+                nominal,
+                weight_doubt=doubt,
+                is_known=unknown is None,
+                error_factor=factor,
             ),
         },
         times_detectable=times_detectable(scores),

@@ -231,7 +231,12 @@ def weight_doubt(hypothesis: Hypothesis) -> float:
 
 
 def parameter_table(
-    fit: Refit, asked: Refit, *, weight_doubt: float = 0.0, is_known: bool = True
+    fit: Refit,
+    asked: Refit,
+    *,
+    weight_doubt: float = 0.0,
+    is_known: bool = True,
+    error_factor: float = 1.0,
 ) -> dict[str, dict[str, float | str]]:
     """Return value, standard error and unit of the parameters that were asked for.
 
@@ -245,6 +250,8 @@ def parameter_table(
             moduli by that.
         is_known: whether what the model lacks is; else it may have drawn them by any amount, and
             they have no standard error: NaN.
+        error_factor: how much larger the errors of sensor and poses may be than is stated of
+            them.
     """
     wanted = set(asked.parameters.names)
     table: dict[str, dict[str, float | str]] = {}
@@ -255,7 +262,7 @@ def parameter_table(
         value = parameter.value(coordinate)
         if parameter.kind is Kind.YOUNGS_MODULUS:
             std_error = float(np.hypot(std_error, weight_doubt))
-        std_error = std_error if is_known else float('nan')
+        std_error = error_factor * std_error if is_known else float('nan')
         table[parameter.name] = {
             'value': value,
             'std_error': value * std_error if parameter.is_logarithmic else std_error,

@@ -105,6 +105,14 @@ def test_what_may_be_misstated_is_told(clearly_screened):
     of_a_fine_mesh = replace(found, gap=replace(found.gap, mesh=0.0))
     diagnosis = conclude(evaluator, off, quiet, of_a_fine_mesh, None, None, 1.0)
     assert any('not from twice these' in note for note in diagnosis.notes), diagnosis.notes
+    # Parameters are known as badly as that, too.
+    as_stated = replace(of_a_fine_mesh, may_be_misstated=False)
+    stated = conclude(evaluator, off, quiet, as_stated, None, None, 1.0)
+    for when in ('before', 'after'):
+        here, there = (one.parameters[when]['youngs_modulus'] for one in (diagnosis, stated))
+        assert here['value'] == there['value']
+        assert here['std_error'] == pytest.approx(2.0 * there['std_error'])
+        assert there['std_error'] > 0.0
 
 
 def test_a_motion_is_judged_by_what_is_stated(clearly_screened):
