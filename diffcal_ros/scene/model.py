@@ -201,6 +201,8 @@ class DepthSensor:
         farthest: depth beyond it is no measurement [m].
         driver_step: images in whole steps of this [m] were cut by the camera's ROS driver; 0 where
             that is not so, or the scene states the steps.
+        smooth_error: standard deviation of an error of depth that is smooth over the image and
+            does not change with time [m]; 0: as is usual.
     """
 
     noise: float = 0.00014
@@ -210,6 +212,7 @@ class DepthSensor:
     nearest: float = 0.0
     farthest: float = math.inf
     driver_step: float = 0.0
+    smooth_error: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -131,12 +131,17 @@ class CommonError:
 
 
 def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
-    """Return the noise of an observation: measured from its frames where there are enough."""
+    """Return the noise of an observation: measured from its frames where there are enough.
+
+    Its smooth error is what the scene states of it; else it is guessed.
+    """
     is_moving = observation.instant is not None
     enough = is_moving or observation.frame_count >= MEASURED_FRAMES
     is_measured = enough and np.isfinite(observation.noise)
     pixel = observation.noise if is_measured else sensor.noise
-    unmeasured = {} if is_measured else _UNMEASURED
+    known = {} if is_measured else _UNMEASURED
+    if sensor.smooth_error > 0.0:
+        known = {**known, 'smooth': sensor.smooth_error}
     # Rounding is noise too, as long as the true depth varies over a patch.
     rounding = sensor.quantization / np.sqrt(12.0 * max(observation.frame_count, 1))
     return NoiseModel(
@@ -144,7 +149,7 @@ def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
         is_measured=bool(is_measured),
         common=_COMMON if is_moving else 0.0,
         is_mixed=False,
-        **unmeasured,
+        **known,
     )
 
 

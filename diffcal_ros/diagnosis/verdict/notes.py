@@ -170,8 +170,8 @@ def _of_size(disagreement: Disagreement, nearest: Sequence[str]) -> list[str]:
     elif disagreement.may_be_misstated:
         notes.append(
             f'a gap of {1e3 * disagreement.gap.rms:.2f} mm stands out from the errors that are '
-            'stated of the sensor and the poses, and not from twice these: measure them, or '
-            'record more poses'
+            'stated of the sensor and the poses, and not from twice these: measure them (what a '
+            'flat target shows is sensor.smooth_error in the scene), or record more poses'
         )
         notes += nearest
     elif disagreement.verdict is Verdict.CANNOT_TELL:

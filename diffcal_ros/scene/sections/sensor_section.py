@@ -24,6 +24,10 @@ SENSOR_SHAPE = Keys(
         'quantization_mode': Choice(
             ('round', 'truncate'), "truncate: the RealSense ROS driver's 16UC1"
         ),
+        'smooth_error': Number(
+            'standard deviation of an error that is smooth over the image and stays, in m',
+            _POSITIVE_LENGTHS,
+        ),
         'nearest': Number('depth below it is no measurement, in m', _DISTANCES),
         'farthest': Number('depth beyond it is no measurement, in m', _POSITIVE_DISTANCES),
     },
@@ -49,6 +53,7 @@ def read_sensor(scene: Section) -> DepthSensor:
         nearest=section.number('nearest', default=usual.nearest),
         farthest=section.number('farthest', default=usual.farthest),
         driver_step=0.0 if has_steps else usual.driver_step,
+        smooth_error=section.number('smooth_error', default=usual.smooth_error, needed=_IN_METRES),
     )
     if section.is_sound and sensor.nearest >= sensor.farthest:
         section.wrong('nearest', f'give less than farthest, {sensor.farthest:g} m')

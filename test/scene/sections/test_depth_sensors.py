@@ -37,9 +37,16 @@ def test_a_scene_without_a_name_has_no_range(read):
     assert (sensor.nearest, sensor.farthest) == (0.0, math.inf)
 
 
+def test_a_smooth_error_is_stated_beside_a_name(read):
+    assert read(model='realsense_d405', smooth_error=0.001).smooth_error == 0.001
+    assert read(model='realsense_d405').smooth_error == 0.0
+
+
 @pytest.mark.parametrize(
     ('sensor', 'words'),
     [
+        ({'smooth_error': 0.0}, 'sensor.smooth_error'),
+        ({'smooth_error': 1.5}, 'between 0 and 1'),
         ({'model': 'realsense_d453'}, 'realsense_d435'),
         ({'model': 'realsense_d405', 'nearest': 1.5}, 'less than farthest, 1 m'),
         ({'farthest': 600.0}, 'sensor.farthest'),
