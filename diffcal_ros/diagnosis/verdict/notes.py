@@ -175,8 +175,19 @@ def _of_size(disagreement: Disagreement, nearest: Sequence[str]) -> list[str]:
         )
         notes += nearest
     elif disagreement.verdict is Verdict.CANNOT_TELL:
-        notes.append('the data are too few or too noisy: record more poses, or come closer')
+        notes.append(_too_noisy(disagreement))
     return notes
+
+
+def _too_noisy(disagreement: Disagreement) -> str:
+    """Say why the data cannot tell."""
+    floor, margin = disagreement.gap.whole_floor, disagreement.margin
+    if floor > margin:
+        return (
+            f'the sensor may be off by {1e3 * floor:.2f} mm, more than the {1e3 * margin:.2f} mm '
+            'that are to matter: come closer, or ask for larger gaps (--margin)'
+        )
+    return 'the data are too few: record more poses'
 
 
 def _of_model(choice: Choice | None, named: Naming, nearest: Sequence[str]) -> list[str]:

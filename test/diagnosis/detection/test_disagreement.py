@@ -115,6 +115,18 @@ def test_what_may_be_misstated_is_told(clearly_screened):
         assert there['std_error'] > 0.0
 
 
+@pytest.mark.parametrize(
+    ('share', 'words'), [(0.9, 'more than the'), (1.1, 'the data are too few')]
+)
+def test_why_data_cannot_tell_is_told(clearly_screened, share, words):
+    evaluator, fit, screen = clearly_screened
+    found = measure_disagreement(fit, screen, margin=0.0005)
+    gap = replace(found.gap, mesh=0.0)
+    unsure = replace(found, verdict=Verdict.CANNOT_TELL, gap=gap, margin=share * gap.whole_floor)
+    diagnosis = conclude(evaluator, fit, screen, unsure, None, None, 1.0)
+    assert any(words in note for note in diagnosis.notes), diagnosis.notes
+
+
 def test_a_motion_is_judged_by_what_is_stated(clearly_screened):
     _, fit, screen = clearly_screened
     quiet = replace(screen, scores=tuple(replace(s, plain_gain=0.0) for s in screen.scores))
