@@ -47,19 +47,25 @@ def main() -> int:
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = case_parser(__doc__.splitlines()[0])
+    parser.add_argument(
+        '--processes', type=int, default=1, help='that refit the models of one case (1)'
+    )
+    parser.add_argument('--cluster', help='address of a Dask scheduler')
+    return parser.parse_args()
+
+
+def case_parser(description: str) -> argparse.ArgumentParser:
+    """Return a parser of which cases to judge, where to, and how."""
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument('--cases', type=Path, required=True)
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', nargs='+', default=['*'], help='patterns of case names')
     parser.add_argument('--jobs', type=int, default=os.cpu_count(), help='default: all cores')
     parser.add_argument(
-        '--processes', type=int, default=1, help='that refit the models of one case (1)'
-    )
-    parser.add_argument(
         '--fixture', action='store_true', help='state the block around the clamp in every scene'
     )
-    parser.add_argument('--cluster', help='address of a Dask scheduler')
-    return parser.parse_args()
+    return parser
 
 
 @contextmanager

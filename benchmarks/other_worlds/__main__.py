@@ -12,7 +12,6 @@ RUN/other_worlds.json what they have in common. A world that a case cannot be in
 import argparse
 from collections.abc import Sequence
 import json
-import os
 from pathlib import Path
 import shutil
 import sys
@@ -20,9 +19,9 @@ from typing import Any
 
 import joblib
 
-from benchmarks.diagnosis import judge
+from benchmarks.diagnosis import case_parser, judge
 from benchmarks.other_worlds.case_files import read_case, write_case
-from benchmarks.other_worlds.comparison import answer_of, compared
+from benchmarks.other_worlds.comparison import Answer, answer_of, compared
 from benchmarks.other_worlds.worlds import AS_IT_IS, NotOfThisWorldError, WORLDS
 
 _VERDICT = Path('run') / 'verdict.json'
@@ -53,16 +52,9 @@ def main() -> int:
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--cases', type=Path, required=True)
-    parser.add_argument('--out', type=Path, required=True)
-    parser.add_argument('--only', nargs='+', default=['*'], help='patterns of case names')
+    parser = case_parser(__doc__.splitlines()[0])
     parser.add_argument(
         '--worlds', nargs='+', choices=list(WORLDS), default=list(WORLDS), help='default: all'
-    )
-    parser.add_argument('--jobs', type=int, default=os.cpu_count(), help='default: all cores')
-    parser.add_argument(
-        '--fixture', action='store_true', help='state the block around the clamp in every scene'
     )
     return parser.parse_args()
 
@@ -89,11 +81,11 @@ def _table(out: Path, cases: Sequence[str], worlds: Sequence[str]) -> dict[str, 
     """Return every answer, and how many of each world are as they are."""
     rows: list[dict[str, Any]] = []
     figures: dict[str, dict[str, int]] = {}
+    as_they_are = {case: _answer(out / AS_IT_IS / case) for case in cases}
     for world in worlds:
-        found = {case: _answer(out / world / case) for case in cases}
         held = []
-        for case, there in found.items():
-            here = _answer(out / AS_IT_IS / case)
+        for case, here in as_they_are.items():
+            there = _answer(out / world / case)
             if there is None or here is None:
                 continue
             same = compared(here, there, WORLDS[world].modulus)
@@ -105,7 +97,7 @@ def _table(out: Path, cases: Sequence[str], worlds: Sequence[str]) -> dict[str, 
     return {'worlds': figures, 'cases': rows}
 
 
-def _answer(folder: Path) -> Any:
+def _answer(folder: Path) -> Answer | None:
     path = folder / _VERDICT
     return answer_of(json.loads(path.read_text())) if path.is_file() else None
 

@@ -11,6 +11,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.recording.bag_reader import open_recording
 from diffcal_ros.recording.bag_writer import BagWriter
+from diffcal_ros.rigid_transform import transform
 import numpy as np
 from numpy.typing import NDArray
 import yaml
@@ -103,10 +104,8 @@ def write_case(case: Case, folder: Path) -> None:
 
 def matrix_of(placement: dict[str, Any]) -> FloatArray:
     """Return the matrix of a scene's placement, shape (4, 4)."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = placement['rotation_matrix']
-    matrix[:3, 3] = placement['translation']
-    return matrix
+    rotation, translation = placement['rotation_matrix'], placement['translation']
+    return transform(np.array(rotation), np.array(translation))
 
 
 def placement_of(matrix: FloatArray) -> dict[str, Any]:

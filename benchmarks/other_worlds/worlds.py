@@ -14,6 +14,7 @@ from functools import partial
 import zlib
 
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.rigid_transform import inverse, transform
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -61,13 +62,12 @@ def as_it_is(case: Case) -> None:
 def moved(case: Case) -> None:
     """Put the world's origin 4 m away and turn its axes."""
     rotation, _ = np.linalg.qr(np.random.default_rng(7).normal(size=(3, 3)))
-    world = np.eye(4)
-    world[:3, :3], world[:3, 3] = rotation * np.sign(np.linalg.det(rotation)), _ORIGIN
+    world = transform(rotation * np.sign(np.linalg.det(rotation)), _ORIGIN)
     for stated in (case.scene, *case.scene['observations']):
         if 'gravity' in stated:
             stated['gravity'] = (world[:3, :3] @ np.array(stated['gravity'])).tolist()
         if 'stored_depth_from_world' in stated:
-            camera = matrix_of(stated['stored_depth_from_world']) @ np.linalg.inv(world)
+            camera = matrix_of(stated['stored_depth_from_world']) @ inverse(world)
             stated['stored_depth_from_world'] = placement_of(camera)
     for seen in case.scene['observations']:
         seen['placement'] = placement_of(world @ matrix_of(seen['placement']))
@@ -80,8 +80,7 @@ def in_reverse(case: Case) -> None:
 
 def mesh_elsewhere(case: Case) -> None:
     """Draw the mesh in another frame: x becomes y, y becomes z, the origin is 1.3 m away."""
-    frame = np.eye(4)
-    frame[:3, :3], frame[:3, 3] = _MESH_AXES, _MESH_ORIGIN
+    frame = transform(_MESH_AXES, _MESH_ORIGIN)
     for box in case.boxes():
         old = {axis: box.pop(axis) for axis in 'xyz' if axis in box}
         for axis, row, shift in zip('xyz', _MESH_AXES, _MESH_ORIGIN, strict=True):
@@ -89,14 +88,13 @@ def mesh_elsewhere(case: Case) -> None:
             if before in old:
                 box[axis] = [float(end + shift) for end in old[before]]
     for seen in case.scene['observations']:
-        seen['placement'] = placement_of(matrix_of(seen['placement']) @ np.linalg.inv(frame))
+        seen['placement'] = placement_of(matrix_of(seen['placement']) @ inverse(frame))
     case.points = case.points @ _MESH_AXES.T + 1e3 * _MESH_ORIGIN
 
 
 def camera_on_its_side(case: Case) -> None:
     """Turn the camera by 90 degrees about its axis: rows become columns."""
-    turn = np.eye(4)
-    turn[:3, :3] = _QUARTER_TURN
+    turn = transform(_QUARTER_TURN, np.zeros(3))
     for stated in (case.scene, *case.scene['observations']):
         if 'stored_depth_from_world' in stated:
             camera = turn @ matrix_of(stated['stored_depth_from_world'])
