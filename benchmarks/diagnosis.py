@@ -11,17 +11,21 @@ workers see the same folders; otherwise all cores of this machine work.
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 import os
 from pathlib import Path
 import sys
 import time
+from typing import Any, TYPE_CHECKING
 
 import joblib
 import numpy as np
 import yaml
+
+if TYPE_CHECKING:
+    from diffcal_ros.scene.model import Fixture
 
 
 def main() -> int:
@@ -106,7 +110,6 @@ def judge(case: Path, out: Path, *, has_fixture: bool = False, processes: int = 
     from diffcal_ros.offline.calibrate_recordings import open_inputs
     from diffcal_ros.offline.diagnose_recordings import run_diagnosis
     from diffcal_ros.scene.load import load_scene
-    from diffcal_ros.scene.sections.fixture import box_fixture
 
     extra = yaml.safe_load((case / 'extra.yaml').read_text())
     ruled_out = extra.get('library_without')
@@ -114,12 +117,30 @@ def judge(case: Path, out: Path, *, has_fixture: bool = False, processes: int = 
     settings = DiagnosisSettings(without=without, jobs=processes)
     scene = load_scene(case / 'scene.yaml')
     if has_fixture:
-        box = extra['fixture']['box']
-        scene = replace(scene, fixture=box_fixture(np.array([box[axis] for axis in 'xyz']).T))
+        scene = replace(scene, fixture=clamp_fixture(extra['fixture']))
     inputs = open_inputs(scene, [], pose_source='stored')
     diagnosis = run_diagnosis(inputs, settings, out).diagnosis
     named = ', '.join(effect.identifier for effect in diagnosis.effects)
     return f'{diagnosis.verdict.value} {named or diagnosis.unknown_class or ""}'.strip()
+
+
+def clamp_fixture(stated: Mapping[str, Any]) -> 'Fixture':
+    """Return the block around a clamp, or those around several as one surface.
+
+    Args:
+        stated: `box`, or `boxes`, each with the limits of x, y and z, object frame [m].
+    """
+    from diffcal_ros.scene.sections.fixture import box_fixture
+
+    boxes = stated.get('boxes') or [stated['box']]
+    blocks = [box_fixture(np.array([box[axis] for axis in 'xyz']).T) for box in boxes]
+    firsts = np.cumsum([0, *(len(block.positions) for block in blocks[:-1])])
+    triangles = [block.triangles + first for block, first in zip(blocks, firsts, strict=True)]
+    return replace(
+        blocks[0],
+        positions=np.concatenate([block.positions for block in blocks]),
+        triangles=np.concatenate(triangles).astype(np.int32),
+    )
 
 
 if __name__ == '__main__':

@@ -48,6 +48,7 @@ from benchmarks.blind.motion_forms import MOTION_FORMS
 from benchmarks.blind.nineteenth_outside import NINETEENTH_OUTSIDE
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
+from benchmarks.blind.other_rigs import OtherSetup
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.scene_file import extra_text, scene_text
@@ -70,6 +71,12 @@ from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
+from benchmarks.blind.thirtyfourth_set import (
+    draw_other_case,
+    list_other_cases,
+    OTHER_SETS,
+    rig_label,
+)
 from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
 from benchmarks.blind.thirtythird_outside import THIRTYTHIRD_OUTSIDE
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing
@@ -107,7 +114,10 @@ def write_case(case: Case, out: Path) -> float:
         label.parent.mkdir(parents=True, exist_ok=True)
         center = camera_center(specimen, setup)
         told = timing if case.set_name in SWING_SETS else None
-        write_json(label, label_of(case, setup, effects, faults, center, told))
+        content = label_of(case, setup, effects, faults, center, told)
+        if isinstance(setup, OtherSetup):
+            content['rig'] = rig_label(setup)
+        write_json(label, content)
         shutil.rmtree(target, ignore_errors=True)
         fresh.rename(target)
     finally:
@@ -117,6 +127,8 @@ def write_case(case: Case, out: Path) -> float:
 
 def draw_case(case: Case) -> tuple[Setup, tuple[Effect, ...], Faults]:
     """Draw a case's set-up, effects and faults."""
+    if case.set_name in OTHER_SETS:
+        return draw_other_case(case)
     setup = draw_setup(
         case.family,
         is_sealed=case.set_name != 'development',
@@ -205,7 +217,9 @@ def _write_seen(
 def main(arguments: list[str] | None = None) -> int:
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--set', choices=(*FORM_SETS, *SWING_SETS), required=True, dest='set_name')
+    parser.add_argument(
+        '--set', choices=(*FORM_SETS, *SWING_SETS, *OTHER_SETS), required=True, dest='set_name'
+    )
     parser.add_argument('--out', type=Path, required=True)
     parser.add_argument('--only', default='*', help='pattern of case names')
     parser.add_argument('--kind', default='*', help='clean, single, pair, outside, denied or form')
@@ -227,11 +241,11 @@ def main(arguments: list[str] | None = None) -> int:
         (False, True): list_form_cases,
         (True, True): list_motion_form_cases,
     }[given.motion, given.forms]
-    every = (
-        list_swing_set_cases(given.set_name, given.salt)
-        if given.set_name in SWING_SETS
-        else listed(given.set_name, given.salt)
-    )
+    if given.set_name in SWING_SETS:
+        listed = list_swing_set_cases
+    if given.set_name in OTHER_SETS:
+        listed = list_other_cases
+    every = listed(given.set_name, given.salt)
     cases = [
         case for case in every if fnmatch(case.id, given.only) and fnmatch(case.kind, given.kind)
     ]

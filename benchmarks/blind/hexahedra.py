@@ -12,7 +12,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.blind.lattice import cut, halved, numbered
+from benchmarks.blind.lattice import cut, cut_by_counts, halved, numbered
+from benchmarks.blind.other_bodies import OtherShape
 from benchmarks.blind.shapes import FloatArray, Shape
 
 IntArray = NDArray[np.int64]
@@ -87,13 +88,16 @@ def mesh_hexahedra(
         held_cells: number of cells along the held section, one where all of it is held.
         layers: least number of cells over the height.
     """
-    width, height = shape.section
-    size = (
-        0.0062 / refinement,
-        min(width / 2.0, 0.0085) / refinement,
-        min(min(height / 2.0, 0.0085) / refinement, height / layers),
-    )
-    lattice = cut(shape, size, held_cells=held_cells, grading=_GRADING)
+    if isinstance(shape, OtherShape):
+        lattice = cut_by_counts(shape, shape.finer(refinement))
+    else:
+        width, height = shape.section
+        size = (
+            0.0062 / refinement,
+            min(width / 2.0, 0.0085) / refinement,
+            min(min(height / 2.0, 0.0085) / refinement, height / layers),
+        )
+        lattice = cut(shape, size, held_cells=held_cells, grading=_GRADING)
     local = (CORNERS + 1.0).astype(np.int64)
     triples = 2 * lattice.cells[:, None] + local[None]
     ticks = tuple(halved(axis) for axis in lattice.ticks)
@@ -103,8 +107,7 @@ def mesh_hexahedra(
         nodes=shape.place(points),
         cells=cells,
         faces=_outer_faces(lattice.cells),
-        # To the end of the first block, which ends within the clamp where a body slid out.
-        held=np.flatnonzero(points[:, 0] <= shape.breaks[0][1] * (1.0 + 1e-9)),
+        held=np.flatnonzero(shape.is_held(points)),
     )
 
 

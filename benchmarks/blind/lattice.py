@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cut the blocks of a shape into small cells."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import itertools
 
@@ -35,10 +36,10 @@ def cut(
         held_cells: number of cells along the held section.
         grading: above 1, cells grow from the clamp's face, where strain is singular.
     """
-    ticks, owners = [], []
+    ticks, counts = [], []
     for axis in range(3):
         breaks = shape.breaks[axis]
-        parts, owner = [np.array([breaks[0]])], []
+        parts, own = [np.array([breaks[0]])], []
         for block, (low, high) in enumerate(itertools.pairwise(breaks)):
             count = max(1, round((high - low) / size[axis] + 0.49))
             if axis == 0 and block == 0:
@@ -47,9 +48,29 @@ def cut(
             if axis == 0 and block == 1:
                 steps = steps**grading
             parts.append(low + (high - low) * steps)
-            owner += [block] * count
+            own.append(count)
         ticks.append(np.concatenate(parts))
-        owners.append(np.array(owner))
+        counts.append(own)
+    return _filled(shape, ticks, counts)
+
+
+def cut_by_counts(shape: Shape, counts: Sequence[Sequence[int]]) -> Lattice:
+    """Cut a shape's blocks into so many equal cells each.
+
+    Args:
+        shape: the body.
+        counts: of each block along x, y and z.
+    """
+    ticks = []
+    for breaks, numbers in zip(shape.breaks, counts, strict=True):
+        ends = zip(itertools.pairwise(breaks), numbers, strict=True)
+        parts = [np.linspace(low, high, count + 1)[1:] for (low, high), count in ends]
+        ticks.append(np.concatenate([[breaks[0]], *parts]))
+    return _filled(shape, ticks, counts)
+
+
+def _filled(shape: Shape, ticks: Sequence[FloatArray], counts: Sequence[Sequence[int]]) -> Lattice:
+    owners = [np.repeat(np.arange(len(own)), own) for own in counts]
     filled = shape.solid[np.ix_(*owners)]
     return Lattice((ticks[0], ticks[1], ticks[2]), np.argwhere(filled))
 

@@ -36,7 +36,6 @@ from benchmarks.blind.strips import chirp_error, sawtooth_error
 from benchmarks.blind.surface import body_triangles, box_triangles, joined, moved
 from benchmarks.blind.trailing import trailing_share
 
-FRAMES = 8
 _SAGS = 0.8  # What a mount has yet to sag falls by so much of its logarithm from pose to pose.
 
 
@@ -76,7 +75,7 @@ def _seen(
             _paint(_border(setup, observation, faults), faults),
             _covered(mesh, setup, faults),
         ),
-        box_triangles(*setup.fixture, FIXTURE),
+        *(box_triangles(*block, FIXTURE) for block in setup.fixtures),
     )
     world_from_object = observation.world_from_object
     moved_by = _camera_share(setup, observation, faults)
@@ -384,7 +383,7 @@ def record(
     rows = slice(rendering.row, rendering.row + view.depth.shape[0])
     columns = slice(rendering.column, rendering.column + view.depth.shape[1])
     frames = []
-    for _ in range(FRAMES):
+    for _ in range(setup.frames):
         image = np.full(shape, np.nan, dtype=np.float32)
         image[rows, columns] = expose(view, sensor, bias[rows, columns], random)
         frames.append(image)

@@ -49,6 +49,7 @@ class Setup:
         pose_errors: standard deviations of position [m] and rotation [deg] that the scene states.
         rubber: what the body is made of.
         fixture_shift: of the stated fixture from the true one, object frame [m].
+        frames: of each pose.
     """
 
     shape: Shape
@@ -63,6 +64,7 @@ class Setup:
     pose_errors: tuple[float, float] = (0.0, 0.0)
     rubber: Rubber = field(default_factory=Rubber)
     fixture_shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    frames: int = 8
 
     @property
     def fixture(self) -> tuple[FloatArray, FloatArray]:
@@ -74,6 +76,11 @@ class Setup:
             np.array([-_FIXTURE_RIM, *-half]),
             np.array([shape.clamp - 0.001, *half]),
         )
+
+    @property
+    def fixtures(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """The blocks of all clamps of the rig."""
+        return (self.fixture,)
 
     @property
     def stated_fixture(self) -> tuple[FloatArray, FloatArray]:

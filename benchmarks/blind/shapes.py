@@ -100,6 +100,11 @@ class Shape:
         width = next(tuple(self.breaks[1])[i : i + 2] for i in np.flatnonzero(self.solid[0, :, 0]))
         return width[1] - width[0], self.breaks[2][-1] - self.breaks[2][0]
 
+    def is_held(self, lattice: FloatArray) -> NDArray[np.bool_]:
+        """Tell which lattice points are in a clamp, shape (...) of (..., 3)."""
+        # To the end of the first block, which ends within the clamp where a body slid out.
+        return np.asarray(lattice[..., 0] <= self.breaks[0][1] * (1.0 + 1e-9))
+
     def arc_share(self, lattice: FloatArray) -> FloatArray:
         """Return the share of the free length at which lattice points lie, 0 in the clamp."""
         free = self.length - self.clamp

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.blind.lattice import cut, numbered
+from benchmarks.blind.lattice import cut, cut_by_counts, Lattice, numbered
+from benchmarks.blind.other_bodies import OtherShape
 from benchmarks.blind.shapes import FloatArray, Shape
 
 IntArray = NDArray[np.int64]
@@ -37,11 +38,7 @@ def mesh_tetrahedra(shape: Shape, coarsening: float = 1.0) -> TetMesh:
         shape: the body.
         coarsening: how many times longer than usual the cells are.
     """
-    width, height = shape.section
-    size = (0.0057, min(width / 2.6, 0.0068), min(height / 1.8, 0.0068))
-    if coarsening > 1.0:
-        size = (0.0057 * coarsening, width / 1.6, height / 1.6)
-    lattice = cut(shape, size, held_cells=max(round(4 / coarsening), 1))
+    lattice = _cells(shape, coarsening)
     paths = []
     for order in permutations(range(3)):
         corner = np.zeros(3, dtype=np.int64)
@@ -62,6 +59,16 @@ def mesh_tetrahedra(shape: Shape, coarsening: float = 1.0) -> TetMesh:
     is_inverted = np.linalg.det(edges) < 0.0
     tets[is_inverted] = tets[is_inverted][:, [0, 1, 3, 2]]
     return TetMesh(points, tets, (share > 0.5).astype(np.int64))
+
+
+def _cells(shape: Shape, coarsening: float) -> Lattice:
+    if isinstance(shape, OtherShape):
+        return cut_by_counts(shape, shape.tet_counts)
+    width, height = shape.section
+    size = (0.0057, min(width / 2.6, 0.0068), min(height / 1.8, 0.0068))
+    if coarsening > 1.0:
+        size = (0.0057 * coarsening, width / 1.6, height / 1.6)
+    return cut(shape, size, held_cells=max(round(4 / coarsening), 1))
 
 
 def write_vtk(mesh: TetMesh, path: Path) -> None:

@@ -53,7 +53,8 @@ class Case:
     def boxes(self) -> list[dict[str, list[float]]]:
         """Return all boxes in the frame of the mesh, to be changed in place [m]."""
         held = [part['box'] for part in self.scene['held'].values()]
-        return [*held, self.extra['fixture']['box']]
+        fixture = self.extra['fixture']
+        return [*held, *(fixture.get('boxes') or [fixture['box']])]
 
     def each_bag(self, change: Callable[[Bag], Bag]) -> None:
         """Change every recording."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from support.blind_digest import drawn_digest
 from support.blind_labels import check_label, labelled
 
 from benchmarks.blind.amplitudes import Drawer, LIBRARY, OUTSIDE, OUTSIDE_CLASS
@@ -369,3 +370,18 @@ def test_labels_tell_law_fixture_effects_and_class(cases: list[Case]) -> None:
         assert all(told)
         shifted.append(np.linalg.norm(label['fixture_shift_mm']) > 0.0)
     assert 0.35 < np.mean(shifted) < 0.65
+
+
+@pytest.mark.parametrize(
+    ('name', 'digest'),
+    [
+        ('sealed', '40d185467ccbe6be574aa61469dac76d145a9bfb9db640fe8b2da67ed725e3fc'),
+        ('sixth', '876bf37e577c116f75724654737147821851374183aa3ab4323de6fee7a361f7'),
+        ('twentieth', '9fbdc21e0eb9a016f5d0c1680943442aee0394856dcabdd641a79306a3c97f56'),
+        ('thirtythird', '86baa5b73987c5ace29f44bee357cf96452fe1251a3c9c085b4503eed408d6a3'),
+    ],
+)
+def test_cases_are_drawn_as_they_were_before_there_were_other_bodies(
+    name: str, digest: str
+) -> None:
+    assert drawn_digest(name, 12) == digest
