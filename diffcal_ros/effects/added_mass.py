@@ -20,7 +20,7 @@ class AddedMass(Effect):
 
     identifier = 'added_mass'
     group = 'load'
-    components = (Component('mass', 'kg', 0.0, 0.5, 0.010, 'g', 1e3),)
+    components = (Component('mass', 'kg', 0.0, 0.5, 0.010, 'g', 1e3, by_mass=1),)
     sentence = 'something hangs on the body'
     settles = ('the weight of the body', 'a pose with the body upside down')
     twins = ('stiffness_contrast',)
@@ -32,7 +32,15 @@ class AddedMass(Effect):
     screened_at = (0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
     forms = tuple(
         Component(
-            f'mass_{place}', 'kg', -0.5, 0.5, 0.010, 'g', 1e3, where=at_share(place / _PLACES)
+            f'mass_{place}',
+            'kg',
+            -0.5,
+            0.5,
+            0.010,
+            'g',
+            1e3,
+            where=at_share(place / _PLACES),
+            by_mass=1,
         )
         for place in range(1, _PLACES + 1)
     )

@@ -12,7 +12,7 @@ class AirDrag(Effect):
 
     identifier = 'air_drag'
     group = 'dynamics'
-    components = (Component('area', 'm^2', 0.0, 50.0, 0.020, 'cm^2', 1e4),)
+    components = (Component('area', 'm^2', 0.0, 50.0, 0.020, 'cm^2', 1e4, by_length=2),)
     sentence = 'the air holds the moving body back'
     settles = ('a second release with half the swing',)
     twins = ('time_offset',)

@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The clamp turns with the moment of the body on it, and shifts with its force."""
 
+from dataclasses import replace
+
 from diffcal_ros.effects.effect import Component, Effect, FloatArray, Numbers
 from diffcal_ros.effects.site import Site
 from diffcal_ros.fem.statics.force_changes import Change
 from diffcal_ros.fem.terms.conditions import Conditions
 import numpy as np
 
-_TURN = ('rad/(N m)', 0.0, 100.0, 5.0, 'rad/(N m)', 1.0)
-_TURN_EITHER_WAY = ('rad/(N m)', -100.0, 100.0, 5.0, 'rad/(N m)', 1.0)
+# Of a usual body, which turns it by its weight on its length.
+_TURN = Component(
+    'compliance', 'rad/(N m)', 0.0, 100.0, 5.0, 'rad/(N m)', 1.0, by_mass=-1, by_length=-1
+)
 _ABOUT_ONE = ('compliance_a', 'compliance_b')
 _OF_SECTION = (*_ABOUT_ONE, 'compliance_ab')
 
@@ -20,10 +24,12 @@ class CompliantClamp(Effect):
     identifier = 'compliant_clamp'
     group = 'boundary'
     components = (
-        Component('compliance', *_TURN),
-        Component('shift_compliance', 'm/N', 0.0, 0.1, 0.005, 'mm/N', 1e3),
-        *(Component(name, *_TURN) for name in _ABOUT_ONE),
-        Component('compliance_ab', *_TURN_EITHER_WAY),
+        _TURN,
+        Component(
+            'shift_compliance', 'm/N', 0.0, 0.1, 0.005, 'mm/N', 1e3, by_mass=-1, by_length=1
+        ),
+        *(replace(_TURN, name=name) for name in _ABOUT_ONE),
+        replace(_TURN, name='compliance_ab', lower=-_TURN.upper),
     )
     sentence = 'the clamp gives way under the load'
     settles = ('a second load', 'a pose that loads the clamp otherwise')

@@ -7,9 +7,10 @@ A mode that goes with a place along the body has that place as a setting, not as
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from diffcal_ros.effects.body_size import BodySize, USUAL_BODY
 from diffcal_ros.effects.site import FitsSeen, SeenPixels, Site, Tets
 from diffcal_ros.fem.body_axes import BodyAxes
 from diffcal_ros.fem.statics.creep import Creep
@@ -32,15 +33,18 @@ class Component:
     Attributes:
         name: after the dot, as in `clamp_offset.rx`.
         unit: SI.
-        lower: bound.
-        upper: bound; a lower bound of 0 makes it one-sided.
-        scale: what would be called a usual size: the prior's standard deviation.
+        lower: bound, of a usual body.
+        upper: likewise; a lower bound of 0 makes it one-sided.
+        scale: what would be called a usual size of a usual body, see `of`: the prior's standard
+            deviation.
         shown_unit: for people.
         shown_factor: from SI to that.
         longest_step: of a fit, in scales; tangents of what touches hold over short ways only.
         has_prior: whether zero is likely; of a place or a time nothing is known beforehand.
         nominal_std: the prior's standard deviation in a fit of the model as it is.
         where: so much of it is there, in words; empty: its name says that.
+        by_mass: power of the body's mass that size and bounds go by.
+        by_length: likewise of its length.
     """
 
     name: str
@@ -54,6 +58,28 @@ class Component:
     has_prior: bool = True
     nominal_std: float | None = None
     where: str = ''
+    by_mass: int = 0
+    by_length: int = 0
+
+    def of(self, body: BodySize) -> 'Component':
+        """Return the amplitude with the usual size and the bounds that it has on a body."""
+        heavier, longer = body.mass / USUAL_BODY.mass, body.length / USUAL_BODY.length
+        times = heavier**self.by_mass * longer**self.by_length
+        return replace(
+            self, lower=times * self.lower, upper=times * self.upper, scale=times * self.scale
+        )
+
+    @property
+    def goes_by_body(self) -> bool:
+        """Whether usual size and bounds depend on the body."""
+        return bool(self.by_mass or self.by_length)
+
+    @property
+    def stated_limits(self) -> tuple[float, float]:
+        """What a scene file may say, of whatever body: its sign alone where size goes by that."""
+        if not self.goes_by_body:
+            return self.lower, self.upper
+        return (0.0 if self.lower == 0.0 else -np.inf), np.inf
 
     @property
     def usual_size(self) -> float:

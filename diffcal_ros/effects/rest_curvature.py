@@ -26,12 +26,14 @@ class RestCurvature(Effect):
 
     identifier = 'rest_curvature'
     group = 'shape'
-    components = tuple(Component(a, '1/m', -20.0, 20.0, 2.0, '1/m', 1.0) for a in ('a', 'b'))
+    components = tuple(
+        Component(a, '1/m', -20.0, 20.0, 2.0, '1/m', 1.0, by_length=-1) for a in ('a', 'b')
+    )
     sentence = 'the body is bent when nothing pulls on it'
     settles = ('a pose with the body rolled by 180 degrees',)
     twins = ('clamp_offset', 'gravity_tilt')
     forms = tuple(
-        Component(name, '1/m', -60.0, 60.0, 2.0, '1/m', 1.0, where=where)
+        Component(name, '1/m', -60.0, 60.0, 2.0, '1/m', 1.0, where=where, by_length=-1)
         for name, where in _WAYS.items()
     )
 

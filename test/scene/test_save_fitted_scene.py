@@ -159,12 +159,12 @@ def test_an_effect_of_another_form_is_read_and_saved_with_it(write_scene, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ('own', 'told'),
+    ('effect', 'own', 'told'),
     [
-        ({'a_7': 1.0}, 'rest_curvature.a_7 is no key'),
-        ({'a_3': 1e3}, 'rest_curvature.a_3 is 1000'),
+        ('rest_curvature', {'a_7': 1.0}, 'rest_curvature.a_7 is no key'),
+        ('stiffness_contrast', {'part_3': 1e3}, 'stiffness_contrast.part_3 is 1000'),
     ],
 )
-def test_a_form_that_no_effect_has_is_told(write_scene, own, told):
+def test_a_form_that_no_effect_has_is_told(write_scene, effect, own, told):
     with pytest.raises(SceneError, match=told):
-        load_scene(write_scene({'effects': {'rest_curvature': own}}))
+        load_scene(write_scene({'effects': {effect: own}}))

@@ -222,7 +222,7 @@ class EffectModel:
 
 def _add(own: dict[str, float], parameter: Parameter, more: float) -> None:
     """Add to an amplitude what it is more in one posture, within its bounds."""
-    part = EFFECTS[parameter.effect].component(parameter.amplitude)
+    part = parameter.part
     whole = own.get(part.name, 0.0) + more
     own[part.name] = float(np.clip(whole, part.lower, part.upper))
 

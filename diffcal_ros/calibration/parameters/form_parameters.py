@@ -6,28 +6,30 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from diffcal_ros.calibration.parameters.parameters import Kind, Parameter
+from diffcal_ros.effects.body_size import BodySize, USUAL_BODY
 from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.scene.model import Quantity
 from diffcal_ros.time_knot import TimeKnot
 
 
-def form_parameters(effect: Effect, size: float) -> list[Parameter]:
+def form_parameters(effect: Effect, size: float, body: BodySize = USUAL_BODY) -> list[Parameter]:
     """Return the parameters of an effect's other forms; see `Effect.forms`.
 
     Args:
         effect: whose.
         size: standard deviation about zero, in usual sizes of each.
+        body: on which it is.
     """
     return [
-        _nuisance(effect, part, number, size, Kind(effect.form_kind))
+        _nuisance(effect, part.of(body), number, size, Kind(effect.form_kind))
         for number, part in enumerate(effect.forms)
     ]
 
 
-def course_parameters(effect: Effect) -> list[Parameter]:
+def course_parameters(effect: Effect, body: BodySize = USUAL_BODY) -> list[Parameter]:
     """Return the parameters of what an effect is over time alone; see `Effect.of_course`."""
     return [
-        _nuisance(effect, part, number, 1.0, Kind.EFFECT)
+        _nuisance(effect, part.of(body), number, 1.0, Kind.EFFECT)
         for number, part in enumerate(effect.of_course)
     ]
 
@@ -88,6 +90,7 @@ def _nuisance(effect: Effect, part: Component, number: int, size: float, kind: K
         is_nuisance=True,
         effect=effect.identifier,
         amplitude=part.name,
+        sized=part,
     )
 
 

@@ -11,6 +11,7 @@ from diffcal_ros.effects.registry import EFFECTS, effects_by_fit_name
 from diffcal_ros.errors import SceneError
 from diffcal_ros.scene.fit_names import CABLE_NAMES
 from diffcal_ros.scene.model import Cable, Quantity, Region, Scene
+from diffcal_ros.scene.size_of_body import size_of_body
 import numpy as np
 from numpy.typing import NDArray
 
@@ -175,7 +176,7 @@ def _effect(scene: Scene, effect: Effect, component_name: str) -> list[Parameter
     if not chosen:
         names = ', '.join(part.name for part in effect.components)
         raise SceneError(f'cannot fit {identifier}.{component_name!r}: its components are {names}')
-    kind = Kind(effect.kind)
+    kind, body = Kind(effect.kind), size_of_body(scene)
     return [
         Parameter(
             effect.amplitude_name(part.name),
@@ -186,15 +187,20 @@ def _effect(scene: Scene, effect: Effect, component_name: str) -> list[Parameter
             axis=index if effect.is_fitted_whole else 0,
             effect=identifier,
             amplitude=part.name,
+            sized=part,
         )
-        for index, part in enumerate(chosen)
+        for index, part in enumerate(own.of(body) for own in chosen)
     ]
 
 
 def _effect_quantity(part: Component, start: float, std: float) -> Quantity:
+    lower, upper = part.lower, part.upper
+    if part.goes_by_body:
+        # What a scene states is there, however unusual on such a body.
+        lower, upper = min(lower, 2.0 * start), max(upper, 2.0 * start)
     if not part.has_prior:
-        return Quantity(start, part.lower, part.upper)
-    return Quantity(start, part.lower, part.upper, 0.0, std)
+        return Quantity(start, lower, upper)
+    return Quantity(start, lower, upper, 0.0, std)
 
 
 def _nominal_std(scene: Scene, kind: Kind, part: Component) -> float:

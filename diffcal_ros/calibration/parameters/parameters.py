@@ -57,6 +57,7 @@ class Parameter:
         is_nuisance: carried along for honest errors, not asked for.
         effect: identifier of the effect that it is of; empty for others.
         amplitude: which of the effect's amplitudes it is.
+        sized: that amplitude with the size it has on the body; None: on a usual one.
         posture: number of the only one where it counts, on top of what the amplitude is in all;
             None: it is that.
         knot: the time after the first frame around which alone it counts, likewise; None: it
@@ -72,6 +73,7 @@ class Parameter:
     is_nuisance: bool = False
     effect: str = ''
     amplitude: str = ''
+    sized: Component | None = None
     posture: int | None = None
     knot: TimeKnot | None = None
 
@@ -101,7 +103,7 @@ class Parameter:
     @property
     def part(self) -> Component:
         """The amplitude that it is; only of those of an effect."""
-        return EFFECTS[self.effect].component(self.amplitude)
+        return self.sized or EFFECTS[self.effect].component(self.amplitude)
 
     @property
     def is_freed(self) -> bool:

@@ -66,8 +66,7 @@ def drawn_parameters(screen: Screen, parameters: ParameterSet) -> Drawn:
 
 def _drawn_by(score: Score, index: int, noise_scale: float) -> float:
     """Return how far an effect may have drawn a coordinate at most, 95 %."""
-    parts = [score.candidate.effect.component(name) for name in score.candidate.components]
-    most = np.array([max(abs(part.lower), abs(part.upper)) for part in parts])
+    most = np.array([max(abs(part.lower), abs(part.upper)) for part in score.candidate.parts])
     columns, follows = score.plain_columns * most, score.follows[index] * most
     covariance = np.linalg.inv(columns.T @ columns / noise_scale + np.eye(len(most)))
     estimate = covariance @ (columns.T @ score.plain_residual) / noise_scale
@@ -77,8 +76,7 @@ def _drawn_by(score: Score, index: int, noise_scale: float) -> float:
 
 def _of_one(score: Score, noise_scale: float) -> dict[str, float]:
     columns, candidate = score.plain_columns, score.candidate
-    parts = [candidate.effect.component(name) for name in candidate.components]
-    scales = np.array([part.scale for part in parts])
+    parts, scales = candidate.parts, candidate.scales
     scaled = columns * scales
     left, sizes, right = np.linalg.svd(scaled, full_matrices=False)
     seen = sizes > _BLIND

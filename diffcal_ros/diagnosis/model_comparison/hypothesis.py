@@ -249,7 +249,7 @@ class Hypothesis:
             index = names.index(name)
             slopes = [b.patches.jacobian[:, index] for b in self.fit.groups]
             largest = max((float(np.abs(s).max(initial=0.0)) for s in slopes), default=0.0)
-            farthest = max(farthest, largest * candidate.effect.component(component).scale)
+            farthest = max(farthest, largest * candidate.part(component).scale)
         return farthest
 
     def amplitudes(self, candidate: Candidate) -> list[Amplitude]:
@@ -260,7 +260,7 @@ class Hypothesis:
         found = []
         for name, component in zip(candidate.names, candidate.components, strict=True):
             index = names.index(name)
-            part = candidate.effect.component(component)
+            part = candidate.part(component)
             is_inside = lower[index] < fit.coordinates[index] < upper[index]
             value, std_error = fit.of_the_body(index)
             found.append(

@@ -139,7 +139,7 @@ def _freedoms(
     """Return what an effect may be besides: in form, and in each pose where that is asked."""
     found, effect = list[tuple[Parameter, ...]](), candidate.effect
     if effect.forms:
-        found.append(tuple(form_parameters(effect, 1.0)))
+        found.append(tuple(form_parameters(effect, 1.0, candidate.body)))
     if is_by_pose and effect.most_by_pose >= 1.0:
         found.append(in_each_pose(pool, candidate))
     return found

@@ -80,7 +80,7 @@ def _course(
     """Return what amplitudes of an effect may be more around each knot, by their usual sizes."""
     model = with_effects(pool.nominal, pool.base, [candidate])[1].model
     own = [one for one in model.parameters if one.name in candidate.names]
-    own += course_parameters(candidate.effect)
+    own += course_parameters(candidate.effect, candidate.body)
     amplitudes = [one for one in own if one.amplitude in candidate.effect.varying]
     knots = knots_between(times[0], times[-1], min(_KNOTS, 1 + len(times) // _FRAMES))
     if candidate.effect.scatters_in_time:

@@ -6,10 +6,12 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
+from diffcal_ros.effects.body_size import BodySize, USUAL_BODY
 from diffcal_ros.effects.effect import Component, Effect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.scene.fit_names import RELEASE_TIME
 from diffcal_ros.scene.model import Scene
+from diffcal_ros.scene.size_of_body import size_of_body
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,12 +29,14 @@ class Candidate:
             usual one.
         size: how many times as large as usual it may well be, see `usual_sizes`; no part of what
             it is.
+        body: on which it is: what usual sizes go by; no part of what it is.
     """
 
     identifier: str
     components: tuple[str, ...]
     at: float | None = None
     size: float = field(default=1.0, compare=False)
+    body: BodySize = field(default=USUAL_BODY, compare=False)
 
     @property
     def effect(self) -> Effect:
@@ -52,7 +56,11 @@ class Candidate:
     @property
     def parts(self) -> tuple[Component, ...]:
         """Its amplitudes."""
-        return tuple(map(self.effect.component, self.components))
+        return tuple(map(self.part, self.components))
+
+    def part(self, name: str) -> Component:
+        """Return one of the effect's amplitudes, also of its other forms, on the body."""
+        return self.effect.component(name).of(self.body)
 
     @property
     def scales(self) -> FloatArray:
@@ -93,9 +101,9 @@ def candidates(
     fitted = {name.partition('.')[0] for name in (scene.fit if fit is None else fit)}
     left_out = {*without, *(name for name in scene.effects if _is_stated(scene, name))}
     left_out |= {effect.identifier for effect in EFFECTS.values() if effect.fit_name in fitted}
-    shown = shown_effects(scene, fitted)
+    shown, body = shown_effects(scene, fitted), size_of_body(scene)
     return [
-        Candidate(effect.identifier, components, at)
+        Candidate(effect.identifier, components, at, body=body)
         for effect in shown
         if effect.identifier not in left_out
         for components in effect.variants_in(scene.effects.get(effect.identifier, {}))

@@ -95,7 +95,7 @@ def _largest_part(candidate: Candidate, form: Mapping[str, float]) -> str | None
 
     None: what was free to be of another form is of the library's.
     """
-    parts = {name: candidate.effect.component(name) for name in form}
+    parts = {name: candidate.part(name) for name in form}
     shares = {name: abs(value) / parts[name].scale for name, value in form.items()}
     name = max(shares, key=lambda own: shares[own], default=None)
     if name is None or shares[name] < _LEAST_OF_FORM:
@@ -118,7 +118,7 @@ def spread_over_poses(hypothesis: Hypothesis) -> list[str]:
         for name in candidate.components:
             own = more.get((candidate.identifier, name))
             if own is not None:
-                part = candidate.effect.component(name)
+                part = candidate.part(name)
                 size = part.shown_factor * float(np.sqrt(np.mean(np.square(own))))
                 words.append(f'{name} by {size:.2g} {part.shown_unit}')
         if any((candidate.identifier, part.name) in more for part in candidate.effect.forms):

@@ -10,6 +10,7 @@ from diffcal_ros.report.scene_picture.view import View
 from diffcal_ros.scene.model import Fixture, MotionSetup, ObservationSetup, Quantity, Scene
 from diffcal_ros.scene.posing import world_positions
 from diffcal_ros.scene.reading.quantities import QUANTITY_RULES, QuantityRule, RELEASE_TIME
+from diffcal_ros.scene.size_of_body import size_of_body
 import numpy as np
 from numpy.typing import NDArray
 
@@ -60,11 +61,8 @@ def format_rows(rows: list[Row]) -> str:
 
 
 def _mass_text(scene: Scene) -> str:
-    volumes = scene.mesh.volumes
-    mass = sum(
-        float(volumes[region.tets].sum()) * region.density.start for region in scene.regions
-    )
-    return f'{1e6 * volumes.sum():.4g} cm^3, {1e3 * mass:.4g} g'
+    volume, mass = scene.mesh.volumes.sum(), size_of_body(scene).mass
+    return f'{1e6 * volume:.4g} cm^3, {1e3 * mass:.4g} g'
 
 
 def _fixture_text(fixture: Fixture) -> str:

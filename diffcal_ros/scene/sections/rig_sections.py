@@ -97,7 +97,7 @@ RIGID_OFFSET_SHAPE = Keys(
 @cache
 def _effect_shape(effect: Effect) -> Keys:
     amplitudes: dict[str, Shape] = {
-        part.name: Number(f'in {part.unit}', Interval(part.lower, part.upper))
+        part.name: Number(f'in {part.unit}', Interval(*part.stated_limits))
         for part in effect.components
     }
     settings: dict[str, Shape] = {
@@ -292,7 +292,7 @@ def read_effects(scene: Section) -> dict[str, dict[str, float]]:
             numbers[name] = entry.number(name, default=usual, allowed=reach)
         for part in effect.forms:
             if part.name in entry.names:
-                reach = Interval(part.lower, part.upper)
+                reach = Interval(*part.stated_limits)
                 numbers[part.name] = entry.number(part.name, allowed=reach)
         entry.refuse_unknown()
         if effect.has_boundary:
