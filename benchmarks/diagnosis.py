@@ -130,17 +130,10 @@ def clamp_fixture(stated: Mapping[str, Any]) -> 'Fixture':
     Args:
         stated: `box`, or `boxes`, each with the limits of x, y and z, object frame [m].
     """
-    from diffcal_ros.scene.sections.fixture import box_fixture
+    from diffcal_ros.scene.sections.fixture import blocks_fixture
 
     boxes = stated.get('boxes') or [stated['box']]
-    blocks = [box_fixture(np.array([box[axis] for axis in 'xyz']).T) for box in boxes]
-    firsts = np.cumsum([0, *(len(block.positions) for block in blocks[:-1])])
-    triangles = [block.triangles + first for block, first in zip(blocks, firsts, strict=True)]
-    return replace(
-        blocks[0],
-        positions=np.concatenate([block.positions for block in blocks]),
-        triangles=np.concatenate(triangles).astype(np.int32),
-    )
+    return blocks_fixture([np.array([box[axis] for axis in 'xyz']).T for box in boxes])
 
 
 if __name__ == '__main__':

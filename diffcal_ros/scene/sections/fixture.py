@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The section `fixture`: a rigid part of the rig that a camera sees beside the body."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model import Fixture
 from diffcal_ros.scene.reading.section import Section
 from diffcal_ros.scene.reading.selections import BOX_SHAPE, read_box
-from diffcal_ros.scene.reading.shapes import Choice, Keys, Text
+from diffcal_ros.scene.reading.shapes import Choice, Keys, ListOf, Text
 from diffcal_ros.scene.sections.mesh_files import UNITS_PER_METRE
 from diffcal_ros.scene.sections.surface_mesh import read_closed_surface, SURFACE_SUFFIXES
 import numpy as np
@@ -22,13 +23,17 @@ _LARGEST = 3.0
 FIXTURE_SHAPE = Keys(
     {
         'box': BOX_SHAPE,
+        'boxes': ListOf(BOX_SHAPE, 'or instead: blocks that move together, as of two clamps', 1),
         'file': Text('or instead: a closed surface, .stl, .obj or .ply, in the frame of the mesh'),
         'unit': Choice(tuple(UNITS_PER_METRE), "of the file's coordinates"),
     },
     about='a rigid part of the rig that the depth camera sees beside the body',
 )
 
-_NEEDED = 'give {box: {x: [low, high], y: .., z: ..}} in metres or {file: .., unit: ..}'
+_NEEDED = (
+    'give {box: {x: [low, high], y: .., z: ..}} in metres, {boxes: [{x: ..}, {x: ..}]} or '
+    '{file: .., unit: ..}'
+)
 
 
 def read_fixture(scene: Section, folder: Path) -> Fixture | None:
@@ -38,29 +43,50 @@ def read_fixture(scene: Section, folder: Path) -> Fixture | None:
     section = scene.child('fixture')
     if section is None:
         return None
-    if section.has('box') == section.has('file'):
+    if sum(map(section.has, ('box', 'boxes', 'file'))) != 1:
         section.problems.add(section.key, f'names no single shape: {_NEEDED}')
         return None
-    return _from_box(section) if section.has('box') else _from_file(section, folder)
+    if section.has('file'):
+        return _from_file(section, folder)
+    return _from_boxes(section)
 
 
 def box_fixture(corners: FloatArray) -> Fixture:
     """Return a block between two corners of the object frame [m], shape (2, 3)."""
+    return blocks_fixture([corners])
+
+
+def blocks_fixture(corners: Sequence[FloatArray]) -> Fixture:
+    """Return blocks, each between two corners of the object frame [m], shape (2, 3) each."""
     import trimesh
 
-    block: Any = trimesh.creation.box(bounds=corners)
-    return Fixture(block.vertices.astype(np.float64), block.faces.astype(np.int32))
+    blocks: Any = trimesh.util.concatenate([trimesh.creation.box(bounds=own) for own in corners])
+    return Fixture(blocks.vertices.astype(np.float64), blocks.faces.astype(np.int32))
 
 
-def _from_box(section: Section) -> Fixture | None:
-    corners = read_box(section)
+def _from_boxes(section: Section) -> Fixture | None:
+    """Read the one block of `box`, or all of `boxes`."""
+    name = 'box' if section.has('box') else 'boxes'
+    if name == 'box':
+        found = [read_box(section)]
+    else:
+        items = section.raw(name)
+        listed = items if isinstance(items, list) else []
+        if not listed:
+            section.wrong(name, 'give a list, `- {x: [low, high], y: .., z: ..}` each')
+        shape = Keys({'box': BOX_SHAPE})
+        found = [
+            read_box(Section({'box': item}, f'{section.at(name)}[{i}]', section.problems, shape))
+            for i, item in enumerate(listed)
+        ]
     section.refuse_unknown()
-    if corners is None or not section.is_sound:
+    corners = [own for own in found if own is not None]
+    if len(corners) < len(found) or not corners or not section.is_sound:
         return None
     if not np.isfinite(corners).all() or np.abs(corners).max() > _LARGEST:
-        section.wrong('box', 'limit x, y and z, in metres')
+        section.wrong(name, 'limit x, y and z, in metres')
         return None
-    return box_fixture(corners)
+    return blocks_fixture(corners)
 
 
 def _from_file(section: Section, folder: Path) -> Fixture | None:

@@ -29,6 +29,19 @@ def test_a_box_becomes_a_closed_block_that_faces_outward(write_scene):
     np.testing.assert_allclose(surface.bounds, np.array([BOX[axis] for axis in 'xyz']).T)
 
 
+def test_the_blocks_of_two_clamps_are_one_fixture(write_scene, tmp_path):
+    other = {**BOX, 'x': [0.1, 0.12]}
+    scene = load_scene(write_scene({'fixture': {'boxes': [BOX, other]}}))
+    surface = surface_of(scene.fixture)
+    assert surface.is_watertight
+    assert surface.volume == pytest.approx((0.04 + 0.02) * 0.05 * 0.06)
+    assert len(surface.split()) == 2
+    np.testing.assert_allclose(surface.bounds[:, 0], [-0.03, 0.12])
+    save_fitted_scene(scene, tmp_path / 'out' / 'fitted.yaml', {})
+    again = load_scene(tmp_path / 'out' / 'fitted.yaml')
+    np.testing.assert_array_equal(again.fixture.positions, scene.fixture.positions)
+
+
 @pytest.mark.parametrize('is_inside_out', [False, True])
 def test_a_surface_file_is_taken_in_its_unit_and_turned_outward(
     write_scene, tmp_path, is_inside_out
@@ -56,6 +69,11 @@ def test_a_fitted_scene_elsewhere_finds_the_same_surface(write_scene, tmp_path):
     [
         ({'box': BOX, 'file': 'clamp.stl'}, 'names no single shape'),
         ({'colour': 'grey'}, 'names no single shape'),
+        ({'box': BOX, 'boxes': [BOX]}, 'names no single shape'),
+        ({'boxes': []}, 'give a list'),
+        ({'boxes': [BOX, {'x': [0.0, 0.1]}]}, 'limit x, y and z'),
+        ({'boxes': [BOX, {**BOX, 'y': [0.05, 0.0]}]}, r'boxes\[1\].*swap them'),
+        ({'boxes': [BOX, 3]}, r'boxes\[1\]'),
         ({'box': {'x': [0.0, 0.1]}}, 'limit x, y and z'),
         ({'box': {**BOX, 'z': [-20.0, 40.0]}}, 'in metres'),
         ({'file': 'nowhere.stl', 'unit': 'mm'}, 'there must be a surface there'),
