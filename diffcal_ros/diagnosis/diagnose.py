@@ -197,7 +197,9 @@ def _judge(
         observation.instant is not None for observation in evaluator.model.observations
     )
     scores = screen(evaluator, nominal.coordinates, listed)
-    disagreement = measure_disagreement(nominal, scores, margin, is_moving=is_moving)
+    disagreement = measure_disagreement(
+        nominal, scores, margin, is_moving=is_moving, is_measured=evaluator.is_measured
+    )
     return _Judged(evaluator, nominal, scores, disagreement)
 
 

@@ -5,7 +5,7 @@
 import json
 
 from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.observations.observation import fuse_frames
+from diffcal_ros.calibration.observations.observation import fuse_frames, noise_at_rest
 from diffcal_ros.calibration.residuals.correlation import correlation_lengths
 from diffcal_ros.calibration.residuals.gap import measure_gap
 from diffcal_ros.calibration.results.outcome import Outcome
@@ -72,6 +72,21 @@ def test_fused_frames_leave_out_what_flies_and_know_their_noise(random) -> None:
     assert fused.noise == pytest.approx(0.0005 / np.sqrt(15.0), rel=0.1)
     left = fused.depth - truth
     assert np.nanstd(left) == pytest.approx(fused.noise, rel=0.1)
+
+
+@pytest.mark.parametrize('count', [3, 4, 5, 31])
+def test_noise_is_told_alike_by_few_frames_and_by_many(random, count) -> None:
+    noise, shape = 0.0007, (80, 100)
+    images = [0.5 + random.normal(scale=noise, size=shape) for _ in range(count)]
+    told = fuse_frames(_frames(images)).noise * np.sqrt(count)
+    # Of three frames the median of what each pixel shows is 17 % less.
+    assert told == pytest.approx(noise, rel=0.03)
+    assert noise_at_rest(_frames(images)) == pytest.approx(told)
+
+
+def test_two_frames_do_not_tell_the_noise(random) -> None:
+    images = [0.5 + random.normal(scale=0.001, size=(40, 50)) for _ in range(2)]
+    assert np.isnan(noise_at_rest(_frames(images)))
 
 
 def test_fused_frames_see_between_the_steps_of_a_sensor(random) -> None:

@@ -13,7 +13,8 @@ from diffcal_ros.diagnosis.screening.screening import Screen
 import numpy as np
 
 ALPHA = 0.003
-# Where the floors hide what would matter, a gap must stand out from them so many times.
+# Where floors hide what would matter a gap must stand out from them so many times, unless it is a
+# sensor's that was measured: from twice its errors, then, as every gap must.
 _FAR_ABOVE = 3.0
 # In a motion, mesh and time step err a little in many ways: less than this share of the floors
 # is that.
@@ -71,7 +72,12 @@ class Disagreement:
 
 
 def measure_disagreement(
-    nominal: Refit, screen: Screen, margin: float, *, is_moving: bool = False
+    nominal: Refit,
+    screen: Screen,
+    margin: float,
+    *,
+    is_moving: bool = False,
+    is_measured: bool = True,
 ) -> Disagreement:
     """Judge the nominal fit.
 
@@ -83,6 +89,7 @@ def measure_disagreement(
         screen: scores around it.
         margin: an excess that does not matter [m].
         is_moving: whether a motion is among the recordings.
+        is_measured: whether the sensor's floor was measured, and not guessed.
     """
     gap = patch_gap(unstrained(nominal), Part.ALL)
     excess = float(np.sqrt(max(gap.rms**2 - gap.floor**2 - gap.mesh**2, 0.0)))
@@ -90,7 +97,9 @@ def measure_disagreement(
     floor = gap.whole_floor
     if gap.count < _LEAST_PATCHES or floor > margin:
         # Too little, or too noisy, to see what would matter.
-        is_clear = p_value < ALPHA and excess > max(margin, _FAR_ABOVE * floor)
+        is_told = is_measured and not is_moving and gap.count >= _LEAST_PATCHES
+        unsure = gap.mesh if is_told and doubted < ALPHA else floor
+        is_clear = p_value < ALPHA and excess > max(margin, _FAR_ABOVE * unsure)
         verdict = Verdict.DISAGREE if is_clear else Verdict.CANNOT_TELL
     elif p_value >= ALPHA or (is_moving and excess < _LEAST_EXCESS * floor):
         verdict = Verdict.AGREE

@@ -47,6 +47,7 @@ class NoiseModel:
         common: share of the variance of smooth errors that frames of a recording have in common.
         standing: share of that of depth which all recordings have in common, before that.
         is_mixed: whether that of depth changes over lengths of all sizes about `smooth_length`.
+        is_stated: whether `smooth` is what the scene states of the sensor.
     """
 
     pixel: float
@@ -61,6 +62,7 @@ class NoiseModel:
     common: float = 0.0
     standing: float = 0.0
     is_mixed: bool = False
+    is_stated: bool = False
 
     def depth_covariance(self, centers: FloatArray, counts: FloatArray) -> FloatArray:
         """Return the covariance of patches of depth [m^2], shape (n, n).
@@ -147,6 +149,7 @@ def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
     return NoiseModel(
         pixel=float(np.hypot(pixel, rounding)),
         is_measured=bool(is_measured),
+        is_stated=sensor.smooth_error > 0.0,
         common=_COMMON if is_moving else 0.0,
         is_mixed=False,
         **known,

@@ -26,6 +26,9 @@ FloatArray = NDArray[np.float64]
 # worse than assumed one may be the prior says alone: a camera twice as far away reads worse.
 _SIZES = np.geomspace(0.25, 16.0, 49)
 _SPREAD = np.log(2.0)
+# What a scene states was measured on a target, and here are effects that tangents do not follow.
+# That it may be misstated is for the verdict to ask, as of all that is stated.
+_STATED = np.ones(1)
 # Lengths by the one assumed, and shares of the variance that stand in the image of every pose.
 _LENGTHS = (0.5, 1.0, 2.0)
 _STANDING = (0.0, 0.5, 0.9)
@@ -97,8 +100,8 @@ def expected_smooth_error(assumed: NoiseModel) -> SmoothError:
         assumed: noise with the median of the prior of its size.
     """
     # The root of the mean square of what is log-normal.
-    size = assumed.smooth * float(np.exp(_SPREAD**2))
-    return SmoothError(size, assumed.smooth_length, float(np.mean(_STANDING)))
+    larger = 1.0 if assumed.is_stated else float(np.exp(_SPREAD**2))
+    return SmoothError(larger * assumed.smooth, assumed.smooth_length, float(np.mean(_STANDING)))
 
 
 def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> SmoothError:
@@ -120,17 +123,18 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
     factor = cholesky(others, lower=True)
     scaled = solve_triangular(factor, np.column_stack([values, beside.T]), lower=True)
     seen, ways = scaled[:, 0], scaled[:, 1:]
+    sizes = _STATED if assumed.is_stated else _SIZES
     kinds = list(product(_LENGTHS, _STANDING, _MIXED))
-    table = np.zeros((len(kinds), len(_SIZES)))
+    table = np.zeros((len(kinds), len(sizes)))
     for row, (length, standing, is_mixed) in enumerate(kinds):
         shared = _kernel(depth, length * assumed.smooth_length, standing, is_mixed=is_mixed)
         smooth = ways @ shared @ ways.T
-        table[row] = _levels(seen, smooth, assumed.smooth * _SIZES)
-    table -= 0.5 * (np.log(_SIZES) / _SPREAD) ** 2
+        table[row] = _levels(seen, smooth, assumed.smooth * sizes)
+    table -= 0.5 * (np.log(sizes) / _SPREAD) ** 2
     chances = np.exp(table - table.max())
     chances /= chances.sum()
     # The covariance to be expected: in the mean, squares are of this size and so much is shared.
-    squares = chances @ _SIZES**2
+    squares = chances @ sizes**2
     size = assumed.smooth * float(np.sqrt(squares.sum()))
     best = int(chances.sum(axis=1).argmax())
     shared = squares @ np.array([standing for _, standing, _ in kinds]) / squares.sum()

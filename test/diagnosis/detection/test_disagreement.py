@@ -133,3 +133,37 @@ def test_a_motion_is_judged_by_what_is_stated(clearly_screened):
     off = replace(fit, chi_square=3.0 * (fit.patch_count - len(fit.coordinates)))
     found = measure_disagreement(off, quiet, margin=1e-5, is_moving=True)
     assert found.verdict is Verdict.DISAGREE
+
+
+@pytest.mark.parametrize(
+    ('mesh', 'is_measured', 'times', 'verdict'),
+    [
+        (0.0, True, 100.0, Verdict.DISAGREE),
+        # By errors that are twice as large it may be noise.
+        (0.0, True, 3.0, Verdict.CANNOT_TELL),
+        # A guess, and a mesh, want three times what they may be off by.
+        (0.0, False, 100.0, Verdict.CANNOT_TELL),
+        (0.9, True, 100.0, Verdict.CANNOT_TELL),
+    ],
+)
+def test_a_measured_sensor_that_is_noisier_than_the_margin_tells_what_stands_out(
+    clearly_screened, mesh, is_measured, times, verdict
+):
+    _, fit, screen = clearly_screened
+    quiet = replace(screen, scores=tuple(replace(s, plain_gain=0.0) for s in screen.scores))
+    groups = [
+        replace(
+            group,
+            # A gap of twice the floor: above any margin that the floor hides.
+            patches=replace(p, values=np.sign(p.values) * 2.0 * np.sqrt(p.variances)),
+            mesh=mesh * np.sqrt(p.variances),
+        )
+        for group in fit.groups
+        for p in (group.patches,)
+    ]
+    off = replace(fit, groups=groups, chi_square=times * (fit.patch_count - len(fit.coordinates)))
+    floor = patch_gap(groups, Part.ALL).floor
+    found = measure_disagreement(off, quiet, margin=0.9 * floor, is_measured=is_measured)
+    assert found.gap.whole_floor > found.margin
+    assert found.excess > found.margin
+    assert found.verdict is verdict

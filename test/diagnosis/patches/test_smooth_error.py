@@ -78,6 +78,18 @@ def test_the_size_is_found(size):
     assert {one.length for one in found} == {80.0}
 
 
+def test_what_a_scene_states_is_believed_as_it_is():
+    stated = replace(_ASSUMED, smooth=0.0004, is_stated=True)
+    # An effect that tangents do not follow looks like a sensor that is three times worse.
+    found = measured_smooth_error(poses_with(0.0012, 0.9, 3, noise=stated), stated)
+    assert found.size == pytest.approx(stated.smooth)
+    as_stated = measured_smooth_error(poses_with(0.0004, 0.95, 3, noise=stated), stated)
+    assert as_stated.standing > 0.7, 'what poses share of it is measured yet'
+    assert expected_smooth_error(stated).size == stated.smooth
+    guessed = replace(stated, is_stated=False)
+    assert measured_smooth_error(poses_with(0.0012, 0.9, 3, noise=guessed), guessed).size > 0.001
+
+
 def test_an_error_of_one_length_is_no_part_of_a_larger_one():
     """By lengths of all sizes alone 0.8 mm over 80 px are 2.3 mm over 160."""
     found = measured_smooth_error(poses_with(0.0008, 0.5, 2), _ASSUMED)
