@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 # Where sections of a body are known, as shares of its free length: its ends may lean to them.
 _STATIONS = np.linspace(0.03, 0.97, 25)
+# Of its extent along its axis: less than this beyond a clamp is no free end, and more than that
+# behind one is a second arm.
+_NO_END, _TWO_ARMS = 0.05, 0.25
 
 
 @dataclass(frozen=True)
@@ -19,7 +22,8 @@ class BodyAxes:
     """A slender body's frame at rest.
 
     Attributes:
-        root: where the free part begins, in the middle of the section [m], shape (3,).
+        root: where the free part begins, in the middle of the section [m], shape (3,): at the
+            clamp, or at one end of a body that is held at both ends or amid its length.
         axes: unit rows: along the body away from the clamp, then across it, the wider side
             first, shape (3, 3).
         length: of the free part along the first axis [m].
@@ -160,7 +164,9 @@ def body_axes(
     axes[2] = np.cross(axes[0], axes[1])
     along = rest @ axes[0]
     begin, end = float(along[held].max()), float(along.max())
-    if end - begin < 0.05 * float(np.ptp(along)):  # Held at both ends.
+    behind, extent = float(along[held].min() - along.min()), float(np.ptp(along))
+    # Held at both ends, or amid its length: from one end of what is free to the other one.
+    if end - begin < _NO_END * extent or behind > _TWO_ARMS * extent:
         begin, end = float(np.delete(along, held).min()), float(np.delete(along, held).max())
     root = middle + (begin - middle @ axes[0]) * axes[0]
     return BodyAxes(

@@ -134,3 +134,20 @@ def test_places_across_follow_a_body_that_is_bent_and_waisted():
         ).max()
         > 0.3
     )
+
+
+@pytest.mark.parametrize('far', [False, True])
+def test_a_body_that_is_held_amid_its_length_goes_from_end_to_end(far):
+    """Each arm has places of its own; a stub behind a clamp is no arm."""
+    rest = beam_mesh((20, 2, 2)).rest_positions
+    share = (rest[:, 0] - rest[:, 0].min()) / np.ptp(rest[:, 0])
+    low = 0.4 if far else 0.1
+    held = np.flatnonzero((share > low - 0.01) & (share < low + 0.11)).astype(np.int32)
+    axes = body_axes(rest, held)
+    told = axes.fraction(rest)
+    told = told if axes.axes[0][0] > 0.0 else 1.0 - told
+    if far:
+        np.testing.assert_allclose(told, share, atol=1e-9)
+    else:
+        beyond = np.clip((share - 0.2) / 0.8, 0.0, 1.0)
+        np.testing.assert_allclose(told, beyond, atol=1e-9)
