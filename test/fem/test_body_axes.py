@@ -146,8 +146,5 @@ def test_a_body_that_is_held_amid_its_length_goes_from_end_to_end(far):
     axes = body_axes(rest, held)
     told = axes.fraction(rest)
     told = told if axes.axes[0][0] > 0.0 else 1.0 - told
-    if far:
-        np.testing.assert_allclose(told, share, atol=1e-9)
-    else:
-        beyond = np.clip((share - 0.2) / 0.8, 0.0, 1.0)
-        np.testing.assert_allclose(told, beyond, atol=1e-9)
+    begin = 0.0 if far else 0.2
+    np.testing.assert_allclose(told, np.clip((share - begin) / (1.0 - begin), 0.0, 1.0), atol=1e-9)
