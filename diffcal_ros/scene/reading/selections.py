@@ -111,8 +111,11 @@ def _listed(selection: Selection, name: str, count: int) -> IntArray:
 def read_box(section: Section) -> FloatArray | None:
     """Read the entry `box`: lower and upper corner [m], shape (2, 3); None where it is wrong."""
     box = section.child('box')
-    if box is None:
-        return None
+    return None if box is None else box_corners(box)
+
+
+def box_corners(box: Section) -> FloatArray | None:
+    """Read a box: lower and upper corner [m], shape (2, 3); None where it is wrong."""
     corners = np.array([[-math.inf] * 3, [math.inf] * 3])
     for axis, name in enumerate('xyz'):
         if box.has(name):

@@ -9,7 +9,7 @@ from typing import Any
 from diffcal_ros.errors import InputError
 from diffcal_ros.scene.model import Fixture
 from diffcal_ros.scene.reading.section import Section
-from diffcal_ros.scene.reading.selections import BOX_SHAPE, read_box
+from diffcal_ros.scene.reading.selections import box_corners, BOX_SHAPE, read_box
 from diffcal_ros.scene.reading.shapes import Choice, Keys, ListOf, Text
 from diffcal_ros.scene.sections.mesh_files import UNITS_PER_METRE
 from diffcal_ros.scene.sections.surface_mesh import read_closed_surface, SURFACE_SUFFIXES
@@ -34,6 +34,8 @@ _NEEDED = (
     'give {box: {x: [low, high], y: .., z: ..}} in metres, {boxes: [{x: ..}, {x: ..}]} or '
     '{file: .., unit: ..}'
 )
+
+_EACH = 'give a list, `- {x: [low, high], y: .., z: ..}` each'
 
 
 def read_fixture(scene: Section, folder: Path) -> Fixture | None:
@@ -67,18 +69,7 @@ def blocks_fixture(corners: Sequence[FloatArray]) -> Fixture:
 def _from_boxes(section: Section) -> Fixture | None:
     """Read the one block of `box`, or all of `boxes`."""
     name = 'box' if section.has('box') else 'boxes'
-    if name == 'box':
-        found = [read_box(section)]
-    else:
-        items = section.raw(name)
-        listed = items if isinstance(items, list) else []
-        if not listed:
-            section.wrong(name, 'give a list, `- {x: [low, high], y: .., z: ..}` each')
-        shape = Keys({'box': BOX_SHAPE})
-        found = [
-            read_box(Section({'box': item}, f'{section.at(name)}[{i}]', section.problems, shape))
-            for i, item in enumerate(listed)
-        ]
+    found = [read_box(section)] if name == 'box' else _each_box(section)
     section.refuse_unknown()
     corners = [own for own in found if own is not None]
     if len(corners) < len(found) or not corners or not section.is_sound:
@@ -87,6 +78,22 @@ def _from_boxes(section: Section) -> Fixture | None:
         section.wrong(name, 'limit x, y and z, in metres')
         return None
     return blocks_fixture(corners)
+
+
+def _each_box(section: Section) -> list[FloatArray | None]:
+    items = section.raw('boxes')
+    if not isinstance(items, list) or not items:
+        section.wrong('boxes', _EACH)
+        return []
+    found = list[FloatArray | None]()
+    for number, item in enumerate(items):
+        key = f'{section.at("boxes")}[{number}]'
+        if isinstance(item, dict):
+            found.append(box_corners(Section(item, key, section.problems, BOX_SHAPE)))
+        else:
+            section.problems.add(key, f'is no mapping: {_EACH}')
+            found.append(None)
+    return found
 
 
 def _from_file(section: Section, folder: Path) -> Fixture | None:
