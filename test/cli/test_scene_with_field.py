@@ -34,8 +34,12 @@ QUICK = ('--no-mesh-error',)
 @pytest.fixture(scope='module')
 def fitted(tmp_path_factory) -> tuple[Path, Path]:
     """The folder of a fit with a field to a body of two halves, and its recording."""
-    folder = tmp_path_factory.mktemp('halves')
-    made = record_beam(folder, {'regions': _HALVES, 'camera': _CAMERA}, start_factor=1.0)
+    return _fitted_halves(tmp_path_factory.mktemp('halves'), frames=4)
+
+
+def _fitted_halves(folder: Path, *, frames: int) -> tuple[Path, Path]:
+    settings = {'regions': _HALVES, 'camera': _CAMERA}
+    made = record_beam(folder, settings, frames=frames, start_factor=1.0)
     document = yaml.safe_load(made.scene.read_text())
     document['regions'] = {'body': {'youngs_modulus': 1e5, **_OTHER}}
     made.scene.write_text(yaml.safe_dump(document))
@@ -129,8 +133,10 @@ def test_it_is_recorded_and_its_recording_fitted(fitted, run_cli, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_diagnosis_finds_less_that_is_wrong(fitted, run_cli, tmp_path):
-    folder, bag = fitted
+def test_a_diagnosis_finds_less_that_is_wrong(run_cli, tmp_path):
+    # Two frames leave the floor a guess. By one that is measured, what the outline at the clamp
+    # leaves is most of what is found, with the field and without.
+    folder, bag = _fitted_halves(tmp_path, frames=2)
     document = yaml.safe_load((folder / 'fitted_scene.yaml').read_text())
     del document['modulus_field']
     (folder / 'uniform.yaml').write_text(yaml.safe_dump(document))
