@@ -63,6 +63,8 @@ class Component:
 
     def of(self, body: BodySize) -> 'Component':
         """Return the amplitude with the usual size and the bounds that it has on a body."""
+        if not self.goes_by_body:
+            return self
         heavier, longer = body.mass / USUAL_BODY.mass, body.length / USUAL_BODY.length
         times = heavier**self.by_mass * longer**self.by_length
         return replace(

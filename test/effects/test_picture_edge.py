@@ -17,7 +17,7 @@ from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import InputError
 from diffcal_ros.report.tables.verdict_text import effect_words
 from diffcal_ros.scene.load import load_scene
-from diffcal_ros.scene.sections.fixture import box_fixture
+from diffcal_ros.scene.sections.fixture import blocks_fixture
 import numpy as np
 import pytest
 from support.scenes import beam_scene, CAMERA, DEPTH_FROM_WORLD, observation, true_depth
@@ -136,7 +136,7 @@ def test_a_fit_of_all_of_it_has_what_is_beyond_an_edge_where_there_is_one():
 
 def test_a_fixture_is_read_as_wrongly():
     scene = replace(beam_scene((6, 2, 2)), effects={'depth_affine': STATED})
-    fixture = box_fixture(np.array([[-0.03, -0.01, -0.01], [0.0, 0.035, 0.03]]))
+    fixture = blocks_fixture([np.array([[-0.03, -0.01, -0.01], [0.0, 0.035, 0.03]])])
     seen = Observation('seen', 0, true_depth().astype(np.float32), CAMERA, DEPTH_FROM_WORLD)
     reference = RigidReference(scene, fixture, seen)
     assert reference.comparer.surface.edge == PictureEdge(TURN, PLACE)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.depth.tracer import DepthTracer
 from diffcal_ros.rigid_transform import apply, transform
-from diffcal_ros.scene.sections.fixture import box_fixture
+from diffcal_ros.scene.sections.fixture import blocks_fixture
 import numpy as np
 
 from support.scenes import (
@@ -20,7 +20,7 @@ from support.scenes import (
 )
 
 # Around the beam's held end, wider than the beam: the camera looks at two of its faces.
-BLOCK = box_fixture(np.array([[-0.030, -0.011, -0.009], [-0.001, 0.037, 0.026]]))
+BLOCK = blocks_fixture([np.array([[-0.030, -0.011, -0.009], [-0.001, 0.037, 0.026]])])
 SHIFT = np.array([0.0025, -0.002, 0.004])
 FRAMES = 8
 

@@ -34,7 +34,6 @@ _NEEDED = (
     'give {box: {x: [low, high], y: .., z: ..}} in metres, {boxes: [{x: ..}, {x: ..}]} or '
     '{file: .., unit: ..}'
 )
-
 _EACH = 'give a list, `- {x: [low, high], y: .., z: ..}` each'
 
 
@@ -51,11 +50,6 @@ def read_fixture(scene: Section, folder: Path) -> Fixture | None:
     if section.has('file'):
         return _from_file(section, folder)
     return _from_boxes(section)
-
-
-def box_fixture(corners: FloatArray) -> Fixture:
-    """Return a block between two corners of the object frame [m], shape (2, 3)."""
-    return blocks_fixture([corners])
 
 
 def blocks_fixture(corners: Sequence[FloatArray]) -> Fixture:

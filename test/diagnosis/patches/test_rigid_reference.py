@@ -12,7 +12,7 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
 from diffcal_ros.diagnosis.patches.rigid_reference import _widened
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
-from diffcal_ros.scene.sections.fixture import box_fixture
+from diffcal_ros.scene.sections.fixture import blocks_fixture
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
@@ -70,7 +70,7 @@ def test_the_gap_that_is_told_is_the_bodys(agreed):
 
 def test_what_the_block_hides_of_the_body_is_not_compared(random):
     """A block that is wider than the beam, and reaches over it for a tenth of its length."""
-    jaws = box_fixture(np.array([[-0.030, -0.011, -0.009], [0.012, 0.037, 0.026]]))
+    jaws = blocks_fixture([np.array([[-0.030, -0.011, -0.009], [0.012, 0.037, 0.026]])])
     before, body = block_depth(block=jaws), true_depth()
     hidden = np.isfinite(body) & (before < body)
     assert hidden.sum() > 300
