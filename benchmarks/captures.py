@@ -18,7 +18,7 @@ import sys
 from typing import Any
 
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
+from diffcal_ros.diagnosis.settings import DiagnosisSettings
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.offline.diagnose_recordings import run_diagnosis
 from diffcal_ros.recording.dataset.import_case import import_case

@@ -75,7 +75,7 @@ def _tally(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 def _arms(case: Path) -> dict[str, dict[str, Any]]:
     """Judge one clean case four ways."""
-    from diffcal_ros.diagnosis.diagnose import fit_nominal
+    from diffcal_ros.diagnosis.nominal_fit import fit_nominal
     from diffcal_ros.offline.calibrate_recordings import open_inputs
     from diffcal_ros.scene.load import load_scene
 
@@ -105,7 +105,7 @@ def _arms(case: Path) -> dict[str, dict[str, Any]]:
 
 def _judged_of_this_mesh(scene: Any, observations: list[Any]) -> dict[str, Any]:
     """Judge data of the fit's own mesh: what a finer one would change must not be taken off."""
-    from diffcal_ros.diagnosis.diagnose import fit_nominal
+    from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 
     return _judged(*_without_mesh(*fit_nominal(scene, observations, None)))
 
@@ -159,7 +159,7 @@ def _watched(
 def _rank(case: Path) -> dict[str, Any] | None:
     """Let the best scored effect compete with random smooth directions; None where all agrees."""
     from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
-    from diffcal_ros.diagnosis.diagnose import fit_nominal
+    from diffcal_ros.diagnosis.nominal_fit import fit_nominal
     from diffcal_ros.diagnosis.patches.whitened import Part, whiten
     from diffcal_ros.diagnosis.screening.candidates import candidates
     from diffcal_ros.diagnosis.screening.screening import screen

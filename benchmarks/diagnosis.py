@@ -106,7 +106,7 @@ def judge(case: Path, out: Path, *, has_fixture: bool = False, processes: int = 
         has_fixture: the scene states the block around the clamp.
         processes: that refit models, as `--jobs` of `diffcal diagnose`.
     """
-    from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
+    from diffcal_ros.diagnosis.settings import DiagnosisSettings
     from diffcal_ros.offline.calibrate_recordings import open_inputs
     from diffcal_ros.offline.diagnose_recordings import run_diagnosis
     from diffcal_ros.scene.load import load_scene

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from diffcal_ros.depth.tracer import DepthTracer as DepthTracer
     from diffcal_ros.diagnosis.answers import Verdict as Verdict
     from diffcal_ros.diagnosis.diagnose import diagnose as diagnose
-    from diffcal_ros.diagnosis.diagnose import DiagnosisSettings as DiagnosisSettings
+    from diffcal_ros.diagnosis.settings import DiagnosisSettings as DiagnosisSettings
     from diffcal_ros.diagnosis.verdict.verdict import Diagnosis as Diagnosis
     from diffcal_ros.diagnosis.verdict.verdict import save_verdict as save_verdict
     from diffcal_ros.errors import InputError as InputError
@@ -71,7 +71,7 @@ _HOMES = {
     # What a model lacks.
     'diagnose': 'diagnosis.diagnose',
     'Diagnosis': 'diagnosis.verdict.verdict',
-    'DiagnosisSettings': 'diagnosis.diagnose',
+    'DiagnosisSettings': 'diagnosis.settings',
     'save_verdict': 'diagnosis.verdict.verdict',
     'Verdict': 'diagnosis.answers',
     # Bodies.

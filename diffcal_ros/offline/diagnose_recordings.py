@@ -8,7 +8,8 @@ from pathlib import Path
 
 from diffcal_ros import __version__
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings, DiagnosisTrace
+from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisTrace
+from diffcal_ros.diagnosis.settings import DiagnosisSettings
 from diffcal_ros.diagnosis.verdict.acceptance import VERDICT_FILE
 from diffcal_ros.diagnosis.verdict.verdict import save_verdict
 from diffcal_ros.offline.calibrate_recordings import describe_inputs, OfflineInputs

@@ -5,8 +5,8 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.borders_seen import with_borders_seen_beside, with_none_seen
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.errors import NotSimulatedError
 import numpy as np

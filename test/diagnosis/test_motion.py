@@ -5,9 +5,10 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.answers import Evidence, Verdict
-from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.parameters_in_any_form import in_any_form
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap

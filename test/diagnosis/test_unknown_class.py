@@ -4,7 +4,7 @@
 
 import json
 
-from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.verdict.frame_test import frame_test
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.scene.load import load_scene

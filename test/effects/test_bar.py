@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import refit
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen

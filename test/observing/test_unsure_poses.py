@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.calibrate import calibrate
 from diffcal_ros.calibration.parameters.parameters import Kind
 from diffcal_ros.calibration.settings import CalibrationSettings
-from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.offline.calibrate_recordings import open_inputs
 from diffcal_ros.rigid_transform import rotation_matrix, transform
 from diffcal_ros.scene.load import load_scene

@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _settings(args: argparse.Namespace, scene: Any) -> Any:
     from diffcal_ros.calibration.forward.side_by_side import core_count
-    from diffcal_ros.diagnosis.diagnose import DiagnosisSettings
+    from diffcal_ros.diagnosis.settings import DiagnosisSettings
     from diffcal_ros.effects.registry import EFFECTS
     from diffcal_ros.errors import InputError
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 import threading
 
-from diffcal_ros.diagnosis.diagnose import diagnose, DiagnosisSettings
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.settings import DiagnosisSettings
 from diffcal_ros.diagnosis.verdict.acceptance import VERDICT_FILE
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis, save_verdict
 from diffcal_ros.errors import InputError

@@ -11,7 +11,8 @@ from diffcal_ros.diagnosis.detection.depth_discontinuity import (
     jumps_seen,
     with_jumps,
 )
-from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.effects.registry import EFFECTS

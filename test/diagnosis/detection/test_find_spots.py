@@ -8,8 +8,9 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.borders_seen import knowing
 from diffcal_ros.diagnosis.detection.find_spots import find_spots
 from diffcal_ros.diagnosis.detection.material_boundary import OFF, with_spots
-from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.model_comparison.settled_spots import settled_spots
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.effects.spots import cells_of, ROUND, ROWS, spot_settings, spots_of
 from diffcal_ros.effects.surface_parts import parts_of
 from diffcal_ros.rigid_transform import transform

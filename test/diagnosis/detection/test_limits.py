@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.diagnosis.detection.limits import drawn_parameters, upper_limits
-from diffcal_ros.diagnosis.diagnose import fit_nominal
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.effects.registry import EFFECTS

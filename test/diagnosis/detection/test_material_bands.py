@@ -8,7 +8,8 @@ from itertools import product
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps
 from diffcal_ros.diagnosis.detection.material_bands import best_borders, find_bands
-from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.effects import bands
 import numpy as np

@@ -8,7 +8,8 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection import rectangles
 from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps
 from diffcal_ros.diagnosis.detection.material_parts import _that_pay, as_stretches, find_parts
-from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.effects import bands, surface_parts
 from diffcal_ros.effects.surface_parts import in_words, part_settings, parts_of, SurfacePart
 import numpy as np

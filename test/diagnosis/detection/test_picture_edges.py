@@ -12,8 +12,8 @@ from diffcal_ros.diagnosis.detection.picture_edges import (
 )
 from diffcal_ros.diagnosis.detection.pictured_views import is_there, PicturedView, SeenEdge
 from diffcal_ros.diagnosis.detection.spot_map import SpottedView
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.effects.picture_edge import PictureEdge
 import numpy as np

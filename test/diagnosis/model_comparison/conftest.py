@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Models of a tilted beam, and of one that was clamped anew for each of three poses."""
 
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import looks_in_any_form
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import pytest
 from support.clamped_anew import CLAMP, clamped_anew

@@ -5,9 +5,9 @@
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.borders_seen import with_borders_seen_beside
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.bodies_of_pairs import bodies_of_pairs
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import pytest
 from support.clamped_anew import beam_in_two_poses, lifted

@@ -6,7 +6,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.parameters.form_parameters import posture_parameter
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.absence import (
     deviance,
     has_doubtful_effect,
@@ -18,6 +17,7 @@ from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates

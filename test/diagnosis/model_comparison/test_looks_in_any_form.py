@@ -7,13 +7,13 @@ from types import SimpleNamespace
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import looks_in_any_form
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.form_sizes import with_favoured_sizes
 from diffcal_ros.diagnosis.model_comparison.judged_models import judge_by, judged, nominal_basis
 from diffcal_ros.diagnosis.model_comparison.looks_in_any_form import others_in_any_form
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.screening.candidates import candidates, parameters_of
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct

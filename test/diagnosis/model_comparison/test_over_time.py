@@ -6,13 +6,13 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.parameters.form_parameters import knot_parameter
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.over_time import others_over_time
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import screen

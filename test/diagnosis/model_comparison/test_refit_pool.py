@@ -12,13 +12,13 @@ import sys
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import refit_pool
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.processes import Processes
 from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import finished
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patches.patch_group import moved
 from diffcal_ros.diagnosis.screening.candidates import candidates
 import numpy as np

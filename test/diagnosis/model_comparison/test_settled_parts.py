@@ -4,8 +4,8 @@
 
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.effects.surface_parts import part_settings, parts_of, SurfacePart
 import numpy as np
 import pytest

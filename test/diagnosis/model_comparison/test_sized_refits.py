@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A refitted effect is believed to be of the size that is likeliest for it, and no other."""
 
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, weighed_anew
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate

@@ -6,11 +6,11 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 from diffcal_ros.calibration.observations.observation import Observation
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison import effect_refit, pair_search
 from diffcal_ros.diagnosis.model_comparison.absence import has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import candidates

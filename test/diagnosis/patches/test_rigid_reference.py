@@ -9,7 +9,8 @@ from diffcal_ros.calibration.parameters.fixture_offset import fixture_offset_par
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.answers import Verdict
-from diffcal_ros.diagnosis.diagnose import diagnose, fit_nominal
+from diffcal_ros.diagnosis.diagnose import diagnose
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patches.rigid_reference import _widened
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.scene.sections.fixture import blocks_fixture

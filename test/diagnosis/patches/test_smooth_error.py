@@ -5,7 +5,7 @@
 from dataclasses import replace
 from itertools import product
 
-from diffcal_ros.diagnosis import diagnose
+from diffcal_ros.diagnosis import nominal_fit
 from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
@@ -247,14 +247,14 @@ def test_beside_a_large_gap_the_error_is_hidden(screened, monkeypatch):
         told.append(is_hidden)
         return evaluator
 
-    monkeypatch.setattr(diagnose, 'library_groups', lambda *_: ((), []))
+    monkeypatch.setattr(nominal_fit, 'library_groups', lambda *_: ((), []))
     monkeypatch.setattr(PatchEvaluator, 'with_smooth_error', remember)
     tilted, tilted_fit, _ = screened
-    clean = diagnose.fit_nominal(beam_scene((6, 2, 2)), [watched(seed=3)], None)
+    clean = nominal_fit.fit_nominal(beam_scene((6, 2, 2)), [watched(seed=3)], None)
     # One pose tells nothing, and no effect is looked at for it.
-    assert diagnose.with_smooth_error(*clean) == clean
+    assert nominal_fit.with_smooth_error(*clean) == clean
     assert told == []
     monkeypatch.setattr(PatchEvaluator, 'tells_smooth_error', True)
     for evaluator, fit in ((tilted, tilted_fit), clean):
-        diagnose.with_smooth_error(evaluator, fit)
+        nominal_fit.with_smooth_error(evaluator, fit)
     assert told == [True, False]

@@ -11,8 +11,8 @@ from diffcal_ros.calibration.parameters.fixture_offset import fixture_offset_par
 from diffcal_ros.calibration.parameters.form_parameters import posture_parameters
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
-from diffcal_ros.diagnosis.diagnose import fit_nominal
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture, words_with_fixture
