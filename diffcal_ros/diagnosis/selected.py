@@ -4,7 +4,7 @@
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.borders_seen import with_borders_seen_beside, with_none_seen
-from diffcal_ros.diagnosis.examined import Examined, examined, Progress
+from diffcal_ros.diagnosis.examined import Examined, examined, examined_anew, Progress
 from diffcal_ros.diagnosis.model_comparison.bodies_of_pairs import bodies_of_pairs
 from diffcal_ros.diagnosis.model_comparison.processes import Processes
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
@@ -15,6 +15,9 @@ from diffcal_ros.diagnosis.settings import DiagnosisSettings
 from diffcal_ros.scene.model import Scene
 import numpy as np
 
+# A nominal fit, and models beside it.
+_Selected = tuple[Examined, Selection]
+
 
 def selected(
     stated: Scene,
@@ -22,7 +25,7 @@ def selected(
     settings: DiagnosisSettings,
     report: Progress,
     processes: Processes | None,
-) -> tuple[Examined, Selection]:
+) -> _Selected:
     """Refit models; once more, where a border shows beside half of the best two effects.
 
     What showed beside the body as it was given may be somewhere else on that one.
@@ -34,7 +37,7 @@ def selected(
         report: called with what is being done.
         processes: that were begun already; None: none were.
     """
-    found = _selected_at_first(judged, settings, report, processes)
+    found = _selected_beside(judged, settings, report, processes)
     if not found[1].pairs:
         return found
     evaluator, nominal = with_none_seen(stated, judged.evaluator, judged.nominal)
@@ -42,37 +45,45 @@ def selected(
     known = with_borders_seen_beside(bodies, evaluator, nominal)
     if known is None or known[0].model.scene.effects == found[0].evaluator.model.scene.effects:
         return found
-    return min(found, _selected_anew(known, settings, report), key=_left_by_best)
+    again = _selected_beside(_examined_knowing(known, settings, report), settings, report)
+    return min(found, again, key=_left_by_best)
 
 
-def _selected_at_first(
+def _selected_beside(
     judged: Examined,
     settings: DiagnosisSettings,
     report: Progress,
-    processes: Processes | None,
-) -> tuple[Examined, Selection]:
-    """Refit models; once more, where a border shows beside one of a single effect."""
+    processes: Processes | None = None,
+) -> _Selected:
+    """Refit models; once more, where beside those of one effect a border or more noise shows.
+
+    Each time it is known where materials end, or a smooth error that is much larger.
+    """
     with RefitPool(
         judged.evaluator, judged.nominal, report, jobs=settings.jobs, processes=processes
     ) as pool:
         begun = begin(pool, judged.scores, in_any_form=judged.disagreement.may_matter)
         known = with_borders_seen_beside(begun.singles, judged.evaluator, judged.nominal)
         if known is None:
+            again = examined_anew(judged, begun.singles, settings, report)
+        else:
+            again = _examined_knowing(known, settings, report)
+        if again is None:
             return judged, _select(pool, judged, begun)
-    return _selected_anew(known, settings, report)
+    if not again.disagreement.is_worth_naming:
+        return again, Selection(())
+    return _selected_beside(again, settings, report)
 
 
-def _selected_anew(
+def _examined_knowing(
     known: tuple[PatchEvaluator, Refit], settings: DiagnosisSettings, report: Progress
-) -> tuple[Examined, Selection]:
-    """Screen and refit models of a scene that knows where what a camera reads ends."""
+) -> Examined:
+    """Examine a scene that knows where what a camera reads ends."""
     report('parts of the surface are read otherwise: once more, with those known')
-    judged = examined(*known, settings, report)
-    with RefitPool(judged.evaluator, judged.nominal, report, jobs=settings.jobs) as pool:
-        return judged, _select(pool, judged)
+    return examined(*known, settings, report)
 
 
-def _left_by_best(found: tuple[Examined, Selection]) -> float:
+def _left_by_best(found: _Selected) -> float:
     """Return chi-square per patch of the best of the models that were selected."""
     best = found[1].best
     return np.inf if best is None else best.chi_square_per_patch

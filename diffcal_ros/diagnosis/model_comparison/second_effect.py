@@ -8,6 +8,10 @@ in part, a camera that is off. So a pair in whatever form it may have is held ag
 effects alone, likewise in any form (`any_form`). And what really is there is there in every pose:
 a second effect must tell each pose from the others better than the first one alone does.
 
+How large the sensor's smooth error is was found with the tangents of all effects projected out, so
+that just what a second effect explains was never the sensor's. So its size is integrated out anew
+beside each model (`smooth_sizes`): by a worse camera than was believed one effect may be all.
+
 All is linear around each fit, those of single effects where forms lead them (`form_fits`).
 """
 
@@ -20,9 +24,16 @@ from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.shared_patches import on_shared_patches
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.noise_model import NoiseModel
+from diffcal_ros.diagnosis.patches.smooth_sizes import (
+    log_beliefs,
+    size_factors,
+    with_larger_error,
+)
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
 import numpy as np
+from scipy.special import logsumexp
 
 # A second effect must be better by so much log evidence, per unit of noise scale.
 PAIR_GAIN = 8.0
@@ -89,26 +100,55 @@ def second_adds(singles: Sequence[Hypothesis], two: Hypothesis, basis: FormBasis
     best = [next((h for h in singles if h.identifiers == (name,)), None) for name in names]
     rivals = dict.fromkeys(id(h) for h in (singles[0], *best) if h is not None)
     two, *ones = on_shared_patches([two, *(h for h in singles if id(h) in rivals)])
-    alone = [_by(one, one.added, basis) for one in ones]
+    alone = [_Shares.of(one, one.added, basis) for one in ones]
     # What was not found alone is taken from the pair, to first order.
     alone += [
-        _by(two, [own], basis)
+        _Shares.of(two, [own], basis)
         for own, single in zip(two.added, best, strict=True)
         if single is None
     ]
-    found = _by(two, two.added, basis).above(alone)
+    both = _Shares.of(two, two.added, basis)
+    found = both.explained([1.0]).above([own.explained([1.0]) for own in alone])
+    if found.log_evidence > 0.0:
+        factors = size_factors(two.evaluator.noises)
+        found = both.explained(factors).above([own.explained(factors) for own in alone])
     has_others = len({group.view for group in two.fit.groups}) > 1
     return found if has_others else replace(found, log_transfer=np.inf)
 
 
-def _by(model: Hypothesis, kept: Sequence[Candidate], basis: FormBasis) -> Explained:
-    """Return how well some of a model's effects explain the patches of its fit."""
-    ways = ways_of(model.evaluator.model, model.fit, basis, kept)
-    return explained(model.fit, model.added, kept, ways)
+@dataclass(frozen=True)
+class _Shares:
+    """Some of a model's effects.
+
+    Attributes:
+        model: with all of its effects.
+        kept: those that stay; the others are taken to zero.
+        ways: in which those may differ from the library's form.
+    """
+
+    model: Hypothesis
+    kept: Sequence[Candidate]
+    ways: Ways
+
+    @classmethod
+    def of(cls, model: Hypothesis, kept: Sequence[Candidate], basis: FormBasis) -> '_Shares':
+        """Return some effects of a model, by what their forms are told by."""
+        return cls(model, kept, ways_of(model.evaluator.model, model.fit, basis, kept))
+
+    def explained(self, factors: Sequence[float]) -> Explained:
+        """Return how well they explain the patches of the model's fit; see `explained`."""
+        model = self.model
+        noises = model.evaluator.noises
+        return explained(model.fit, model.added, self.kept, self.ways, noises, factors)
 
 
 def explained(
-    fit: Refit, added: Sequence[Candidate], kept: Sequence[Candidate], ways: Ways
+    fit: Refit,
+    added: Sequence[Candidate],
+    kept: Sequence[Candidate],
+    ways: Ways,
+    noises: Sequence[NoiseModel] = (),
+    factors: Sequence[float] = (1.0,),
 ) -> Explained:
     """Return how well some of a model's effects explain the patches, around its fit.
 
@@ -117,15 +157,26 @@ def explained(
         added: its effects.
         kept: those that stay; the others are taken to zero.
         ways: in which those may differ from the library's form.
+        noises: of all views; they are asked for where smooth errors may be larger.
+        factors: by which these may be larger than is believed.
     """
     gone = parameters_of(fit.parameters, [own for own in added if own not in kept])
+    levels = np.array(
+        [
+            _levels(replace(fit, groups=with_larger_error(fit.groups, noises, own)), ways, gone)
+            for own in factors
+        ]
+    )
+    believed = log_beliefs(noises, factors)
+    whole, every, *lacking = logsumexp(levels + believed[:, None], axis=0)
+    return Explained(float(whole), float(sum(every - without for without in lacking)))
+
+
+def _levels(fit: Refit, ways: Ways, gone: Sequence[str]) -> list[float]:
+    """Return log densities: of patches, of those of views apart, and of all views but each."""
     counted = in_form(fit, ways, gone)
-    whole = counted.sight.level()
     seen = whiten(counted.groups, Part.FIT, is_apart=True)
     apart = Sight.of(fit, seen, ways.pose_count, gone)
     views = np.unique(apart.views)
-    transfer = 0.0
-    if len(views) > 1:
-        every = apart.level()
-        transfer = sum(every - apart.without(view).level() for view in views)
-    return Explained(whole, transfer)
+    lacking = [apart.without(view).level() for view in views] if len(views) > 1 else []
+    return [counted.sight.level(), apart.level(), *lacking]

@@ -169,6 +169,20 @@ class PatchEvaluator:
         noises = with_smooth_error(self._noises, groups, still, is_hidden=is_hidden)
         return self._changed(noises=noises)
 
+    def with_noise_of(self, other: 'PatchEvaluator') -> 'PatchEvaluator':
+        """Return the same evaluator with the noise that another one of the same views believes."""
+        return self._changed(noises=other._noises)
+
+    @property
+    def noises(self) -> tuple[NoiseModel, ...]:
+        """What is believed of the errors of every view."""
+        return self._noises
+
+    @property
+    def smooth_error(self) -> float:
+        """The largest smooth error of depth that is believed of a view [m]."""
+        return max(noise.smooth for noise in self._noises)
+
     @property
     def tells_smooth_error(self) -> bool:
         """Tell whether several poses at rest can show the sensor's smooth error."""

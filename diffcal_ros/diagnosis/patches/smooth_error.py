@@ -130,7 +130,7 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
         shared = _kernel(depth, length * assumed.smooth_length, standing, is_mixed=is_mixed)
         smooth = ways @ shared @ ways.T
         table[row] = _levels(seen, smooth, assumed.smooth * sizes)
-    table -= 0.5 * (np.log(sizes) / _SPREAD) ** 2
+    table += log_belief(sizes)
     chances = np.exp(table - table.max())
     chances /= chances.sum()
     # The covariance to be expected: in the mean, squares are of this size and so much is shared.
@@ -143,6 +143,14 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
         length=kinds[best][0] * assumed.smooth_length,
         standing=float(shared),
     )
+
+
+def log_belief(sizes: FloatArray) -> FloatArray:
+    """Return the log of how much is believed beforehand of sizes, by the one assumed, shape (n,).
+
+    The prior is log-normal; its density is over the logarithm, and up to a constant.
+    """
+    return np.asarray(-0.5 * (np.log(sizes) / _SPREAD) ** 2)
 
 
 def _levels(values: FloatArray, smooth: FloatArray, sizes: FloatArray) -> FloatArray:

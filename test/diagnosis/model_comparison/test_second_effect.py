@@ -13,6 +13,8 @@ from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_at
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import Explained, explained
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
+from diffcal_ros.diagnosis.patches.smooth_sizes import size_factors
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 import numpy as np
 import pytest
@@ -110,6 +112,59 @@ def test_a_second_effect_that_is_there_is_seen_beside_the_first(pair, basis, bia
     added = _adds(pair, basis, (0.0, 0.0, 0.0), bias)
     assert (added.log_evidence > 8.0) == (bias > 0.0)
     assert (added.log_transfer > 4.0) == (bias > 0.0)
+
+
+def _with_standing_error(fit: Refit, noise: NoiseModel, size: float, seed: int) -> Refit:
+    """Return a fit to what a sensor reads whose smooth error stands in the image of all poses.
+
+    Args:
+        fit: of poses whose patches are at the same places.
+        noise: that is believed of the sensor; what stands of it goes to where that is counted.
+        size: of the error [m].
+        seed: of its draw.
+    """
+    groups = []
+    for group in fit.groups:
+        patches = group.patches
+        if group.kind == 'depth':
+            own = np.random.default_rng(seed)
+            shared = kernel(patches.centers, noise.smooth_length, is_mixed=noise.is_mixed)
+            error = own.multivariate_normal(np.zeros(len(shared)), size**2 * shared)
+            patches = replace(
+                patches,
+                values=patches.values + error,
+                covariance=patches.covariance - noise.standing * noise.smooth**2 * shared,
+                standing=noise.depth_standing(len(shared)),
+            )
+        groups.append(replace(group, patches=patches))
+    return replace(fit, groups=groups)
+
+
+@pytest.mark.parametrize(('bias', 'size'), [(0.0, 0.002), (0.006, 0.0002)])
+def test_what_a_worse_sensor_reads_is_no_second_effect(pair, basis, bias, size):
+    noise = replace(pair.evaluator.noises[0], standing=0.9)
+    poses, places = _in_poses(pair, (0.0, 0.0, 0.0), bias)
+    alone = pair.added[:1]
+
+    def added(fit, factors):
+        both, one = (
+            explained(
+                fit,
+                pair.added,
+                kept,
+                ways_at(places, fit, basis, kept),
+                [noise] * len(_POSES),
+                factors,
+            )
+            for kept in (pair.added, alone)
+        )
+        return both.above([one]).log_evidence
+
+    read = [_with_standing_error(poses, noise, size, seed) for seed in range(6)]
+    fixed = np.array([added(fit, (1.0,)) for fit in read])
+    free = np.array([added(fit, size_factors([noise])) for fit in read])
+    assert fixed.max() > 30.0, 'by a good sensor something is there'
+    assert np.all(free > 8.0) if bias else np.all(free < 8.0)
 
 
 def test_what_a_single_pose_cannot_tell_is_not_asked_of_it(tilted, pair, basis):
