@@ -49,6 +49,12 @@ from benchmarks.blind.nineteenth_outside import NINETEENTH_OUTSIDE
 from benchmarks.blind.ninth_outside import NINTH_OUTSIDE
 from benchmarks.blind.observe import camera_center, film, record, true_rendering
 from benchmarks.blind.other_rigs import OtherSetup
+from benchmarks.blind.other_sets import (
+    draw_other_case,
+    list_other_cases,
+    OTHER_SETS,
+    rig_label,
+)
 from benchmarks.blind.outside_forms import FURTHER_OUTSIDE
 from benchmarks.blind.rubber import draw_rubber
 from benchmarks.blind.scene_file import extra_text, scene_text
@@ -71,12 +77,6 @@ from benchmarks.blind.tetrahedra import mesh_tetrahedra, write_vtk
 from benchmarks.blind.thirteenth_outside import THIRTEENTH_OUTSIDE
 from benchmarks.blind.thirtieth_outside import THIRTIETH_OUTSIDE
 from benchmarks.blind.thirtyfirst_outside import THIRTYFIRST_OUTSIDE
-from benchmarks.blind.thirtyfourth_set import (
-    draw_other_case,
-    list_other_cases,
-    OTHER_SETS,
-    rig_label,
-)
 from benchmarks.blind.thirtysecond_outside import THIRTYSECOND_OUTSIDE
 from benchmarks.blind.thirtythird_outside import THIRTYTHIRD_OUTSIDE
 from benchmarks.blind.timing import draw_hold, draw_swing, Timing

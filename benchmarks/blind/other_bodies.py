@@ -6,8 +6,9 @@ Their blocks have so many cells each, whatever their size: meshes scale along. O
 from a clamp outwards, and all that is held lies along it, z is the thinner way of flat ones.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,18 @@ class OtherShape(Shape):
             found |= ((lattice >= low - _SAME) & (lattice <= high + _SAME)).all(axis=-1)
         return found
 
+    def goes_on(self, box: Box, axis: int, side: int) -> bool:
+        """Tell whether there is more of a body beyond a side of a box, -1 or 1 along an axis."""
+        within = [
+            slice(*np.searchsorted(way, [low + _SAME, high - _SAME], 'right') - [1, 0])
+            for way, (low, high) in zip(self.breaks, box, strict=True)
+        ]
+        beyond = within[axis].stop if side > 0 else within[axis].start - 1
+        if not 0 <= beyond < self.solid.shape[axis]:
+            return False
+        within[axis] = slice(beyond, beyond + 1)
+        return bool(self.solid[tuple(within)].any())
+
     def arc_share(self, lattice: FloatArray) -> FloatArray:
         """Return the share of the free length at which lattice points lie, 0 in a clamp."""
         x, end = lattice[..., 0], self.length
@@ -113,7 +126,8 @@ def bent_elbow(points: FloatArray, begin: float, end: float, angle: float) -> Fl
     return np.stack([x, y, points[..., 2]], axis=-1)
 
 
-def _shape(
+def block_shape(
+    make: type[OtherShape],
     family: str,
     breaks: tuple[list[float], list[float], list[float]],
     empty: tuple[tuple[int, int, int], ...],
@@ -134,7 +148,7 @@ def _shape(
         'free': x[-1] - x[1],
         'held': (((x[0], x[1]), (y[0], y[-1]), (z[0], z[-1])),),
     }
-    return OtherShape(
+    return make(
         family,
         (x, y, z),
         solid,
@@ -144,11 +158,14 @@ def _shape(
     )
 
 
-def _middle(width: float) -> list[float]:
+_shape = partial(block_shape, OtherShape)
+
+
+def middle(width: float) -> list[float]:
     return [-0.5 * width, 0.5 * width]
 
 
-def _walls(width: float, wall: float) -> list[float]:
+def walls(width: float, wall: float) -> list[float]:
     half = 0.5 * width
     return [-half, wall - half, half - wall, half]
 
@@ -157,7 +174,7 @@ def _tube(size: float, random: np.random.Generator) -> OtherShape:
     """Draw a closed square tube, filled where it is held and closed by a cap."""
     width, clamp = random.uniform(0.16, 0.22) * size, random.uniform(0.16, 0.22) * size
     wall = random.uniform(0.14, 0.2) * width
-    side = _walls(width, wall)
+    side = walls(width, wall)
     x = [0.0, clamp, size - 1.5 * wall, size]
     cells, tets = ((1, 12, 1), (1, 2, 1), (1, 2, 1)), ((2, 8, 1), (2, 2, 2), (2, 2, 2))
     return _shape('tube', (x, side, list(side)), ((1, 1, 1),), cells, tets)
@@ -175,7 +192,7 @@ def _slotted(size: float, random: np.random.Generator) -> OtherShape:
     empty = tuple((block, 0, 1) for block in range(2, 12, 2))
     cells = ((1, 1, *((2, 1) * 5)), (3,), (2, 2))
     tets = ((2, 1, *((2, 1) * 5)), (4,), (2, 2))
-    return _shape('slotted', (x, _middle(width), z), empty, cells, tets)
+    return _shape('slotted', (x, middle(width), z), empty, cells, tets)
 
 
 def _window(size: float, random: np.random.Generator) -> OtherShape:
@@ -184,8 +201,8 @@ def _window(size: float, random: np.random.Generator) -> OtherShape:
     web, clamp = random.uniform(0.2, 0.26) * width, random.uniform(0.14, 0.18) * size
     x = [0.0, clamp, clamp + 0.08 * size, size - web, size]
     cells, tets = ((1, 1, 9, 2), (2, 3, 2), (3,)), ((2, 1, 9, 2), (3, 3, 3), (2,))
-    z = _middle(height)
-    return _shape('window', (x, _walls(width, web), z), ((2, 1, 0),), cells, tets)
+    z = middle(height)
+    return _shape('window', (x, walls(width, web), z), ((2, 1, 0),), cells, tets)
 
 
 def _hand(size: float, random: np.random.Generator) -> OtherShape:
@@ -198,7 +215,7 @@ def _hand(size: float, random: np.random.Generator) -> OtherShape:
     gaps = ((2, 1, 0), (2, 3, 0), (3, 1, 0), (3, 3, 0))
     cells, tets = ((1, 2, 7, 2), (2, 1, 2, 1, 2), (3,)), ((2, 2, 8, 2), (2, 1, 2, 1, 2), (2,))
     empty = (*gaps, (3, 0, 0), (3, 4, 0))
-    return _shape('hand', (x, [float(v) for v in y], _middle(height)), empty, cells, tets)
+    return _shape('hand', (x, [float(v) for v in y], middle(height)), empty, cells, tets)
 
 
 def _elbow(size: float, random: np.random.Generator) -> OtherShape:
@@ -208,13 +225,13 @@ def _elbow(size: float, random: np.random.Generator) -> OtherShape:
     x = [float(share) * line for share in (0.0, random.uniform(0.13, 0.17), 0.42, 0.68, 1.0)]
     cells, tets = ((1, 4, 7, 5), (3,), (3,)), ((2, 4, 8, 5), (4,), (3,))
     more = {'elbow': (x[2], x[3], angle)}
-    return _shape('elbow', (x, _middle(width), _middle(height)), (), cells, tets, **more)
+    return _shape('elbow', (x, middle(width), middle(height)), (), cells, tets, **more)
 
 
 def _whip(size: float, random: np.random.Generator) -> OtherShape:
     """Draw a body that is twenty times as long as thick."""
     clamp = 0.14 * size
-    side = _middle((size - clamp) / 20.0 * random.uniform(0.95, 1.05))
+    side = middle((size - clamp) / 20.0 * random.uniform(0.95, 1.05))
     cells, tets = ((1, 26), (2,), (2,)), ((2, 36), (2,), (2,))
     return _shape('whip', ([0.0, clamp, size], side, list(side)), (), cells, tets)
 
@@ -224,7 +241,7 @@ def _stub(size: float, random: np.random.Generator) -> OtherShape:
     clamp = 0.28 * size
     width, height = (size - clamp) / 2.5 * random.uniform(0.92, 1.08, 2)
     cells, tets = ((1, 8), (4,), (4,)), ((3, 7), (5,), (5,))
-    return _shape('stub', ([0.0, clamp, size], _middle(width), _middle(height)), (), cells, tets)
+    return _shape('stub', ([0.0, clamp, size], middle(width), middle(height)), (), cells, tets)
 
 
 def _sheet(size: float, random: np.random.Generator) -> OtherShape:
@@ -232,14 +249,14 @@ def _sheet(size: float, random: np.random.Generator) -> OtherShape:
     clamp, width = 0.18 * size, random.uniform(0.45, 0.7) * size
     height = random.uniform(0.003, 0.004)
     cells, tets = ((1, 13), (8,), (2,)), ((2, 12), (7,), (2,))
-    return _shape('sheet', ([0.0, clamp, size], _middle(width), _middle(height)), (), cells, tets)
+    return _shape('sheet', ([0.0, clamp, size], middle(width), middle(height)), (), cells, tets)
 
 
 def _wings(size: float, random: np.random.Generator) -> OtherShape:
     """Draw a bar that is held amid its length, with two arms that are not as long."""
     clamp, arm = 0.2 * size, random.uniform(0.34, 0.39) * size
     width, height = random.uniform(0.12, 0.16) * size, random.uniform(0.1, 0.14) * size
-    x, y, z = [-arm, 0.0, clamp, size - arm], _middle(width), _middle(height)
+    x, y, z = [-arm, 0.0, clamp, size - arm], middle(width), middle(height)
     held = (((0.0, clamp), (y[0], y[1]), (z[0], z[1])),)
     cells, tets = ((10, 1, 10), (3,), (3,)), ((9, 2, 9), (4,), (3,))
     more = {'clamp': clamp, 'free': size - arm - clamp, 'held': held, 'arms': 'both'}
@@ -250,7 +267,7 @@ def _portal(size: float, random: np.random.Generator) -> OtherShape:
     """Draw two legs that are held at their feet, and a beam from one to the other."""
     width, height = random.uniform(0.8, 1.0) * size, random.uniform(0.1, 0.14) * size
     leg, clamp = random.uniform(0.14, 0.18) * width, random.uniform(0.15, 0.2) * size
-    x, y, z = [0.0, clamp, size - leg, size], _walls(width, leg), _middle(height)
+    x, y, z = [0.0, clamp, size - leg, size], walls(width, leg), middle(height)
     feet = [((0.0, clamp), ends, (z[0], z[1])) for ends in ((y[0], y[1]), (y[2], y[3]))]
     cells, tets = ((1, 8, 2), (2, 6, 2), (3,)), ((2, 8, 2), (2, 8, 2), (3,))
     more = {'held': tuple(feet), 'free': size - clamp + 0.5 * width}
@@ -260,8 +277,8 @@ def _portal(size: float, random: np.random.Generator) -> OtherShape:
 def _bridge(size: float, random: np.random.Generator) -> OtherShape:
     """Draw a bar that is held at both ends."""
     clamp, width = random.uniform(0.12, 0.16) * size, random.uniform(0.1, 0.14) * size
-    x, y = [0.0, clamp, size - clamp, size], _middle(width)
-    z = _middle(random.uniform(0.045, 0.07) * size)
+    x, y = [0.0, clamp, size - clamp, size], middle(width)
+    z = middle(random.uniform(0.045, 0.07) * size)
     ends = [(along, (y[0], y[1]), (z[0], z[1])) for along in ((0.0, clamp), (x[2], x[3]))]
     cells, tets = ((1, 20, 1), (3,), (3,)), ((2, 22, 2), (3,), (2,))
     more = {'held': tuple(ends), 'free': x[2] - x[1], 'arms': 'between'}
@@ -301,7 +318,9 @@ OTHER_FAMILIES = {
 }
 
 
-def draw_other_shape(family: str, random: np.random.Generator) -> OtherShape:
+def draw_other_shape(
+    family: str, random: np.random.Generator, families: Mapping[str, Family] = OTHER_FAMILIES
+) -> OtherShape:
     """Draw a body of a family, whose sizes are alike by their logarithms."""
-    kind = OTHER_FAMILIES[family]
+    kind = families[family]
     return kind.draw(float(np.exp(random.uniform(*np.log(kind.sizes)))), random)

@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 from benchmarks.blind.equilibrium import NoEquilibriumError
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.forms import off_the_truth
-from benchmarks.blind.other_bodies import draw_other_shape, OTHER_FAMILIES, OtherShape
+from benchmarks.blind.other_bodies import draw_other_shape, OtherShape
+from benchmarks.blind.other_ranges import Ranges, RANGES_34
 from benchmarks.blind.renderer import Camera
 from benchmarks.blind.rotations import applied, rigid, rotation
 from benchmarks.blind.rubber import draw_rubber
@@ -27,20 +28,16 @@ from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.specimen import Specimen
 
 COARSE = 0.8  # Refinement of bodies by which rigs and sizes of effects are found.
-_IMAGES = {(424, 240): (0.82, 0.95), (640, 480): (0.85, 1.0), (848, 480): (0.7, 0.85)}
-_FILLED = (0.5, 0.9)  # Share of the image's height that bodies reach over.
-_WHIP_FILLED = 0.7  # Least of that for what is twenty times as long as thick.
-_DISTANCES = (0.12, 1.2)  # Of a camera [m].
+# Least share of the image's height for what is twenty times as long as thick.
+_WHIP_FILLED = 0.7
 _USUAL = 0.34  # At which sensors are as they are drawn [m].
 # Power of the distance by which the noise of sensors grows.
 _NOISE_POWERS = {'l515': 1.0, 'd405': 2.0, 'itof': 1.0}
 _LEAST_NOISE = 0.00004  # [m].
-_SMOOTH = (0.00015, 0.0012)  # Least and largest smooth error [m].
 _APART = 60.0  # Least angle between two orientations, as gravity has it [deg].
 _STEEPEST = 0.87  # Sine of how far a body may point up; beyond, a slender one may buckle.
 _END_ON = 0.75  # Cosine between where a body points and the line of sight, at most.
 _EDGE_ON = 0.4  # The same of a flat one's thin way, at least.
-_MODULI = (15.0e3, 15.0e6)  # [Pa].
 _BORDER = 0.03  # Of the image's height, around what is seen.
 
 
@@ -77,15 +74,15 @@ class OtherSetup(Setup):
     def fixtures(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """Lowest and highest corner of the rigid block around each clamp, object frame [m]."""
         found, inset = [], 0.25 * self.rim
-        x = self.body.breaks[0]
         for box in self.body.held:
             low, high = np.array(box).T
             low, high = low - self.rim, high + self.rim
             # Jaws end a little before what is held does, where the body goes on.
-            if box[0][0] > x[0]:
-                low[0] = box[0][0] + inset
-            if box[0][1] < x[-1]:
-                high[0] = box[0][1] - inset
+            for axis in (0, 1):
+                if self.body.goes_on(box, axis, -1):
+                    low[axis] = box[axis][0] + inset
+                if self.body.goes_on(box, axis, 1):
+                    high[axis] = box[axis][1] - inset
             found.append((low, high))
         return tuple(found)
 
@@ -105,6 +102,7 @@ def draw_other_setup(
     random: np.random.Generator,
     is_lower: bool = False,
     sags_more: bool = False,
+    ranges: Ranges = RANGES_34,
 ) -> OtherSetup:
     """Draw a rig.
 
@@ -116,11 +114,13 @@ def draw_other_setup(
         random: source.
         is_lower: whether the body is about level in the first pose.
         sags_more: whether it sags by no less than what is amid the possible, by its logarithm.
+        ranges: of the set.
 
     Raises:
         UnfitError: where that cannot be filmed or does not rest.
     """
-    shape, kind = draw_other_shape(family, random), OTHER_FAMILIES[family]
+    kind = ranges.families[family]
+    shape = draw_other_shape(family, random, ranges.families)
     least, most = np.log(kind.sags)
     wanted = float(np.exp(random.uniform(0.5 * (least + most) if sags_more else least, most)))
     views = [Observation(f'pose_{i + 1}', np.eye(4)) for i in range(poses)]
@@ -130,12 +130,12 @@ def draw_other_setup(
         start_modulus=1.0,
         poissons_ratio=round(float(random.uniform(0.45, 0.495)), 4),
         density=float(f'{random.uniform(950.0, 1300.0):.5g}'),
-        camera=_draw_camera(family, random),
+        camera=_draw_camera(family, ranges, random),
         depth_from_world=np.eye(4),
         sensor=Sensor('none', 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0),
         observations=tuple(views),
         rubber=draw_rubber(law, random),
-        frames=int(random.integers(3, 11)),
+        frames=int(random.integers(ranges.frames[0], ranges.frames[1] + 1)),
     )
     look = _draw_look(random)
     turns = _draw_turns(poses, look[:3, :3], random, is_flat=kind.is_flat, is_lower=is_lower)
@@ -143,17 +143,17 @@ def draw_other_setup(
         replace(view, world_from_object=rigid(turn, np.zeros(3)))
         for view, turn in zip(views, turns, strict=True)
     ]
-    setup, rests = _sagging(replace(setup, observations=tuple(views)), wanted)
+    setup, rests = _sagging(replace(setup, observations=tuple(views)), wanted, ranges)
     start = setup.youngs_modulus * np.exp(random.uniform(-0.35, 0.35))
     setup = replace(setup, start_modulus=float(f'{start:.4g}'))
-    setup = _before_camera(setup, look, rests, random)
-    return _off(setup, sensor, random)
+    setup = _before_camera(setup, look, rests, ranges, random)
+    return _off(setup, sensor, ranges, random)
 
 
-def _draw_camera(family: str, random: np.random.Generator) -> Camera:
-    sizes = list(_IMAGES)[1:] if family == 'whip' else list(_IMAGES)
+def _draw_camera(family: str, ranges: Ranges, random: np.random.Generator) -> Camera:
+    sizes = list(ranges.images)[1:] if family == 'whip' else list(ranges.images)
     width, height = sizes[int(random.integers(len(sizes)))]
-    focal = random.uniform(*_IMAGES[width, height]) * width
+    focal = random.uniform(*ranges.images[width, height]) * width
     return Camera(
         width=width,
         height=height,
@@ -204,7 +204,9 @@ def widest(turns: Sequence[FloatArray]) -> float:
     return float(np.rad2deg(np.arccos(np.clip(downs @ downs.T, -1.0, 1.0))).max())
 
 
-def _sagging(setup: OtherSetup, wanted: float) -> tuple[OtherSetup, list[FloatArray]]:
+def _sagging(
+    setup: OtherSetup, wanted: float, ranges: Ranges
+) -> tuple[OtherSetup, list[FloatArray]]:
     """Choose E so that a body sags by a share of its free length; return where it rests, too."""
     free = setup.body.free
     for _ in range(9):
@@ -220,7 +222,8 @@ def _sagging(setup: OtherSetup, wanted: float) -> tuple[OtherSetup, list[FloatAr
             break
         # The more a body sags, the less it does so in proportion.
         setup = replace(setup, youngs_modulus=setup.youngs_modulus * ratio**1.1)
-    if abs(ratio - 1.0) > 0.1 or not _MODULI[0] < setup.youngs_modulus < _MODULI[1]:
+    least, most = ranges.moduli
+    if abs(ratio - 1.0) > 0.1 or not least < setup.youngs_modulus < most:
         raise UnfitError(f'E is {setup.youngs_modulus:g} Pa for a sag of {ratio:g}')
     return replace(setup, sag=sag), rests
 
@@ -231,7 +234,11 @@ def rests_of(specimen: Specimen, setup: Setup, faults: Faults) -> list[FloatArra
 
 
 def _before_camera(
-    setup: OtherSetup, look: FloatArray, rests: list[FloatArray], random: np.random.Generator
+    setup: OtherSetup,
+    look: FloatArray,
+    rests: list[FloatArray],
+    ranges: Ranges,
+    random: np.random.Generator,
 ) -> OtherSetup:
     """Place a body before a camera that is as far away as lets it see all of it."""
     camera = setup.camera
@@ -241,11 +248,11 @@ def _before_camera(
     ]
     in_sight = [points @ look[:3, :3].T for points in turned]
     extent = max(float(np.ptp(points[:, :2], axis=0).max()) for points in in_sight)
-    lowest = _WHIP_FILLED if setup.body.family == 'whip' else _FILLED[0]
-    fill = random.uniform(lowest, _FILLED[1])
-    distance = float(np.clip(camera.fy * extent / (fill * camera.height), *_DISTANCES))
+    lowest = _WHIP_FILLED if setup.body.family == 'whip' else ranges.filled[0]
+    fill = random.uniform(lowest, ranges.filled[1])
+    distance = float(np.clip(camera.fy * extent / (fill * camera.height), *ranges.distances))
     places = [random.uniform(-1.0, 1.0, 3) * [0.03, 0.03, 0.1] for _ in turned]
-    while distance <= _DISTANCES[1]:
+    while distance <= ranges.distances[1]:
         views = tuple(
             replace(
                 view,
@@ -306,12 +313,16 @@ def at_distance(sensor: Sensor, distance: float, bias: float) -> Sensor:
     )
 
 
-def _off(setup: OtherSetup, name: str, random: np.random.Generator) -> OtherSetup:
+def _off(setup: OtherSetup, name: str, ranges: Ranges, random: np.random.Generator) -> OtherSetup:
     """Give a rig its sensor and its errors of pose and fixture."""
     distance = float(setup.depth_from_world[2, 3])
-    bias = float(np.exp(random.uniform(*np.log(_SMOOTH))))
+    bias = float(np.exp(random.uniform(*np.log(ranges.smooth))))
     moved = off_the_truth(setup, name, random)
-    stated = ceil(1e5 * bias) / 1e5 if random.random() < 0.5 else None
+    stated, factors = None, ranges.misstated
+    if random.random() < 0.5:
+        # Where all factors are alike none is drawn.
+        number = int(random.integers(len(factors))) if len(factors) > 1 else 0
+        stated = ceil(1e5 * factors[number] * bias) / 1e5
     shift = np.zeros(3)
     if random.random() < 0.5:
         shift = 1e-3 * rotation(random.standard_normal(3) * 2.0) @ [1.0, 0.0, 0.0]

@@ -37,14 +37,14 @@ def wanted_change(setup: OtherSetup, size: int) -> float:
 
 
 def sized(
-    form: OtherForm, size: int, setup: OtherSetup, random: np.random.Generator
+    form: OtherForm, wanted: float, setup: OtherSetup, random: np.random.Generator
 ) -> tuple[dict[str, Any], float]:
-    """Draw an effect; return its faults and the change of what is seen [m].
+    """Draw an effect that is to change what is seen by so much [m]; return its faults and change.
 
     Raises:
         UnfitError: where there is no rest.
     """
-    drawn, wanted = form.draw(setup, random), wanted_change(setup, size)
+    drawn = form.draw(setup, random)
     specimen = make_specimen(setup, Faults(), COARSE)
     rests = rests_of(specimen, setup, Faults())
     factor, best, found = 1.0, 0.0, drawn
@@ -138,9 +138,9 @@ def _change_of_depth(
 
 
 def laid(
-    setup: OtherSetup, changes: dict[str, Any], size: int, random: np.random.Generator
+    setup: OtherSetup, changes: dict[str, Any], wanted: float, random: np.random.Generator
 ) -> tuple[OtherSetup, dict[str, Any], float]:
-    """Put a plane below a body so that it lifts it in the first pose, maybe in the second.
+    """Put a plane below a body so that it lifts it by so much at first, maybe in two poses.
 
     Returns:
         The rig, whose bodies may stand higher or lower by that, the faults, and the change [m].
@@ -148,7 +148,7 @@ def laid(
     Raises:
         UnfitError: where a body does not hang below what is held.
     """
-    wanted, part = wanted_change(setup, size), random.uniform(0.4, 0.8)
+    part = random.uniform(0.4, 0.8)
     lift = wanted
     for _ in range(_LIFTS):
         moved, found, change = _lifted(setup, changes, lift, part)

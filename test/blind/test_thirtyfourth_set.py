@@ -26,6 +26,7 @@ from benchmarks.blind.other_rigs import (
     UnfitError,
     widest,
 )
+from benchmarks.blind.other_sets import list_other_cases, rig_label
 from benchmarks.blind.other_sizes import laid, scaled, sized, smaller, wanted_change
 from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.rotations import applied
@@ -34,7 +35,6 @@ from benchmarks.blind.scene_file import extra_text, scene_text
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.thirtyfourth_forms import BY_KEY_34, FORMS_34, OUTSIDE_34, PAIRS_34
-from benchmarks.blind.thirtyfourth_set import list_other_cases, rig_label
 
 CASES = list_other_cases('thirtyfourth', 'salt')
 SEAL = Path(__file__).parents[2] / 'benchmarks/blind/thirtyfourth_form_sealed_labels.sha256'
@@ -195,10 +195,14 @@ def test_sizes_are_shares_of_the_free_length(elbow: OtherSetup) -> None:
 
 def test_sizes_are_those_that_change_what_is_seen_so_much(elbow: OtherSetup) -> None:
     bias, change = sized(
-        BY_KEY_34['depth_bias_by_region/gradual'], 2, elbow, np.random.default_rng(2)
+        BY_KEY_34['depth_bias_by_region/gradual'],
+        wanted_change(elbow, 2),
+        elbow,
+        np.random.default_rng(2),
     )
     assert abs(bias['region_bias']) == pytest.approx(1e3 * change, rel=0.01)
-    turned, change = sized(BY_KEY_34['clamp_offset/turns on'], 2, elbow, np.random.default_rng(2))
+    form, wanted = BY_KEY_34['clamp_offset/turns on'], wanted_change(elbow, 2)
+    turned, change = sized(form, wanted, elbow, np.random.default_rng(2))
     # All turns about the middle of what is held, most at the far end.
     reach = 1.1 * elbow.body.free
     assert np.deg2rad(np.linalg.norm(turned['clamp_turn'])) * reach > change
@@ -208,14 +212,14 @@ def test_sizes_are_those_that_change_what_is_seen_so_much(elbow: OtherSetup) -> 
     'key', ['camera_offset/library', 'depth_bias_by_region/gradual', 'clamp_offset/turns on']
 )
 def test_effects_change_what_is_seen_by_as_much_as_wanted(elbow: OtherSetup, key: str) -> None:
-    form = BY_KEY_34[key]
-    _, change = sized(form, 2, elbow, np.random.default_rng(2))
-    assert change == pytest.approx(wanted_change(elbow, 2), rel=0.05)
+    wanted = wanted_change(elbow, 2)
+    _, change = sized(BY_KEY_34[key], wanted, elbow, np.random.default_rng(2))
+    assert change == pytest.approx(wanted, rel=0.05)
 
 
 def test_a_plane_lifts_a_body_that_hangs_above_it_else(low: OtherSetup) -> None:
     form, random = BY_KEY_34['contact_plane/library'], np.random.default_rng(3)
-    setup, changes, change = laid(low, form.draw(low, random), 1, random)
+    setup, changes, change = laid(low, form.draw(low, random), wanted_change(low, 1), random)
     assert change == pytest.approx(wanted_change(low, 1), rel=0.15)
     faults = Faults(**changes)
     specimen = make_specimen(setup, faults, 0.8)

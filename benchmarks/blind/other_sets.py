@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The thirty-fourth set: bodies and rigs that no set of before had, with effects that some had."""
+"""Sets of bodies and rigs that no set of before had, with effects that some had."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ from benchmarks.blind.amplitudes import Effect
 from benchmarks.blind.cases import Case
 from benchmarks.blind.equilibrium import NoEquilibriumError
 from benchmarks.blind.faults import Faults
+from benchmarks.blind.further_shape import FurtherShape
 from benchmarks.blind.observe import true_rendering
-from benchmarks.blind.other_bodies import OTHER_FAMILIES
+from benchmarks.blind.other_ranges import Ranges, RANGES_34
 from benchmarks.blind.other_rigs import (
     draw_other_setup,
     OtherSetup,
@@ -20,42 +22,97 @@ from benchmarks.blind.other_rigs import (
     sees_all,
     UnfitError,
 )
-from benchmarks.blind.other_sizes import laid, sized, smaller
+from benchmarks.blind.other_sizes import laid, sized, smaller, wanted_change
 from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.simulation import make_specimen
-from benchmarks.blind.thirtyfourth_forms import (
-    BY_KEY_34,
-    FORMS_34,
-    OtherForm,
-    OUTSIDE_34,
-    PAIRS_34,
+from benchmarks.blind.thirtyfifth_forms import (
+    FORMS_35,
+    LEAST_CHANGES_35,
+    OUTSIDE_35,
+    PAIRS_35,
+    RANGES_35,
+    wanted_change_35,
 )
+from benchmarks.blind.thirtyfourth_forms import FORMS_34, OtherForm, OUTSIDE_34, PAIRS_34
 
-OTHER_SETS = ('thirtyfourth',)
-_CLEAN_COUNT = 18
 _ATTEMPTS = 200
-_LEAST_CHANGE = 0.0014  # Of what is seen by an effect [m].
 _LEAST_PIXELS = 40  # Of a body in each pose, in a sixteenth of all pixels.
 
 
-def list_other_cases(set_name: str, salt: str = '') -> list[Case]:
-    """List a set: clean worlds, two forms of each effect, pairs, and causes outside the library.
+@dataclass(frozen=True)
+class OtherContents:
+    """What a set has.
 
-    One form of an effect is of the second size, the other of the third, as pairs and causes
-    outside the library are.
+    Attributes:
+        forms: of effects of the library, each once.
+        outside: causes that are not in it.
+        pairs: of forms, by their keys.
+        clean_count: number of worlds without any.
+        poses: least and largest number.
+        ranges: of rigs.
+        wanted: by how much an effect of a size is to change what is seen [m].
+        least_changes: least of that, of a single effect and of each of a pair [m].
+        by_key: its forms and causes outside by their keys.
     """
+
+    forms: tuple[OtherForm, ...]
+    outside: tuple[OtherForm, ...]
+    pairs: tuple[tuple[str, str], ...]
+    clean_count: int
+    poses: tuple[int, int]
+    ranges: Ranges
+    wanted: Callable[[OtherSetup, int, np.random.Generator], float]
+    least_changes: tuple[float, float]
+    by_key: dict[str, OtherForm] = field(init=False)
+
+    def __post_init__(self) -> None:
+        by_key = {form.key: form for form in (*self.forms, *self.outside)}
+        object.__setattr__(self, 'by_key', by_key)
+
+
+OTHER_SETS = {
+    'thirtyfourth': OtherContents(
+        FORMS_34,
+        OUTSIDE_34,
+        PAIRS_34,
+        18,
+        (2, 6),
+        RANGES_34,
+        lambda setup, size, random: wanted_change(setup, size),
+        (0.0014, 0.0014),
+    ),
+    'thirtyfifth': OtherContents(
+        FORMS_35,
+        OUTSIDE_35,
+        PAIRS_35,
+        14,
+        (2, 5),
+        RANGES_35,
+        wanted_change_35,
+        LEAST_CHANGES_35,
+    ),
+}
+
+
+def list_other_cases(set_name: str, salt: str = '') -> list[Case]:
+    """List a set: clean worlds, forms of each effect, pairs, and causes outside the library.
+
+    Of two forms of an effect one is of the second size, the other of the third, as pairs and
+    causes outside the library are.
+    """
+    contents = OTHER_SETS[set_name]
     # Of each two forms of an effect, in turn the first one and the second one are larger.
-    sizes = [1 + (number + number // 2) % 2 for number in range(len(FORMS_34))]
+    sizes = [1 + (number + number // 2) % 2 for number in range(len(contents.forms))]
     kinds: list[tuple[str, tuple[tuple[str, int], ...]]] = [
-        ('form', ((form.key, size),)) for form, size in zip(FORMS_34, sizes, strict=True)
+        ('form', ((form.key, size),)) for form, size in zip(contents.forms, sizes, strict=True)
     ]
-    kinds += [('pair', ((one, 2), (two, 2))) for one, two in PAIRS_34]
-    kinds += [('outside', ((form.key, 2),)) for form in OUTSIDE_34]
-    kinds = [*[('clean', ())] * _CLEAN_COUNT, *kinds]
+    kinds += [('pair', ((one, 2), (two, 2))) for one, two in contents.pairs]
+    kinds += [('outside', ((form.key, 2),)) for form in contents.outside]
+    kinds = [*[('clean', ())] * contents.clean_count, *kinds]
     every = _in_turns([Case('', kind, '', 0, each, set_name, salt=salt) for kind, each in kinds])
-    clean, faulty = every[:_CLEAN_COUNT], every[_CLEAN_COUNT:]
+    clean, faulty = every[: contents.clean_count], every[contents.clean_count :]
     found = []
     for prefix, cases in (('world', clean), ('form', faulty)):
         order = cases[0].random(f'order of {prefix}').permutation(len(cases))
@@ -65,17 +122,18 @@ def list_other_cases(set_name: str, salt: str = '') -> list[Case]:
 
 def _in_turns(cases: list[Case]) -> list[Case]:
     """Return cases with bodies of all families as often, and two of each effect's forms."""
-    counts, found = dict.fromkeys(OTHER_FAMILIES, 0), list[Case]()
+    contents, found = OTHER_SETS[cases[0].set_name], list[Case]()
+    counts = dict.fromkeys(contents.ranges.families, 0)
     taken: dict[str, set[str]] = {}
     # In the last rounds those come first that few bodies are fit for.
     order = sorted(range(len(cases)), key=lambda i: (bool(cases[i].effects), _fit(cases[i])))
     drawn: dict[int, str] = {}
     for i in order:
-        forms = [BY_KEY_34[key] for key, _ in cases[i].effects]
+        forms = _forms(cases[i])
         truths = [form.truth for form in forms if cases[i].kind == 'form']
         allowed = [
             family
-            for family in OTHER_FAMILIES
+            for family in counts
             if all(family in form.families for form in forms if form.families)
             and not any(family in taken.get(truth, ()) for truth in truths)
         ]
@@ -91,20 +149,28 @@ def _in_turns(cases: list[Case]) -> list[Case]:
 
 def _fit(case: Case) -> int:
     """Return how many families a case's forms leave."""
-    limits = [BY_KEY_34[key].families for key, _ in case.effects if BY_KEY_34[key].families]
-    return min((len(families) for families in limits), default=len(OTHER_FAMILIES))
+    limits = [form.families for form in _forms(case) if form.families]
+    every = len(OTHER_SETS[case.set_name].ranges.families)
+    return min((len(families) for families in limits), default=every)
+
+
+def _forms(case: Case) -> list[OtherForm]:
+    """Return the forms of a case's effects."""
+    by_key = OTHER_SETS[case.set_name].by_key
+    return [by_key[key] for key, _ in case.effects]
 
 
 def _in_turn(case: Case, turn: int) -> Case:
     """Return a case with the sensor, the law and the number of poses whose turn it is."""
-    forms = [BY_KEY_34[key] for key, _ in case.effects]
+    forms = _forms(case)
     sensors = tuple(DRAWN)
-    least = max((form.poses for form in forms), default=2)
+    fewest, most = OTHER_SETS[case.set_name].poses
+    least = max((form.poses for form in forms), default=fewest)
     return replace(
         case,
         sensor=sensors[(turn + turn // 3) % len(sensors)],
         law=LAWS[(turn + turn // 5) % len(LAWS)],
-        poses=max(2 + (2 * turn + turn // 5) % 5, least),
+        poses=max(fewest + (2 * turn + turn // 5) % (most - fewest + 1), least),
     )
 
 
@@ -121,7 +187,8 @@ def draw_other_case(case: Case) -> tuple[OtherSetup, tuple[Effect, ...], Faults]
 def _drawn(
     case: Case, random: np.random.Generator
 ) -> tuple[OtherSetup, tuple[Effect, ...], Faults]:
-    forms = [BY_KEY_34[key] for key, _ in case.effects]
+    forms = _forms(case)
+    contents = OTHER_SETS[case.set_name]
     assert case.sensor is not None
     assert case.law is not None
     setup = draw_other_setup(
@@ -132,18 +199,21 @@ def _drawn(
         random=random,
         is_lower=any(form.truth == 'contact_plane' for form in forms),
         sags_more=any(form.sags for form in forms),
+        ranges=contents.ranges,
     )
     effects, changes, every = [], [], dict[str, Any]()
     for form, (_, size) in zip(forms, case.effects, strict=True):
+        wanted = contents.wanted(setup, size, random)
         if form.truth == 'contact_plane':
-            setup, drawn, change = laid(setup, form.draw(setup, random), size, random)
+            setup, drawn, change = laid(setup, form.draw(setup, random), wanted, random)
         else:
-            drawn, change = sized(form, size, setup, random)
+            drawn, change = sized(form, wanted, setup, random)
         effects.append(_told(form, drawn))
         changes.append(change)
         every.update(drawn)
     setup, faults = replace(setup, changes=tuple(changes)), Faults(**every)
-    if min(changes, default=_LEAST_CHANGE) < _LEAST_CHANGE:
+    least = contents.least_changes[case.kind == 'pair']
+    if min(changes, default=least) < least:
         raise UnfitError('the effect can hardly be seen')
     _check_views(setup, faults)
     return setup, tuple(effects), faults
@@ -158,6 +228,10 @@ def _check_views(setup: OtherSetup, faults: Faults) -> None:
         raise UnfitError(str(error)) from error
     if not sees_all(setup, rests):
         raise UnfitError('the body leaves the image')
+    if isinstance(setup.body, FurtherShape) and any(
+        setup.body.touches_itself(specimen.mesh.lattice, rest) for rest in rests
+    ):
+        raise UnfitError('the body touches itself')
     small = replace(setup, camera=smaller(setup.camera))
     for rest, view in zip(rests, setup.observations, strict=True):
         rendering = true_rendering(specimen, small, view, faults, rest)
