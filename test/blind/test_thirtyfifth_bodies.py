@@ -6,20 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.blind_rigs import largest_move, level_rig
 
-from benchmarks.blind.faults import Faults
 from benchmarks.blind.further_bodies import FURTHER_FAMILIES
 from benchmarks.blind.further_shape import FurtherShape
 from benchmarks.blind.hexahedra import integrate, mesh_hexahedra
 from benchmarks.blind.other_bodies import draw_other_shape, OTHER_FAMILIES
-from benchmarks.blind.other_rigs import OtherSetup
-from benchmarks.blind.renderer import Camera
-from benchmarks.blind.rotations import rigid
-from benchmarks.blind.rubber import Rubber
-from benchmarks.blind.sensor import lidar
-from benchmarks.blind.setups import GRAVITY, Observation
 from benchmarks.blind.shapes import FAMILIES
-from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.tetrahedra import mesh_tetrahedra
 
 _BENT = ('horseshoe', 'ribbon', 'crescent', 'twisted')  # Of a bar, whose volume they keep.
@@ -160,7 +153,7 @@ def test_a_disc_is_round_and_its_hole_is_open() -> None:
 
 def test_the_block_around_a_clamp_ends_where_the_body_goes_on() -> None:
     for family, ways in (('cross', (0, 1)), ('crescent', (0,))):
-        setup = OtherSetup(**_rig(_drawn(family)))  # type: ignore[arg-type]
+        setup = level_rig(_drawn(family))
         (low, high), (box,) = setup.fixtures[0], setup.body.held
         held_low, held_high = np.array(box).T
         inside = (low > held_low) & (high < held_high)
@@ -169,29 +162,8 @@ def test_the_block_around_a_clamp_ends_where_the_body_goes_on() -> None:
         assert (inside ^ around).all()
 
 
-def _rig(shape: FurtherShape) -> dict[str, object]:
-    """Return a rig in which a body hangs level, and sags by some hundredths of its length."""
-    turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    return {
-        'shape': shape,
-        'youngs_modulus': 100.0e3 * GRAVITY * shape.free**3 / min(shape.section) ** 2,
-        'start_modulus': 1.0e5,
-        'poissons_ratio': 0.48,
-        'density': 1100.0,
-        'camera': Camera(640, 480, 600.0, 600.0, 319.5, 239.5),
-        'depth_from_world': np.eye(4),
-        'sensor': lidar(0.0002),
-        'observations': (Observation('level', rigid(turn, np.zeros(3))),),
-        'rubber': Rubber(),
-    }
-
-
 @pytest.mark.slow
 def test_finer_elements_sag_as_far(shape: FurtherShape) -> None:
-    setup, ways = OtherSetup(**_rig(shape)), []  # type: ignore[arg-type]
-    for refinement in (1.0, 1.3):
-        specimen = make_specimen(setup, Faults(), refinement)
-        rest = settle(specimen, setup, setup.observations[0], Faults())
-        ways.append(float(np.linalg.norm(rest - specimen.mesh.nodes, axis=1).max()))
+    ways = [largest_move(shape, refinement) for refinement in (1.0, 1.3)]
     assert ways[0] > 1e-4 * shape.free
     assert ways[0] == pytest.approx(ways[1], rel=0.025)

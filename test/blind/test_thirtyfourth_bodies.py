@@ -4,8 +4,8 @@
 
 import numpy as np
 import pytest
+from support.blind_rigs import largest_move, level_rig
 
-from benchmarks.blind.faults import Faults
 from benchmarks.blind.hexahedra import integrate, mesh_hexahedra
 from benchmarks.blind.other_bodies import (
     bent_elbow,
@@ -13,12 +13,6 @@ from benchmarks.blind.other_bodies import (
     OTHER_FAMILIES,
     OtherShape,
 )
-from benchmarks.blind.other_rigs import OtherSetup
-from benchmarks.blind.rotations import rigid
-from benchmarks.blind.rubber import Rubber
-from benchmarks.blind.sensor import lidar
-from benchmarks.blind.setups import Camera, GRAVITY, Observation
-from benchmarks.blind.simulation import make_specimen, settle
 from benchmarks.blind.tetrahedra import mesh_tetrahedra, TetMesh
 
 _FINE = ('sheet', 'window', 'hand', 'slotted')  # Of so many elements that it takes seconds.
@@ -109,7 +103,7 @@ def test_proportions_are_those_of_their_names() -> None:
 
 def test_both_meshes_are_held_at_the_same_places(shape: OtherShape) -> None:
     mesh, tets = mesh_hexahedra(shape), mesh_tetrahedra(shape)
-    own = OtherSetup(**_rig(shape)).body.held
+    own = level_rig(shape).body.held
     assert len(own) == (2 if shape.family in ('portal', 'bridge') else 1)
     held = mesh.nodes[mesh.held]
     for box in own:
@@ -127,23 +121,6 @@ def test_both_meshes_are_held_at_the_same_places(shape: OtherShape) -> None:
     assert set(tets.regions) == {0, 1}
 
 
-def _rig(shape: OtherShape) -> dict[str, object]:
-    """Return a rig in which a body hangs level, and sags by some hundredths of its length."""
-    turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    return {
-        'shape': shape,
-        'youngs_modulus': 100.0e3 * GRAVITY * shape.free**3 / min(shape.section) ** 2,
-        'start_modulus': 1.0e5,
-        'poissons_ratio': 0.48,
-        'density': 1100.0,
-        'camera': Camera(640, 480, 600.0, 600.0, 319.5, 239.5),
-        'depth_from_world': np.eye(4),
-        'sensor': lidar(0.0002),
-        'observations': (Observation('level', rigid(turn, np.zeros(3))),),
-        'rubber': Rubber(),
-    }
-
-
 @pytest.mark.parametrize(
     'family',
     [
@@ -153,10 +130,6 @@ def _rig(shape: OtherShape) -> dict[str, object]:
 )
 def test_finer_elements_sag_as_far(family: str) -> None:
     shape = draw_other_shape(family, np.random.default_rng(3))
-    setup, ways = OtherSetup(**_rig(shape)), []  # type: ignore[arg-type]
-    for refinement in (1.0, 1.3):
-        specimen = make_specimen(setup, Faults(), refinement)
-        rest = settle(specimen, setup, setup.observations[0], Faults())
-        ways.append(float(np.linalg.norm(rest - specimen.mesh.nodes, axis=1).max()))
+    ways = [largest_move(shape, refinement) for refinement in (1.0, 1.3)]
     assert ways[0] > 1e-4 * shape.free
     assert ways[0] == pytest.approx(ways[1], rel=0.025)

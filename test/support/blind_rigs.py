@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Rigs in which bodies of other kinds than bars hang level, and how far they sag there."""
+
+import numpy as np
+
+from benchmarks.blind.faults import Faults
+from benchmarks.blind.other_bodies import OtherShape
+from benchmarks.blind.other_rigs import OtherSetup
+from benchmarks.blind.rotations import rigid
+from benchmarks.blind.rubber import Rubber
+from benchmarks.blind.sensor import lidar
+from benchmarks.blind.setups import Camera, GRAVITY, Observation
+from benchmarks.blind.simulation import make_specimen, settle
+
+
+def level_rig(shape: OtherShape) -> OtherSetup:
+    """Return a rig in which a body hangs level, and sags by some hundredths of its length."""
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    return OtherSetup(
+        shape=shape,
+        youngs_modulus=100.0e3 * GRAVITY * shape.free**3 / min(shape.section) ** 2,
+        start_modulus=1.0e5,
+        poissons_ratio=0.48,
+        density=1100.0,
+        camera=Camera(640, 480, 600.0, 600.0, 319.5, 239.5),
+        depth_from_world=np.eye(4),
+        sensor=lidar(0.0002),
+        observations=(Observation('level', rigid(turn, np.zeros(3))),),
+        rubber=Rubber(),
+    )
+
+
+def largest_move(shape: OtherShape, refinement: float) -> float:
+    """Return how far the node that sags most comes to rest from where it was made [m].
+
+    Args:
+        shape: of the body.
+        refinement: by which its cells are smaller.
+    """
+    setup = level_rig(shape)
+    specimen = make_specimen(setup, Faults(), refinement)
+    rest = settle(specimen, setup, setup.observations[0], Faults())
+    return float(np.linalg.norm(rest - specimen.mesh.nodes, axis=1).max())
