@@ -26,8 +26,16 @@ _CLOSED = (
     *('fourteenth', 'fifteenth', 'sixteenth', 'seventeenth', 'eighteenth', 'nineteenth'),
     *('twentieth', 'twentyfirst', 'twentysecond', 'twentythird', 'twentyfourth', 'twentyfifth'),
     *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst'),
-    *('thirtysecond', 'thirtythird', 'thirtyfourth', 'swing_set', 'swings_two'),
-    *('swings_three', 'swings_four', 'swings_five', 'new_forms', 'tip_moves', 'later_sets'),
+    *('thirtysecond', 'thirtythird', 'thirtyfourth', 'thirtyfifth', 'swing_set'),
+    *(
+        'swings_two',
+        'swings_three',
+        'swings_four',
+        'swings_five',
+        'new_forms',
+        'tip_moves',
+        'later_sets',
+    ),
 )
 
 
