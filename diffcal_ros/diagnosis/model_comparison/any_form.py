@@ -51,7 +51,7 @@ class Tolerated:
             report [m].
         chi_square: of the patches that were fitted, with the likeliest tolerances.
         freedom: what noise alone would leave of that.
-        exact: log evidence of the exact form, on the same patches.
+        exact: log evidence of the exact form on the same patches, at no price for far-off ones.
         coordinates: where parameters are likeliest in the likeliest form, shape (k,).
         covariance: theirs, with all that the form may be instead, shape (k, k).
     """
@@ -97,7 +97,8 @@ def tolerated(fit: Refit, ways: Ways, *, is_brief: bool = False) -> Tolerated:
         left=left,
         chi_square=best.chi_square,
         freedom=best.freedom,
-        exact=exact,
+        # By forms it owes what they explain, not that they take patches near that are far off.
+        exact=exact + 0.5 * float(counted.exactly.prices.sum()),
         coordinates=_led_from(fit, best.weights),
         covariance=best.covariance,
     )
@@ -131,7 +132,8 @@ class Sight:
         by_pose: what the effects may do otherwise in each pose, shape (n, p).
         form: what they may do in other forms, shape (n, f).
         views: number of the view of each, shape (n,).
-        volumes: see `Whitened`, shape (n,).
+        volumes: what patches cost that are uneven, see `Whitened`, shape (n,).
+        prices: what they cost that are far off, likewise.
     """
 
     values: FloatArray
@@ -141,6 +143,7 @@ class Sight:
     form: FloatArray
     views: NDArray[np.int64]
     volumes: FloatArray
+    prices: FloatArray
 
     @classmethod
     def of(cls, fit: Refit, seen: Whitened, pose_count: int, gone: Sequence[str] = ()) -> 'Sight':
@@ -171,6 +174,7 @@ class Sight:
             form=ways[:, pose_count:],
             views=seen.views,
             volumes=seen.volumes,
+            prices=seen.tolerances,
         )
 
     def without(self, view: int) -> 'Sight':
@@ -184,6 +188,7 @@ class Sight:
             self.form[others],
             self.views[others],
             self.volumes[others],
+            self.prices[others],
         )
 
     def level(self) -> float:
@@ -214,7 +219,8 @@ class Sight:
         grown = 1.0 + squares * np.maximum(sizes, 0.0)
         distance = rest[-1, -1] - (squares * pulls / grown).sum(axis=1)
         volume = 2.0 * np.log(np.diag(factor)).sum() + np.log(grown).sum(axis=1)
-        return np.asarray(-0.5 * (distance + volume + self.volumes.sum()))
+        cost = volume + self.volumes.sum() + self.prices.sum()
+        return np.asarray(-0.5 * (distance + cost))
 
     @cached_property
     def _products(self) -> FloatArray:

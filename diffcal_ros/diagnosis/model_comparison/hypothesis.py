@@ -11,7 +11,7 @@ from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated, tolerated
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
-from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patch_fits.refit import AS_NOISE, Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
 from diffcal_ros.scene.model import Scene
@@ -32,8 +32,6 @@ LEAST_LEANING = 50.0
 FARTHEST_FORM = 0.5
 # A tenth is usual. What is expected off by more, between the shares that are tried, is in doubt.
 USUAL_FORM = 0.125
-# What is left is small beside its noise where noise leaves as much with this chance.
-_AS_NOISE = 0.05
 # An effect whose usual size moves no patch by more than this is idle [m].
 _NOTHING = 1e-7
 
@@ -114,7 +112,7 @@ class Hypothesis:
     @property
     def leaves_noise(self) -> bool:
         """Tell whether what is left is small beside its noise, in whatever form is allowed."""
-        return self.chance_of_noise > _AS_NOISE
+        return self.chance_of_noise > AS_NOISE
 
     @property
     def _freedom(self) -> int:

@@ -114,6 +114,9 @@ class Selection:
         if not (self.singles and self.pairs):
             return None
         one, two = self._best_of_each()
+        if self.is_measured and _is_half(one, two) and one.leaves_noise and one.fit.leaves_noise:
+            # All that is left to explain is how far poses are off, and these may be misstated.
+            return None
         # What is in doubt of the one speaks against a second one beside it.
         level = max(one.level, one.log_evidence) if _is_half(one, two) else one.level
         is_more = two.level - level > PAIR_GAIN * self.noise_scale

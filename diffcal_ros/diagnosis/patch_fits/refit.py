@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
+# What is left is small beside its noise where noise leaves as much with this chance.
+AS_NOISE = 0.05
 # What one refinement tells of an error of mesh and time step is off by about this share of it.
 _SHIFT_DOUBT = 0.25
 
@@ -66,6 +68,11 @@ class Refit:
         """Return the chance that noise alone leaves as much."""
         freedom = max(self.patch_count - len(self.coordinates), 1)
         return float(chance_beyond(self.chi_square, freedom))
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Tell whether what is left is small beside its noise."""
+        return self.chance_of_noise > AS_NOISE
 
     def values_by_name(self) -> dict[str, float]:
         """Return the coordinates by the names of their parameters: where another fit may start."""
@@ -160,7 +167,10 @@ def ended(
     parameters = evaluator.model.parameters
     prior = prior_of(evaluator)
     information = seen.jacobian.T @ seen.jacobian + prior.precision
-    cost = 0.5 * (seen.chi_square + seen.volume) + prior.cost(coordinates)
+    # Far-off patches count less, and what that takes from their density is a price: without it the
+    # model that is farther off as a whole would be held to less.
+    price = seen.volume + seen.tolerance
+    cost = 0.5 * (seen.chi_square + price) + prior.cost(coordinates)
     return Refit(
         parameters=parameters,
         coordinates=coordinates,

@@ -46,14 +46,23 @@ class Whitened:
         views: number of the view of each, shape (n,).
         volumes: by how much the log determinant of their covariance exceeds that of even patches,
             shape (n,); what views have in common is in the last of them.
-        tolerance: by how much that of patches that are far off exceeds it, since they count less.
+        tolerances: by how much that of patches that are far off exceeds it, since they count less,
+            shape (n,), likewise.
     """
 
     values: FloatArray
     jacobian: FloatArray
     views: NDArray[np.int64]
     volumes: FloatArray
-    tolerance: float = 0.0
+    tolerances: FloatArray
+
+    @property
+    def tolerance(self) -> float:
+        """Twice the log of how much less likely it makes the data that patches count less.
+
+        It is a price between models. In a fit it would stop steps that begin far off.
+        """
+        return float(self.tolerances.sum())
 
     @property
     def has_far_off(self) -> bool:
@@ -113,7 +122,7 @@ def whiten(
         np.concatenate([part.jacobian for part in parts]),
         np.concatenate([part.views for part in parts]),
         np.concatenate([part.volumes for part in parts]),
-        sum(part.tolerance for part in parts),
+        np.concatenate([part.tolerances for part in parts]),
     )
 
 
@@ -225,11 +234,11 @@ def _whitened(recording: _Recording) -> Whitened:
     volumes = 2.0 * np.log(np.diag(factor) / np.diag(even))
     wide = np.hstack([recording.values[:, None], recording.jacobian])
     both = solve_triangular(factor, wide, lower=True)
-    tolerance = 0.0
+    tolerances = np.zeros(len(volumes))
     if np.any(covariance != recording.covariance):
         held = cholesky(recording.covariance, lower=True)
-        tolerance = 2.0 * float(np.log(np.diag(factor) / np.diag(held)).sum())
-    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, tolerance)
+        tolerances = 2.0 * np.log(np.diag(factor) / np.diag(held))
+    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, tolerances)
 
 
 def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatArray:

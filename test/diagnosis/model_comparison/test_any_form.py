@@ -103,7 +103,8 @@ def test_forms_explain_no_more_the_farther_off_a_model_stands(tilted, basis, sha
     assert not seen.has_far_off
     expected = Sight.of(fit, seen, ways.pose_count).level()
     assert tolerated(fit, ways).log_evidence == pytest.approx(expected, abs=0.5)
-    assert Sight.of(fit, naive, ways.pose_count).level() > expected + gain
+    # Counted where the model stands, what no form takes near costs what others do not owe.
+    assert Sight.of(fit, naive, ways.pose_count).level() < expected - gain
 
 
 def test_what_no_form_takes_near_the_patches_is_as_good_as_in_its_own(tilted, basis):
@@ -158,7 +159,7 @@ def test_what_is_found_is_the_mean_given_the_patches_and_what_it_leaves():
     random = np.random.default_rng(8)
     own, by_pose, form = (random.normal(size=(12, width)) for width in (4, 3, 5))
     values, root = random.normal(size=12), random.normal(size=(6, 4))
-    sight = Sight(values, own, root, by_pose, form, np.zeros(12, int), np.zeros(12))
+    sight = Sight(values, own, root, by_pose, form, np.zeros(12, int), np.zeros(12), np.zeros(12))
     found = sight.at(0.3, 0.7)
     covariance = np.eye(12) + own @ own.T + 0.09 * by_pose @ by_pose.T + 0.49 * form @ form.T
     inverse = np.linalg.inv(covariance)

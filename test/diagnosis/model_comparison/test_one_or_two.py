@@ -73,6 +73,18 @@ def test_what_is_in_doubt_of_one_speaks_against_a_second_one_beside_it(tilted, p
         assert (found.best is two) == is_needed
 
 
+def test_beside_what_leaves_noise_there_is_no_second_one(tilted, pair):
+    """What it gains is the prior's of poses that are off, and these may be misstated."""
+    noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
+    assert tilted.fit.leaves_noise
+    two, added = _judged(pair, -80.0, 0.9 * noise), Explained(20.0, 10.0)
+    for chi_square, is_needed in ((noise, False), (1.5 * noise, True)):
+        one = _judged(tilted, -100.0, chi_square)
+        assert one.leaves_noise != is_needed
+        found = Selection((one,), (two,), added=added)
+        assert (found.best is two) == is_needed
+
+
 def _another_one(model: Hypothesis, by_pose: float) -> Hypothesis:
     judged = replace(model.judged, by_pose=by_pose)
     return replace(model, judged=judged)
@@ -135,7 +147,7 @@ def test_a_pair_that_is_unlike_itself_is_no_rival_of_one_that_is_not(screened, t
     far = refitted_with(screened, 'clamp_offset', 'rest_curvature')
     far = replace(far, fit=replace(far.fit, chi_square=3.0 * far.fit.patch_count))
     unlike = _another_one(_judged(far, -79.0, 3.0 * noise), 1.0)
-    one, two = _judged(tilted, -180.0, noise), _judged(pair, -80.0, noise)
+    one, two = _judged(tilted, -180.0, 2.0 * noise), _judged(pair, -80.0, noise)
     choice = choose(Selection((one,), (two, unlike), added=Explained(80.0, 40.0)), *screened[:2])
     assert choice.hypothesis is two
     assert choice.confidence > 0.9
@@ -154,7 +166,7 @@ def test_what_is_as_good_as_the_first_alone_is_told_beside_a_pair(screened, tilt
     noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
     bent = _judged(refitted_with(screened, 'rest_curvature'), -102.0, noise)
     far = _judged(refitted_with(screened, 'clamp_offset'), -130.0, noise)
-    one, two = _judged(tilted, -100.0, noise), _judged(pair, -80.0, noise)
+    one, two = _judged(tilted, -100.0, 2.0 * noise), _judged(pair, -80.0, noise)
     selection = Selection((one, bent, far), (two,), added=Explained(20.0, 10.0))
     choice = choose(selection, *screened[:2])
     assert choice.hypothesis is two
@@ -211,7 +223,7 @@ def test_what_is_better_as_another_one_in_each_pose_is_a_doubt_beside_a_first(
 ):
     """What has nothing in common has no name; what follows it is no surer for that."""
     noise = float(tilted.fit.patch_count - len(tilted.fit.coordinates))
-    one, two = _judged(tilted, -180.0, noise), _judged(pair, -80.0, noise)
+    one, two = _judged(tilted, -180.0, 2.0 * noise), _judged(pair, -80.0, noise)
     bent = _judged(refitted_with(screened, 'depth_affine', 'rest_curvature'), level, noise)
     is_bent = property(lambda model: model.identifiers == bent.identifiers)
     monkeypatch.setattr(Hypothesis, 'is_at_bound', is_bent)

@@ -95,7 +95,8 @@ def test_transfer_is_the_density_of_each_pose_given_the_others(monkeypatch):
     values = random.normal(size=9)
     known = own @ own.T + np.eye(9)
     volumes = random.random(9)
-    sight = Sight(values, own, np.eye(6), by_pose, form, views, volumes)
+    prices = random.random(9)
+    sight = Sight(values, own, np.eye(6), by_pose, form, views, volumes, prices)
     covariance = known + 0.25 * by_pose @ by_pose.T + 0.09 * form @ form.T
     for view in range(3):
         here, others = views == view, views != view
@@ -103,7 +104,7 @@ def test_transfer_is_the_density_of_each_pose_given_the_others(monkeypatch):
         spread = covariance[np.ix_(here, here)] - gain @ covariance[np.ix_(others, here)]
         expected = multivariate_normal.logpdf(values[here], gain @ values[others], spread)
         found = sight.level() - sight.without(view).level()
-        expected -= 0.5 * volumes[here].sum()
+        expected -= 0.5 * (volumes + prices)[here].sum()
         assert found == pytest.approx(expected + 1.5 * np.log(2.0 * np.pi))
 
 
@@ -140,7 +141,7 @@ def _with_standing_error(fit: Refit, noise: NoiseModel, size: float, seed: int) 
     return replace(fit, groups=groups)
 
 
-@pytest.mark.parametrize(('bias', 'size'), [(0.0, 0.002), (0.006, 0.0002)])
+@pytest.mark.parametrize(('bias', 'size'), [(0.0, 0.0012), (0.006, 0.0002)])
 def test_what_a_worse_sensor_reads_is_no_second_effect(pair, basis, bias, size):
     noise = replace(pair.evaluator.noises[0], standing=0.9)
     poses, places = _in_poses(pair, (0.0, 0.0, 0.0), bias)
@@ -160,7 +161,7 @@ def test_what_a_worse_sensor_reads_is_no_second_effect(pair, basis, bias, size):
         )
         return both.above([one]).log_evidence
 
-    read = [_with_standing_error(poses, noise, size, seed) for seed in range(6)]
+    read = [_with_standing_error(poses, noise, size, seed) for seed in range(8)]
     fixed = np.array([added(fit, (1.0,)) for fit in read])
     free = np.array([added(fit, size_factors([noise])) for fit in read])
     assert fixed.max() > 30.0, 'by a good sensor something is there'
