@@ -79,12 +79,7 @@ class FurtherShape(OtherShape):
         return np.asarray(found)
 
     def touches_itself(self, lattice: FloatArray, places: FloatArray) -> bool:
-        """Tell whether parts come near each other that the lattice has far apart.
-
-        Args:
-            lattice: nodes before the map [m], shape (N, 3).
-            places: where they are [m], shape (N, 3).
-        """
+        """Tell whether parts come near each other that the lattice has far apart."""
         near = _NEAR * self.size
         one, two = cKDTree(places).query_pairs(near, output_type='ndarray').T
         apart = np.linalg.norm(lattice[one] - lattice[two], axis=1)

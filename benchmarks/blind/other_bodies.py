@@ -82,6 +82,15 @@ class OtherShape(Shape):
         within[axis] = slice(beyond, beyond + 1)
         return bool(self.solid[tuple(within)].any())
 
+    def touches_itself(self, lattice: FloatArray, places: FloatArray) -> bool:
+        """Tell whether parts that the lattice has far apart come near each other; none here do.
+
+        Args:
+            lattice: nodes before the map [m], shape (N, 3).
+            places: where they are [m], shape (N, 3).
+        """
+        return False
+
     def arc_share(self, lattice: FloatArray) -> FloatArray:
         """Return the share of the free length at which lattice points lie, 0 in a clamp."""
         x, end = lattice[..., 0], self.length

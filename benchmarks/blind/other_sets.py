@@ -12,7 +12,6 @@ from benchmarks.blind.amplitudes import Effect
 from benchmarks.blind.cases import Case
 from benchmarks.blind.equilibrium import NoEquilibriumError
 from benchmarks.blind.faults import Faults
-from benchmarks.blind.further_shape import FurtherShape
 from benchmarks.blind.observe import true_rendering
 from benchmarks.blind.other_ranges import Ranges, RANGES_34
 from benchmarks.blind.other_rigs import (
@@ -228,9 +227,7 @@ def _check_views(setup: OtherSetup, faults: Faults) -> None:
         raise UnfitError(str(error)) from error
     if not sees_all(setup, rests):
         raise UnfitError('the body leaves the image')
-    if isinstance(setup.body, FurtherShape) and any(
-        setup.body.touches_itself(specimen.mesh.lattice, rest) for rest in rests
-    ):
+    if any(setup.body.touches_itself(specimen.mesh.lattice, rest) for rest in rests):
         raise UnfitError('the body touches itself')
     small = replace(setup, camera=smaller(setup.camera))
     for rest, view in zip(rests, setup.observations, strict=True):

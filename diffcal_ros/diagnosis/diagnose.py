@@ -8,11 +8,11 @@ import time
 
 from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.diagnosis.detection.disagreement import beside_a_model, Disagreement
-from diffcal_ros.diagnosis.examined import examined, Progress
+from diffcal_ros.diagnosis.examined import examined
 from diffcal_ros.diagnosis.model_comparison.choice import choose
 from diffcal_ros.diagnosis.model_comparison.motion_refit import refitted_there
 from diffcal_ros.diagnosis.model_comparison.processes import all_set_aside
-from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun
+from diffcal_ros.diagnosis.model_comparison.refit_pool import processes_begun, Progress
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import Refit

@@ -2,21 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a nominal fit disagrees with what is seen, and what scores best beside it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.diagnosis.detection.disagreement import Disagreement, measure_disagreement
 from diffcal_ros.diagnosis.detection.local_outlier import find_local_outlier, LocalOutlier
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.nominal_fit import fit_patches, with_smooth_error
+from diffcal_ros.diagnosis.model_comparison.refit_pool import Progress
+from diffcal_ros.diagnosis.nominal_fit import fit_patches, hides_errors, with_smooth_error
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups, Screen, screen
 from diffcal_ros.diagnosis.settings import DiagnosisSettings
-
-Progress = Callable[[str], None]
 
 # Places that are left out at most.
 _MOST_OUTLIERS = 2
@@ -81,10 +79,10 @@ def examined_anew(
     Returns:
         None where it was not hidden or still is, or is hardly more than was believed.
     """
-    if not (models and judged.expected.tells_smooth_error and _is_hidden(judged.nominal)):
+    if not (models and judged.expected.tells_smooth_error and hides_errors(judged.nominal)):
         return None
     best = models[0]
-    if _is_hidden(best.fit):
+    if hides_errors(best.fit):
         return None
     error = _with_error_beside(best, judged.expected)
     known = judged.evaluator
@@ -110,11 +108,6 @@ def _with_error_beside(model: Hypothesis, expected: PatchEvaluator) -> PatchEval
     ]
     _, groups = library_groups(evaluator, model.fit.coordinates, others)
     return evaluator.with_smooth_error(groups)
-
-
-def _is_hidden(fit: Refit) -> bool:
-    """Tell whether a model leaves a gap that is far above the floors."""
-    return residual_size(fit.groups, Part.FIT) > 0.0
 
 
 def _examined_by(

@@ -79,9 +79,13 @@ def with_smooth_error(evaluator: PatchEvaluator, nominal: Refit) -> tuple[PatchE
     if evaluator.stays_robust or not evaluator.tells_smooth_error:
         return evaluator, nominal
     _, groups = library_groups(evaluator, nominal.coordinates, candidates(evaluator.model.scene))
-    is_hidden = residual_size(nominal.groups, Part.FIT) > 0.0
-    found = evaluator.with_smooth_error(groups, is_hidden=is_hidden)
+    found = evaluator.with_smooth_error(groups, is_hidden=hides_errors(nominal))
     return found, nominal if found is evaluator else fit_patches(found, nominal.coordinates)
+
+
+def hides_errors(fit: Refit) -> bool:
+    """Tell whether a model leaves a gap that is far above the floors, which hides the sensor's."""
+    return residual_size(fit.groups, Part.FIT) > 0.0
 
 
 def fit_patches(

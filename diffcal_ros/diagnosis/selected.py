@@ -4,10 +4,10 @@
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.borders_seen import with_borders_seen_beside, with_none_seen
-from diffcal_ros.diagnosis.examined import Examined, examined, examined_anew, Progress
+from diffcal_ros.diagnosis.examined import Examined, examined, examined_anew
 from diffcal_ros.diagnosis.model_comparison.bodies_of_pairs import bodies_of_pairs
 from diffcal_ros.diagnosis.model_comparison.processes import Processes
-from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
+from diffcal_ros.diagnosis.model_comparison.refit_pool import Progress, RefitPool
 from diffcal_ros.diagnosis.model_comparison.selection import begin, Begun, select, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator

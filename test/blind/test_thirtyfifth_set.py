@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.blind_rigs import drawn_rig
 import yaml
 
 from benchmarks.blind.amplitudes import LIBRARY, OUTSIDE_CLASS
@@ -18,11 +19,9 @@ from benchmarks.blind.generator import draw_case
 from benchmarks.blind.labels import label_of
 from benchmarks.blind.other_ranges import RANGES_34
 from benchmarks.blind.other_rigs import (
-    draw_other_setup,
     OtherSetup,
     rests_of,
     sees_all,
-    UnfitError,
 )
 from benchmarks.blind.other_sets import list_other_cases, OTHER_SETS, rig_label
 from benchmarks.blind.rubber import LAWS
@@ -36,26 +35,9 @@ CASES = list_other_cases('thirtyfifth', 'salt')
 SEAL = Path(__file__).parents[2] / 'benchmarks/blind/thirtyfifth_form_sealed_labels.sha256'
 
 
-def _rig(family: str, seed: int = 0) -> OtherSetup:
-    """Draw a rig, the first one that can be filmed."""
-    for attempt in range(50):
-        try:
-            return draw_other_setup(
-                family,
-                poses=2,
-                sensor='l515',
-                law='stable',
-                random=np.random.default_rng([seed, attempt]),
-                ranges=RANGES_35,
-            )
-        except UnfitError:
-            continue
-    raise AssertionError(f'no rig of {family}')
-
-
 @pytest.fixture(scope='module')
 def crank() -> OtherSetup:
-    return _rig('crank')
+    return drawn_rig('crank', ranges=RANGES_35)
 
 
 def test_a_set_has_its_cases_and_their_names_tell_nothing() -> None:
@@ -101,7 +83,7 @@ def test_each_effect_is_there_on_bodies_it_makes_sense_on() -> None:
 
 @pytest.mark.parametrize('family', ['cross', 'ribbon', 'tentacle'])
 def test_rigs_are_as_they_are_to_be(family: str) -> None:
-    setup = _rig(family, seed=4)
+    setup = drawn_rig(family, seed=4, ranges=RANGES_35)
     least, most = FURTHER_FAMILIES[family].sags
     assert 0.97 * least < setup.sag / setup.body.free < 1.03 * most
     assert 30e3 < setup.youngs_modulus < 5e6
@@ -125,7 +107,7 @@ def test_stated_smooth_errors_are_off_by_what_is_drawn() -> None:
     drawn = np.array(
         [
             [setup.smooth_stated or 0.0, setup.sensor.bias]
-            for setup in (_rig('wedge', seed) for seed in range(12))
+            for setup in (drawn_rig('wedge', seed, ranges=RANGES_35) for seed in range(12))
         ]
     )
     stated = drawn[drawn[:, 0] > 0.0]

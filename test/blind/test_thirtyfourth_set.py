@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.blind_rigs import drawn_rig
 import yaml
 
 from benchmarks.blind.amplitudes import LIBRARY, OUTSIDE_CLASS
@@ -19,11 +20,9 @@ from benchmarks.blind.observe import true_rendering
 from benchmarks.blind.other_bodies import draw_other_shape, OTHER_FAMILIES
 from benchmarks.blind.other_rigs import (
     at_distance,
-    draw_other_setup,
     OtherSetup,
     rests_of,
     sees_all,
-    UnfitError,
     widest,
 )
 from benchmarks.blind.other_sets import list_other_cases, rig_label
@@ -40,31 +39,14 @@ CASES = list_other_cases('thirtyfourth', 'salt')
 SEAL = Path(__file__).parents[2] / 'benchmarks/blind/thirtyfourth_form_sealed_labels.sha256'
 
 
-def _rig(family: str, poses: int = 2, seed: int = 0, *, is_lower: bool = False) -> OtherSetup:
-    """Draw a rig, the first one that can be filmed."""
-    for attempt in range(50):
-        try:
-            return draw_other_setup(
-                family,
-                poses=poses,
-                sensor='l515',
-                law='stable',
-                random=np.random.default_rng([seed, attempt]),
-                is_lower=is_lower,
-            )
-        except UnfitError:
-            continue
-    raise AssertionError(f'no rig of {family}')
-
-
 @pytest.fixture(scope='module')
 def elbow() -> OtherSetup:
-    return _rig('elbow', 2)
+    return drawn_rig('elbow')
 
 
 @pytest.fixture(scope='module')
 def low() -> OtherSetup:
-    return _rig('slotted', is_lower=True)
+    return drawn_rig('slotted', is_lower=True)
 
 
 def test_a_set_has_its_cases_and_their_names_tell_nothing() -> None:
@@ -114,7 +96,7 @@ def test_each_effect_is_there_twice_in_two_sizes_on_two_bodies() -> None:
 
 @pytest.mark.parametrize('family', ['bridge', 'wings'])
 def test_rigs_are_as_they_are_to_be(family: str) -> None:
-    setup = _rig(family, 2, seed=4)
+    setup = drawn_rig(family, seed=4)
     kind = OTHER_FAMILIES[family]
     turns = [view.world_from_object[:3, :3] for view in setup.observations]
     assert widest(turns) > 60.0

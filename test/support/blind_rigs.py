@@ -1,17 +1,42 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Rigs in which bodies of other kinds than bars hang level, and how far they sag there."""
+"""Rigs of bodies of other kinds than bars: drawn ones, and those in which they hang level."""
+
+from typing import Any
 
 import numpy as np
 
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.other_bodies import OtherShape
-from benchmarks.blind.other_rigs import OtherSetup
+from benchmarks.blind.other_rigs import draw_other_setup, OtherSetup, UnfitError
 from benchmarks.blind.rotations import rigid
 from benchmarks.blind.rubber import Rubber
 from benchmarks.blind.sensor import lidar
 from benchmarks.blind.setups import Camera, GRAVITY, Observation
 from benchmarks.blind.simulation import make_specimen, settle
+
+
+def drawn_rig(family: str, seed: int = 0, **more: Any) -> OtherSetup:
+    """Draw a rig of two poses, the first one that can be filmed.
+
+    Args:
+        family: of the body.
+        seed: of the draw.
+        more: see `draw_other_setup`.
+    """
+    for attempt in range(50):
+        try:
+            return draw_other_setup(
+                family,
+                poses=2,
+                sensor='l515',
+                law='stable',
+                random=np.random.default_rng([seed, attempt]),
+                **more,
+            )
+        except UnfitError:
+            continue
+    raise AssertionError(f'no rig of {family}')
 
 
 def level_rig(shape: OtherShape) -> OtherSetup:

@@ -109,8 +109,8 @@ def second_adds(singles: Sequence[Hypothesis], two: Hypothesis, basis: FormBasis
     ]
     both = _Shares.of(two, two.added, basis)
     found = both.explained([1.0]).above([own.explained([1.0]) for own in alone])
-    if found.log_evidence > 0.0:
-        factors = size_factors(two.evaluator.noises)
+    factors = size_factors(two.evaluator.noises)
+    if len(factors) > 1 and found.log_evidence > 0.0:
         found = both.explained(factors).above([own.explained(factors) for own in alone])
     has_others = len({group.view for group in two.fit.groups}) > 1
     return found if has_others else replace(found, log_transfer=np.inf)
