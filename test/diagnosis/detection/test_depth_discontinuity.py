@@ -101,7 +101,9 @@ def test_the_share_of_a_patch_beyond_a_step_is_that_of_its_pixels():
     evaluator, nominal = fit_nominal(SCENE, [watched(seed=4)], None)
     (depth,) = (b for b in with_jumps(evaluator, nominal, beyond([0.5])) if b.kind == 'depth')
     whole, share = depth.patches.jacobian[:, -2:].T
-    assert np.all(whole == 1.0)
+    # Averages of ones: the order of the weights' sums costs a rounding on some processors.
+    exactly = 8 * np.finfo(float).eps
+    assert whole == pytest.approx(1.0, abs=exactly)
     view = evaluator.model.views(nominal.coordinates)[0]
     rows, columns = np.nonzero(view.trace.faces >= 0)
     # By the middles of triangles, of which an eighth of the body lies between two layers.
@@ -111,7 +113,7 @@ def test_the_share_of_a_patch_beyond_a_step_is_that_of_its_pixels():
     assert second.mean() == pytest.approx(
         np.average(share, weights=depth.patches.weights), abs=0.05
     )
-    assert np.mean((share == 0.0) | (share == 1.0)) > 0.7
+    assert np.mean((share == 0.0) | (share > 1.0 - exactly)) > 0.7
     assert 0.0 < share.mean() < 1.0
 
 
