@@ -99,8 +99,8 @@ class DepthBiasByRegion(Effect):
         return surface_parts.setting_limits(setting)
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
-        """`a` and `b` are axes in the object's frame."""
-        return {'a': site.object_axes.axes[1], 'b': site.object_axes.axes[2]}
+        """`a` and `b` are axes in the object's frame; they go along with a bent body."""
+        return {'a': site.object_axes.at_root[1], 'b': site.object_axes.at_root[2]}
 
     def starts(self, seen: FitsSeen, screened: float | None) -> list[dict[str, float]]:
         """Propose the step between the materials: it may be beyond a robust fit's reach.

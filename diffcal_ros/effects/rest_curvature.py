@@ -48,5 +48,5 @@ class RestCurvature(Effect):
         return Conditions(rest_curvature=pair_of(own), rest_bends=bends)
 
     def frame(self, own: Numbers, site: Site) -> dict[str, FloatArray]:
-        """`a` and `b` are axes in the object's frame."""
-        return {'a': site.object_axes.axes[1], 'b': site.object_axes.axes[2]}
+        """`a` and `b` are axes in the object's frame; they go along with a bent body."""
+        return {'a': site.object_axes.at_root[1], 'b': site.object_axes.at_root[2]}

@@ -5,7 +5,9 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.errors import InputError
+from diffcal_ros.fem.body_line import body_line, BodyLine
 from diffcal_ros.rigid_transform import apply
+from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,8 @@ _STATIONS = np.linspace(0.03, 0.97, 25)
 # Of its extent along its axis: less than this beyond a clamp is no free end, and more than that
 # behind one is a second arm.
 _NO_END, _TWO_ARMS = 0.05, 0.25
+# So many times as long as its axis is the line of a body that is bent.
+_BENT = 1.05
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,7 @@ class BodyAxes:
         center: middle of the held part [m], shape (3,).
         section: unit rows: across the section where the clamp ends, towards the free part, then
             within it, the wider side first, shape (3, 3).
+        line: which a bent body follows, in the frame of these axes; None: it follows its axis.
     """
 
     root: FloatArray
@@ -37,9 +42,21 @@ class BodyAxes:
     length: float
     center: FloatArray
     section: FloatArray
+    line: BodyLine | None = None
+
+    @property
+    def at_root(self) -> FloatArray:
+        """Unit rows as `axes`, but as the body goes on where its free part begins."""
+        return self.axes if self.line is None else self.line.frames[0] @ self.axes
+
+    def own(self, points: FloatArray) -> FloatArray:
+        """Return points in the frame of the axes [m], shape (n, 3)."""
+        return np.asarray((points - self.root) @ self.axes.T)
 
     def fraction(self, points: FloatArray) -> FloatArray:
         """Return how far along the free part points are, 0 at the clamp, 1 at the tip."""
+        if self.line is not None:
+            return self.line.fraction(self.own(points))
         return np.clip((points - self.root) @ self.axes[0] / self.length, 0.0, 1.0)
 
     def across(self, points: FloatArray, extent: FloatArray) -> FloatArray:
@@ -49,8 +66,13 @@ class BodyAxes:
             points: at rest [m], shape (n, 3).
             extent: points that are as wide as the body [m], shape (N, 3).
         """
-        across, whole = ((own - self.root) @ self.axes[1:].T for own in (points, extent))
+        across, whole = (self._beside(own) for own in (points, extent))
         return np.asarray(across / np.abs(whole).max(axis=0))
+
+    def _beside(self, points: FloatArray) -> FloatArray:
+        """Return how far across the body points are [m], shape (n, 2)."""
+        own = self.own(points)
+        return own[:, 1:] if self.line is None else self.line.across(own, self.fraction(points))
 
     def places(self, points: FloatArray, extent: FloatArray) -> FloatArray:
         """Return where on the body points are: how far along its free part, and across, (n, 3).
@@ -72,8 +94,11 @@ class BodyAxes:
             points: nodes at rest [m], shape (N, 3).
             triangles: of the surface, shape (F, 3).
         """
-        own = (points - self.root) @ self.axes.T
-        own[:, 0] /= self.length
+        if self.line is None:
+            along = (points - self.root) @ self.axes[0] / self.length
+        else:
+            along = self.fraction(points)
+        own = np.column_stack([along, self._beside(points)])
         low, high = _sections(own, triangles)
         along = np.clip(own[:, 0], 0.0, 1.0)
         for way in (0, 1):
@@ -94,7 +119,10 @@ class BodyAxes:
         a, b, c = (points[triangles[:, corner]] for corner in range(3))
         normals = np.cross(b - a, c - a)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-        return np.asarray(normals @ self.axes[1:].T)
+        if self.line is None:
+            return np.asarray(normals @ self.axes[1:].T)
+        ways = self.line.frame(self.fraction((a + b + c) / 3.0))[:, 1:] @ self.axes
+        return np.einsum('nij,nj->ni', ways, normals)
 
     def moved(self, shift: FloatArray) -> 'BodyAxes':
         """Return the axes of a body that is shifted [m], shape (3,)."""
@@ -102,10 +130,10 @@ class BodyAxes:
 
     def placed(self, to_from_here: FloatArray) -> 'BodyAxes':
         """Return the axes of a body that is moved to another frame, shape (4, 4)."""
-        return BodyAxes(
+        return replace(
+            self,
             root=apply(to_from_here, self.root),
             axes=self.axes @ to_from_here[:3, :3].T,
-            length=self.length,
             center=apply(to_from_here, self.center),
             section=self.section @ to_from_here[:3, :3].T,
         )
@@ -132,7 +160,10 @@ def _sections(points: FloatArray, triangles: NDArray[np.int32]) -> tuple[FloatAr
 
 
 def body_axes(
-    rest: FloatArray, held: NDArray[np.int32], border: NDArray[np.int32] | None = None
+    rest: FloatArray,
+    held: NDArray[np.int32],
+    border: NDArray[np.int32] | None = None,
+    mesh: TetMesh | None = None,
 ) -> BodyAxes:
     """Find the axes of a clamped body.
 
@@ -140,6 +171,8 @@ def body_axes(
         rest: nodes at rest [m], shape (N, 3).
         held: indices of the held ones.
         border: those of them where the clamp ends; None: all.
+        mesh: whose vertices the nodes are, along which the line of a bent body is looked for;
+            None: it is taken for straight.
 
     Raises:
         InputError: when nothing is left to deform.
@@ -166,16 +199,23 @@ def body_axes(
     begin, end = float(along[held].max()), float(along.max())
     behind, extent = float(along[held].min() - along.min()), float(np.ptp(along))
     # Held at both ends, or amid its length: from one end of what is free to the other one.
-    if end - begin < _NO_END * extent or behind > _TWO_ARMS * extent:
+    is_amid = end - begin < _NO_END * extent or behind > _TWO_ARMS * extent
+    if is_amid:
         begin, end = float(np.delete(along, held).min()), float(np.delete(along, held).max())
     root = middle + (begin - middle @ axes[0]) * axes[0]
-    return BodyAxes(
+    found = BodyAxes(
         root=root,
         axes=axes,
         length=max(end - begin, 1e-9),
         center=center,
         section=_section_axes(own if border is None else rest[border], middle),
     )
+    if mesh is None:
+        return found
+    line = body_line(found.own(rest), mesh, held, is_amid=is_amid)
+    if line is None or line.length < _BENT * found.length:
+        return found
+    return replace(found, length=line.length, line=line)
 
 
 def _section_axes(points: FloatArray, free: FloatArray) -> FloatArray:

@@ -3,6 +3,8 @@
 """Where the body rests in the world, and where its clamp holds it."""
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from hashlib import sha256
 
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
@@ -36,11 +38,37 @@ def world_positions(mesh: TetMesh, setup: ObservationSetup) -> FloatArray:
 def object_axes(mesh: TetMesh, setup: ObservationSetup) -> BodyAxes:
     """Return the body's axes in the object frame; postures may hold other parts."""
     held = np.unique(np.concatenate([part.vertices for part in setup.held]))
+    return _axes_of(_HeldBody(mesh, held.astype(np.int32)))
+
+
+@dataclass(frozen=True, eq=False)
+class _HeldBody:
+    """A body and what is held of it; two of the same numbers are the same one."""
+
+    mesh: TetMesh
+    held: IntArray
+
+    @cached_property
+    def _digest(self) -> bytes:
+        arrays = (self.mesh.rest_positions, self.mesh.tets, self.held)
+        return sha256(b''.join(own.tobytes() for own in arrays)).digest()
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _HeldBody) and self._digest == other._digest
+
+
+# Every model of a body asks anew, and the line of a large one takes a second.
+@lru_cache(maxsize=16)
+def _axes_of(body: _HeldBody) -> BodyAxes:
+    mesh, held = body.mesh, body.held
     is_held = np.zeros(len(mesh.rest_positions), dtype=bool)
     is_held[held] = True
     is_cut = is_held[mesh.tets].any(axis=1) & ~is_held[mesh.tets].all(axis=1)
     border = np.intersect1d(mesh.tets[is_cut], held)
-    return body_axes(mesh.rest_positions, held.astype(np.int32), border.astype(np.int32))
+    return body_axes(mesh.rest_positions, held, border.astype(np.int32), mesh)
 
 
 def held_targets(

@@ -20,12 +20,14 @@ def bent(points: FloatArray, axes: BodyAxes, rates: FloatArray) -> FloatArray:
 
     Args:
         points: at rest [m], shape (N, 3).
-        axes: of the body.
+        axes: of the body; one that is bent already is bent on, along its line.
         rates: twist and curvatures about the two axes across the body [1/m], in each of as many
             equal parts of the free length, shape (s, 3).
     """
     if not rates.any():
         return points
+    if axes.line is not None:
+        return axes.root + axes.line.bent(axes.own(points), rates) @ axes.axes
     local = points - axes.root
     along = np.maximum(local @ axes.axes[0], 0.0)
     section = local - along[:, None] * axes.axes[0]
