@@ -17,7 +17,7 @@ _STATIONS = np.linspace(0.03, 0.97, 25)
 # Of its extent along its axis: less than this beyond a clamp is no free end, and more than that
 # behind one is a second arm.
 _NO_END, _TWO_ARMS = 0.05, 0.25
-# So many times as long as its axis is the line of a body that is bent.
+# So many times as long as it reaches along its axis is the line of a body that is bent.
 _BENT = 1.05
 
 
@@ -213,7 +213,7 @@ def body_axes(
     if mesh is None:
         return found
     line = body_line(found.own(rest), mesh, held, is_amid=is_amid)
-    if line is None or line.length < _BENT * found.length:
+    if line is None or line.length < _BENT * np.ptp(line.middles[:, 0]):
         return found
     return replace(found, length=line.length, line=line)
 

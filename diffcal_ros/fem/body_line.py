@@ -30,8 +30,8 @@ _SECTIONS, _OF_SECTION, _OF_SECTIONS = np.linspace(0.1, 0.9, 17), 0.2, 0.15
 _ENDS, _STEPS, _LEANS = (0.8, 0.85, 0.9), 6, 0.2
 # Pieces of the line that turn at one rate each, as a bend goes along it.
 _PIECES = 128
-# Corners of a tetrahedron: so many nodes say how far along a point between them is.
-_NEAREST = 4
+# So many nodes say how far along a point between them is; the last of them has no say.
+_NEAREST = 12
 
 
 @dataclass(frozen=True)
@@ -60,13 +60,25 @@ class BodyLine:
         return cKDTree(self.nodes)
 
     def fraction(self, points: FloatArray) -> FloatArray:
-        """Return how far along points are, 0 to 1, as the nodes next to them; shape (n,)."""
+        """Return how far along points are, 0 to 1, as the nodes next to them; shape (n,).
+
+        Weights fall to nothing at the farthest of these nodes (Franke and Little, in Barnhill
+        1977): which one of several that are as far is taken changes nothing. Each node tells
+        along its own way, as means of nodes alone are drawn inwards at the tip.
+        """
         if not len(points):
             return np.zeros(0)
         apart, nearest = self._tree.query(points, k=min(_NEAREST, len(self.nodes)))
-        weights = 1.0 / np.maximum(apart, 1e-9 * self.length) ** 2
-        found = (weights * self.along[nearest]).sum(axis=1) / weights.sum(axis=1)
-        return np.where(apart[:, 0] < 1e-6 * self.length, self.along[nearest[:, 0]], found)
+        reach, least = apart[:, -1:], 1e-9 * self.length
+        weights = ((reach - apart) / np.maximum(apart, least)) ** 2 + least**2
+        way = np.einsum('nki,nki->nk', self._ways[nearest], points[:, None] - self.nodes[nearest])
+        found = (weights * (self.along[nearest] + way)).sum(axis=1) / weights.sum(axis=1)
+        return np.clip(found, 0.0, 1.0)
+
+    @cached_property
+    def _ways(self) -> FloatArray:
+        """By how much more along points are towards the line's way at each node [1/m], (V, 3)."""
+        return self.frame(self.along)[:, 0] / self.length
 
     def middle(self, fraction: FloatArray) -> FloatArray:
         """Return the line at shares of its length [m], shape (n, 3)."""

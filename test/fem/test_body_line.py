@@ -59,6 +59,16 @@ def test_centroids_and_points_between_nodes_have_places_too(arc):
     assert np.abs(axes.fraction(arc.centroids) - expected).max() < 0.03
 
 
+def test_places_between_nodes_do_not_jump(arc):
+    """Middles of edges are as far from several nodes: rounding must not choose among them."""
+    axes = _axes(arc)
+    points = arc.rest_positions[arc.edges[0]].mean(axis=1)
+    off = 1e-12 * np.random.default_rng(3).standard_normal((5, *points.shape))
+    for moved in off:
+        moves = np.abs(axes.fraction(points + moved) - axes.fraction(points))
+        assert 0.0 < moves.max() < 1e-9
+
+
 def test_places_across_an_arc_are_those_across_the_straight_body(arc):
     axes = _axes(arc)
     triangles = arc.surface_triangles
@@ -132,6 +142,15 @@ def test_a_straight_body_and_a_slightly_bent_one_follow_their_axis():
     for curvature in (1e-6, 3.0):
         mesh = TetMesh(_on_arc(BODY.rest_positions, curvature), BODY.tets)
         assert _axes(mesh).line is None
+
+
+@pytest.mark.parametrize('counts', [(4, 2, 1), (12, 3, 2)])
+def test_a_straight_body_on_two_feet_follows_its_axis(counts):
+    """Its axis ends at the first nodes that are free, the line at the feet."""
+    mesh = beam_mesh(counts, (LENGTH, 0.02, 0.012))
+    along = mesh.rest_positions[:, 0]
+    feet = np.flatnonzero((along < 1e-9) | (along > LENGTH - 1e-9)).astype(np.int32)
+    assert body_axes(mesh.rest_positions, feet, None, mesh).line is None
 
 
 def test_an_arch_on_two_feet_goes_from_one_to_the_other(arc):
