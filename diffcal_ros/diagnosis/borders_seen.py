@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
 from diffcal_ros.diagnosis.detection.material_parts import find_parts
 from diffcal_ros.diagnosis.detection.picture_edges import find_picture_edge, with_edge
 from diffcal_ros.diagnosis.detection.pictured_views import SeenEdge
+from diffcal_ros.diagnosis.detection.slanted_border import find_slanted_border
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
 from diffcal_ros.diagnosis.model_comparison.settled_spots import settled_spots
@@ -118,7 +119,8 @@ def with_none_seen(
 def _seen(evaluator: PatchEvaluator, fit: Refit) -> _Seen | None:
     """Return what shows of where materials end beside a model; None where nothing does."""
     found, left = find_bands(evaluator, fit)
-    parts = find_parts(evaluator, fit, left)
+    aslant, left = find_slanted_border(evaluator, fit, left)
+    parts = find_parts(evaluator, fit, left) or aslant
     maps = find_spots(evaluator, fit, parts or _between(found))
     if maps:
         return _Seen(maps=maps)

@@ -5,6 +5,8 @@
 Bands, strips, faces, stickers: each part is one stretch of `bands`, and may be limited across the
 body by settings of its own, shares of the width from one side to the other by the body's axes
 across it: `a_from` and `a_until`, `b_from` and `b_until`, with `_2` and so on of the next ones.
+`slant_a` and `slant_b` say by how much farther along the first one's borders are at the side of
+each axis than amid the width, as on what was dipped aslant.
 `times_2` says how many times as much a further part adds to what is read as the first; where two
 overlap both do. Where a map of `spots` is stated, that is the part, and there is no other.
 """
@@ -24,6 +26,9 @@ BoolArray = NDArray[np.bool_]
 FACE = 0.95
 # Of a further part: the first one is read once as far.
 _MOST_TIMES = 5.0
+# A border goes no more aslant than this from the middle of the width to its side.
+_MOST_SLANT = 1.0
+_SLANTS = ('slant_a', 'slant_b')
 _ACROSS = {'a_from': 0.0, 'a_until': 1.0, 'b_from': 0.0, 'b_until': 1.0}
 _NUMBERS = range(1, bands.MOST_BANDS + 1)
 
@@ -36,6 +41,7 @@ _TIMES = {_named('times', number): 1.0 for number in _NUMBERS[1:]}
 SETTINGS = {
     **{_named(name, number): usual for number in _NUMBERS for name, usual in _ACROSS.items()},
     **_TIMES,
+    **dict.fromkeys(_SLANTS, 0.0),
     **spots.SETTINGS,
 }
 
@@ -44,6 +50,8 @@ def setting_limits(name: str) -> tuple[float, float]:
     """Return what a setting may be."""
     if name in spots.SETTINGS:
         return (0.0, spots.LARGEST)
+    if name in _SLANTS:
+        return (-_MOST_SLANT, _MOST_SLANT)
     return (-_MOST_TIMES, _MOST_TIMES) if name in _TIMES else (0.0, 1.0)
 
 
@@ -57,12 +65,15 @@ class SurfacePart:
         limits: from where to where it is across both axes, in half widths from the middle, shape
             (2, 2); infinite: there is no limit.
         times: how many times as much it adds to what is read as the first part.
+        slants: by how much farther along its beginning and end are at the side of each axis
+            across than amid the width.
     """
 
     begin: float
     end: float
     limits: FloatArray
     times: float = 1.0
+    slants: tuple[float, float] = (0.0, 0.0)
 
     def holds(self, places: FloatArray, margin: tuple[float, float] = (0.0, 0.0)) -> BoolArray:
         """Tell which points are in it, shape (...,).
@@ -71,7 +82,7 @@ class SurfacePart:
             places: see `BodyAxes.on_surface`, shape (..., 3).
             margin: by how much more it reaches, along and across, see there.
         """
-        along, across = places[..., 0], places[..., 1:]
+        along, across = self.along(places), places[..., 1:]
         # At clamp and tip it has no border.
         begin = self.begin - margin[0] if self.begin > 0.0 else 0.0
         end = self.end + margin[0] if self.end < 1.0 else np.inf
@@ -79,6 +90,16 @@ class SurfacePart:
         moved = margin[1] * (np.abs(self.limits) < FACE)
         low, high = (self.limits + moved * (-1.0, 1.0)).T
         return np.asarray(is_along & ((across > low) & (across <= high)).all(axis=-1))
+
+    def along(self, places: FloatArray) -> FloatArray:
+        """Return how far along points are by borders that go as this part's, shape (...,).
+
+        Args:
+            places: see `BodyAxes.on_surface`, shape (..., 3).
+        """
+        if not any(self.slants):
+            return places[..., 0]
+        return np.asarray(places[..., 0] - np.clip(places[..., 1:], -1.0, 1.0) @ self.slants)
 
     @property
     def borders(self) -> tuple[float, ...]:
@@ -123,7 +144,8 @@ def _stretches_of(settings: Mapping[str, float]) -> tuple[SurfacePart, ...]:
         # What is at a side is beyond no limit there.
         limits = np.where(limits <= -1.0, -np.inf, np.where(limits >= 1.0, np.inf, limits))
         times = stated.get(_named('times', number), 1.0)
-        found.append(SurfacePart(ends[0], ends[1], limits, times))
+        slants = (stated[_SLANTS[0]], stated[_SLANTS[1]]) if number == 1 else (0.0, 0.0)
+        found.append(SurfacePart(ends[0], ends[1], limits, times, slants))
     return tuple(found)
 
 
@@ -131,10 +153,12 @@ def part_settings(parts: Sequence[SurfacePart]) -> dict[str, float]:
     """Return the settings of parts; of what they leave as usual none but where they begin.
 
     Raises:
-        ValueError: of more parts than there are settings.
+        ValueError: of more parts than there are settings, or where a further one goes aslant.
     """
     if len(parts) > bands.MOST_BANDS:
         raise ValueError(f'{len(parts)} parts: at most {bands.MOST_BANDS} can be stated')
+    if any(any(part.slants) for part in parts[1:]):
+        raise ValueError('a further part goes aslant: of the first alone that can be stated')
     found = dict[str, float]()
     for number, part in enumerate(parts, 1):
         shares = np.clip(0.5 * (part.limits + 1.0), 0.0, 1.0).round(4).ravel().tolist()
@@ -143,7 +167,8 @@ def part_settings(parts: Sequence[SurfacePart]) -> dict[str, float]:
         usual = {**_ACROSS, 'until': 1.0, 'times': 1.0}
         found[_named('at', number)] = round(part.begin, 4)
         found |= {_named(k, number): v for k, v in own.items() if v != usual[k]}
-    return found
+    slants = parts[0].slants if parts else (0.0, 0.0)
+    return found | {k: round(v, 4) for k, v in zip(_SLANTS, slants, strict=True) if v}
 
 
 def without_unused(numbers: Mapping[str, float]) -> dict[str, float]:
@@ -164,7 +189,7 @@ def in_words(settings: Mapping[str, float]) -> str:
 
 
 def _is_limited(part: SurfacePart) -> bool:
-    return part.times != 1.0 or bool(np.isfinite(part.limits).any())
+    return part.times != 1.0 or any(part.slants) or bool(np.isfinite(part.limits).any())
 
 
 def _words_of(part: SurfacePart) -> str:
@@ -176,4 +201,7 @@ def _words_of(part: SurfacePart) -> str:
             across.append(f'{axis} {round(float(low), 4):g} to {round(float(high), 4):g}')
     if across:
         words = f'{words}, across {", ".join(across)} of the width'
+    aslant = [f'{way:+.2g} at {axis}' for axis, way in zip('ab', part.slants, strict=True) if way]
+    if aslant:
+        words = f'{words}, aslant ({", ".join(aslant)})'
     return f'{words} ({part.times:g} times as much)' if part.times != 1.0 else words

@@ -47,6 +47,7 @@ def test_each_part_has_settings_of_its_own():
     'parts',
     [
         [SurfacePart(0.3, 1.0, ALL)],
+        [SurfacePart(0.4, 1.0, ALL, slants=(-0.2, 0.05))],
         [SurfacePart(0.0, 0.7, _limits([-0.5, np.inf], [-np.inf, 0.2]))],
         [
             SurfacePart(0.25, 1.0, _limits([-0.3, 0.7], [0.97, np.inf])),
@@ -60,6 +61,12 @@ def test_settings_of_parts_are_those_parts(parts):
     assert [(p.begin, p.end, p.times) for p in found] == [(p.begin, p.end, p.times) for p in parts]
     for one, other in zip(found, parts, strict=True):
         np.testing.assert_allclose(one.limits, other.limits)
+        assert one.slants == other.slants
+
+
+def test_no_further_part_goes_aslant():
+    with pytest.raises(ValueError, match='a further part goes aslant'):
+        part_settings([SurfacePart(0.1, 0.3, ALL), SurfacePart(0.5, 1.0, ALL, slants=(0.1, 0.0))])
 
 
 def test_no_more_parts_than_can_be_stated():
@@ -74,6 +81,18 @@ def test_points_are_within_limits_of_both_axes():
     # What is at a lower limit is beyond it, as it is at a border along the body.
     assert part.holds(places).tolist() == [True, False, False, True, False]
     assert not part.holds(places - (0.3, 0.0, 0.0)).any()
+
+
+def test_a_slanted_border_is_farther_along_at_one_side():
+    part = SurfacePart(0.5, 1.0, ALL, slants=(0.2, -0.1))
+    # Beyond the sides it goes straight on.
+    across = np.array([[0.0, 0.0], [1.0, 0.0], [-0.5, 0.0], [0.0, 1.0], [2.0, -2.0]])
+    borders = np.array([0.5, 0.7, 0.4, 0.4, 0.8])
+    places = np.hstack([borders[:, None], across])
+    step = np.array([1e-6, 0.0, 0.0])
+    assert part.holds(places + step).all()
+    assert not part.holds(places - step).any()
+    assert part.holds(places - 1e4 * step, (0.05, 0.0)).all()
 
 
 def test_a_margin_moves_limits_but_for_those_at_clamp_tip_and_edges():
@@ -93,6 +112,10 @@ def test_a_margin_moves_limits_but_for_those_at_clamp_tip_and_edges():
         ({'at': 0.3, 'until': 0.4, 'at_2': 0.6}, '0.3 to 0.4 and 0.6 to the tip of the length'),
         (STATED, '0.5 to the tip of the length, across a 0.25 to 1, b 0 to 0.6 of the width'),
         (
+            {'at': 0.4, 'slant_a': -0.185, 'slant_b': 0.04},
+            '0.4 to the tip of the length, aslant (-0.18 at a, +0.04 at b)',
+        ),
+        (
             {'at': 0.7, 'at_2': 0.3, 'until_2': 0.7, 'times_2': -0.5},
             '0.7 to the tip of the length and 0.3 to 0.7 of the length (-0.5 times as much)',
         ),
@@ -105,6 +128,7 @@ def test_parts_are_said(settings, words):
 def test_setting_limits_go_with_what_is_set():
     effect = EFFECTS['depth_bias_by_region']
     assert effect.limits_of('b_until_3') == (0.0, 1.0)
+    assert effect.limits_of('slant_a') == (-1.0, 1.0)
     assert effect.limits_of('times_3') == (-5.0, 5.0)
     assert effect.part_forms(3) == ('part_2', 'part_3')
     assert set(effect.part_forms(4)) <= {part.name for part in effect.forms}

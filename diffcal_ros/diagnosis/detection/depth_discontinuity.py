@@ -39,7 +39,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 # A jump stands out when it explains so much chi-square, too.
-_LEAST_GAIN = 30.0
+LEAST_GAIN = 30.0
 # A modulus that has followed a higher jump may be so far off that tangents there mislead; such a
 # jump is seen as it stands, or pixel by pixel.
 _HIGHEST = LEAST_STEP
@@ -67,7 +67,7 @@ def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float
     left = dict(zip(BORDERS, (jumps.whole - gains).tolist(), strict=True))
     at = outstanding_boundary(left, jumps.whole)
     best = int(gains.argmax())
-    if at is None or gains[best] < _LEAST_GAIN:
+    if at is None or gains[best] < LEAST_GAIN:
         return None
     sharp = np.array([[float(place == at) for place in BORDERS]])
     soft, _ = jumps.gains(softened(sharp, _SMOOTHED))
@@ -111,6 +111,10 @@ class Jumps:
         """
         sizes = np.einsum('ms,ms->m', signs @ self.products, signs)
         return explained(signs @ self.pulls, sizes)
+
+    def gains_of_each(self) -> FloatArray:
+        """Return what each jump alone explains of chi-square, shape (s,)."""
+        return explained(self.pulls, np.diag(self.products))[0]
 
     def beside(self, signs: FloatArray) -> 'Jumps':
         """Return what is seen once a sum of jumps has followed what it may.

@@ -133,7 +133,7 @@ def best_nearby(
     for residuals, shares in views:
         near = np.abs(shares - place) < 2.0 * reach
         own, along = residuals[near], shares[near]
-        left += [_left_by_jump(own, along > at) for at in offered]
+        left += [left_by_jump(own, along > at) for at in offered]
     return float(offered[left.argmin()].round(4))
 
 
@@ -177,9 +177,9 @@ def _best_boundary(
     residuals: FloatArray, beyond: Mapping[float, BoolArray]
 ) -> tuple[float, float] | None:
     """Return the share where a jump stands out, and its height [m]; None where none does."""
-    left = {at: _left_by_jump(residuals, second) for at, second in beyond.items()}
+    left = {at: left_by_jump(residuals, second) for at, second in beyond.items()}
     nowhere = np.zeros(len(residuals), dtype=bool)
-    at = outstanding_boundary(left, _left_by_jump(residuals, nowhere))
+    at = outstanding_boundary(left, left_by_jump(residuals, nowhere))
     if at is None:
         return None
     second = beyond[at]
@@ -204,7 +204,7 @@ def outstanding_boundary(left: Mapping[float, float], without: float) -> float |
     return at if left[at] < most else None
 
 
-def _left_by_jump(residuals: FloatArray, second: BoolArray) -> float:
+def left_by_jump(residuals: FloatArray, second: BoolArray) -> float:
     """Return the sum of absolute residuals that a jump leaves [m]."""
     parts = (residuals[second], residuals[~second])
     return sum(float(np.abs(part - np.median(part)).sum()) for part in parts if len(part))

@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diffcal_ros.diagnosis.detection.material_boundary import best_nearby
+from diffcal_ros.diagnosis.detection.material_boundary import best_nearby, left_by_jump
 from diffcal_ros.effects.surface_parts import FACE, SurfacePart
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,10 @@ _BENT = 2
 LEAST_OF_HEIGHT = 0.5
 # How far pixels move a limit that patches tell.
 _FARTHEST = (0.05, 0.1)
+# A slanted border is placed by pixels so near to it, along the body, by three steps of each size:
+# its place and either slant go by one up, down, or stay.
+_NEAR_SLANT, _SLANT_STEPS = 0.2, np.repeat([0.04, 0.02, 0.01, 0.005], 3)
+_CUBE = np.stack(np.meshgrid(*[(0.0, -1.0, 1.0)] * 3, indexing='ij'), axis=-1).reshape(-1, 3)
 # Limits on the surface, along and across: what is farther out is none, or a face's edge.
 _ALONG, _ACROSS = (0.0, 1.0), (-FACE, FACE)
 
@@ -33,7 +37,33 @@ def placed_by_pixels(views: Views, part: SurfacePart) -> SurfacePart:
         others = _with_limit(part, way, end, None)
         found = best_nearby(_within(views, others, way), place, _FARTHEST[way > 0])
         part = _with_limit(part, way, end, found)
-    return part
+    return slanted_by_pixels(views, part) if any(part.slants) else part
+
+
+def slanted_by_pixels(views: Views, part: SurfacePart) -> SurfacePart:
+    """Return a part that begins along the body and goes on to the tip as aslant as pixels see.
+
+    Args:
+        views: residuals and places of pixels.
+        part: limited along the body alone, and about where it begins.
+    """
+    near = [np.abs(part.along(places) - part.begin) < _NEAR_SLANT for _, places in views]
+    own = [(left[kept], where[kept]) for (left, where), kept in zip(views, near, strict=True)]
+
+    def at(border: FloatArray) -> SurfacePart:
+        begin, *slants = border.tolist()
+        return replace(part, begin=begin, slants=(slants[0], slants[1]))
+
+    best = np.array([part.begin, *part.slants])
+    for step in _SLANT_STEPS:
+        around = best + step * _CUBE
+        best = around[int(np.argmin([_left_beyond(own, at(border)) for border in around]))]
+    return at(best.round(4))
+
+
+def _left_beyond(views: Views, part: SurfacePart) -> float:
+    """Return the sum of absolute residuals that a jump where a part begins leaves [m]."""
+    return sum(left_by_jump(own, part.along(places) > part.begin) for own, places in views)
 
 
 def is_sharp(views: Views, part: SurfacePart) -> bool:
@@ -119,7 +149,7 @@ def _within(views: Views, part: SurfacePart, way: int) -> Views:
     """Return residuals of the pixels in a part, and how far along or across those are."""
     inside = [part.holds(places) for _, places in views]
     return [
-        (residuals[held], places[held, way])
+        (residuals[held], part.along(places[held]) if way == 0 else places[held, way])
         for (residuals, places), held in zip(views, inside, strict=True)
     ]
 

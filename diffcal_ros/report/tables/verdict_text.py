@@ -65,7 +65,7 @@ def _place_words(setting: Mapping[str, float]) -> str:
         return f' on {surface_parts.in_words(setting)}'
     if picture_edge.has_edge(setting):
         return f' {picture_edge.in_words(setting)}'
-    if 'until' in setting:
+    if 'until' in setting or surface_parts.SETTINGS.keys() & setting.keys():
         return f' at {surface_parts.in_words(setting)}'
     return ''.join(f' at {value:g} of the length' for value in setting.values())
 
