@@ -5,6 +5,7 @@
 Straight borders and rectangles leave a wedge of it on either side, as high as the step.
 """
 
+from functools import partial
 from itertools import product
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import jumps_seen, LEAST_GAIN, with_jumps
@@ -28,16 +29,18 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Slants that are tried about one axis across: shares of the free length, from the middle of the
-# width to its side. Pixels tell the rest, and the other axis's.
-_STEEP = np.concatenate([-np.arange(0.4, 0.04, -0.05), np.arange(0.05, 0.44, 0.05)]).round(2)
-_TRIED = [
-    SurfacePart(at, 1.0, np.array([[-np.inf, np.inf]] * 2), slants=slants)
-    for at, slant in product(BORDERS[::2], _STEEP.tolist())
-    for slants in ((slant, 0.0), (0.0, slant))
-]
-# What each of its two numbers has to explain of chi-square, see `material_bands`.
-_PRICE = 2.0 * np.log(len(_TRIED))
+# Where a border is first tried, with what slants about one axis across: shares of the free length,
+# from the middle of the width to its side.
+_PLACES = np.linspace(0.14, 0.86, 19).round(3)
+_STEEP = np.array([-0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4])
+_ALONE = ((1.0, 0.0), (0.0, 1.0))
+# Around the best one, by so much less and more of each of these.
+_NEAR = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+_NEAR_PLACE, _NEAR_SLANT = 0.04, 0.1
+# What each of its two numbers has to explain of chi-square, see `material_bands`: it was chosen
+# among so many places and slants.
+_PRICE = 2.0 * np.log(len(BORDERS)) + 2.0 * np.log(2 * (4 * len(_STEEP) + 1))
+_WHOLE = np.array([[-np.inf, np.inf]] * 2)
 
 
 def find_slanted_border(
@@ -55,20 +58,51 @@ def find_slanted_border(
     """
     if not may_show_parts(evaluator, nominal):
         return (), otherwise
-    jumps = jumps_seen(with_jumps(evaluator, nominal, _beyond_each), nominal)
-    gains = jumps.gains_of_each()
-    best = int(gains.argmax())
-    left = jumps.whole - float(gains[best]) + _PRICE
-    if gains[best] < LEAST_GAIN + _PRICE or left >= LEFT * otherwise:
+    rows = [
+        (at, *(slant * own for own in way)) for way in _ALONE for slant in _STEEP for at in _PLACES
+    ]
+    best, left = _best_of(evaluator, nominal, np.array(rows))
+    if left >= otherwise:
+        return (), otherwise
+    # About the axis that the best one is slanted about.
+    moves = np.array([[1.0, 0.0, 0.0], [0.0, *(best[1:] != 0.0)]])
+    near = np.array([*product(_NEAR_PLACE * _NEAR, _NEAR_SLANT * _NEAR)])
+    best, left = _best_of(evaluator, nominal, best + near @ moves)
+    if left >= LEFT * otherwise:
         return (), otherwise
     views = seen_places(evaluator, nominal.coordinates)
-    part = placed_by_pixels(views, _TRIED[best])
+    part = placed_by_pixels(views, _part(best))
     is_part = 0.0 < part.begin < 1.0 and any(part.slants)
     if is_part and go_along(views, [part], LEAST_OF_HEIGHT) and is_sharp(views, part):
         return (part,), left
     return (), otherwise
 
 
-def _beyond_each(places: FloatArray) -> FloatArray:
-    """Return which points are beyond each border that is tried, shape (M, s)."""
-    return np.stack([part.holds(places) for part in _TRIED], axis=1).astype(np.float64)
+def _best_of(
+    evaluator: PatchEvaluator, nominal: Refit, borders: FloatArray
+) -> tuple[FloatArray, float]:
+    """Return the border that explains most, and the chi-square that it leaves with its price.
+
+    Args:
+        evaluator: of the nominal model.
+        nominal: its fit.
+        borders: places and both slants, shape (s, 3).
+    """
+    jumps = jumps_seen(with_jumps(evaluator, nominal, partial(_beyond_each, borders)), nominal)
+    gains = jumps.gains_of_each()
+    best = int(gains.argmax())
+    if gains[best] < LEAST_GAIN + _PRICE:
+        return borders[best], np.inf
+    return borders[best], jumps.whole - float(gains[best]) + _PRICE
+
+
+def _part(border: FloatArray) -> SurfacePart:
+    at, *slants = border.tolist()
+    return SurfacePart(at, 1.0, _WHOLE, slants=(slants[0], slants[1]))
+
+
+def _beyond_each(borders: FloatArray, places: FloatArray) -> FloatArray:
+    """Return which points are beyond each border, see `_best_of`, shape (M, s)."""
+    ways, own = np.unique(borders[:, 1:], axis=0, return_inverse=True)
+    along = places[:, :1] - np.clip(places[:, 1:], -1.0, 1.0) @ ways.T
+    return (along[:, own.ravel()] > borders[:, 0]).astype(np.float64)

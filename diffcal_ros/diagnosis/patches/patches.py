@@ -8,6 +8,7 @@ from diffcal_ros.calibration.residuals.robust_residual import Residuals
 from diffcal_ros.diagnosis.patches.noise_model import CommonError, NoiseModel
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -273,8 +274,8 @@ def averaged_by_cell(
     columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian])
     totals: FloatArray = np.bincount(indices, weights).astype(np.float64)
     order = np.argsort(indices, kind='stable')
-    starts = np.cumsum(counts) - counts
-    sums = np.add.reduceat((weights[:, None] * columns)[order], starts, axis=0)
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    sums = csr_array((weights[order], order, ends), shape=(len(cells), len(numbers))) @ columns
     enough = totals >= least
     means = sums[enough] / totals[enough, None]
     return means[:, 0], means[:, 3:], means[:, 1:3], cells[enough], totals[enough]
