@@ -169,6 +169,12 @@ class Products:
         # Residuals fall by what parameters do.
         return np.asarray(self.root @ weights - self.offset)
 
+    def covariance(self, sizes: FloatArray) -> FloatArray:
+        """Return the covariance of coordinates by parameters of these sizes, shape (k, k)."""
+        factor, _ = self._factor(sizes)
+        half = solve_triangular(factor, (self.root * sizes).T, lower=True, check_finite=False)
+        return np.asarray(half.T @ half)
+
     def _factor(self, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
         scaled = sizes[:, None] * self.products[:-1]
         information = np.eye(len(sizes)) + scaled[:, :-1] * sizes

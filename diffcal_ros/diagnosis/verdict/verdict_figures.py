@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.verdict.effect_course import course_of
+from diffcal_ros.diagnosis.verdict.poses_in_doubt import with_poses_in_doubt
 from diffcal_ros.diagnosis.verdict.verdict import GapFigures, NamedEffect
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.errors import NotSimulatedError
@@ -254,6 +255,7 @@ def parameter_table(
             them.
     """
     wanted = set(asked.parameters.names)
+    fit = with_poses_in_doubt(fit) if is_known else fit
     table: dict[str, dict[str, float | str]] = {}
     for index, parameter in enumerate(fit.parameters):
         if parameter.is_nuisance or parameter.name not in wanted:

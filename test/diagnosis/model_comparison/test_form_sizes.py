@@ -36,6 +36,11 @@ def test_levels_are_densities_of_what_is_seen(anew_clamp):
         information = seen.jacobian.T @ seen.jacobian + precision
         step = np.linalg.solve(information, seen.jacobian.T @ seen.values - precision @ offset)
         np.testing.assert_allclose(products.step(sizes), step, rtol=1e-6, atol=1e-12)
+        expected_covariance = np.linalg.inv(information)
+        sizes_of_all = np.sqrt(np.diag(expected_covariance))
+        found = products.covariance(sizes) / np.outer(sizes_of_all, sizes_of_all)
+        expected_covariance /= np.outer(sizes_of_all, sizes_of_all)
+        np.testing.assert_allclose(found, expected_covariance, atol=1e-6)
     assert np.ptp(densities) > 5.0
     np.testing.assert_allclose(np.diff(levels), np.diff(densities), rtol=1e-6, atol=1e-6)
 
