@@ -99,7 +99,7 @@ class SurfacePart:
         """
         if not any(self.slants):
             return places[..., 0]
-        return np.asarray(places[..., 0] - np.clip(places[..., 1:], -1.0, 1.0) @ self.slants)
+        return along_aslant(places, np.array([self.slants]))[..., 0]
 
     @property
     def borders(self) -> tuple[float, ...]:
@@ -110,6 +110,16 @@ class SurfacePart:
     def limits_across(self) -> list[list[float]]:
         """Limits across each axis that are on the faces there, and not at their edges."""
         return [[limit for limit in way if abs(limit) < FACE] for way in self.limits.tolist()]
+
+
+def along_aslant(places: FloatArray, slants: FloatArray) -> FloatArray:
+    """Return how far along points are by borders that go aslant, shape (..., s).
+
+    Args:
+        places: see `BodyAxes.on_surface`, shape (..., 3).
+        slants: see `SurfacePart`, shape (s, 2).
+    """
+    return np.asarray(places[..., :1] - np.clip(places[..., 1:], -1.0, 1.0) @ slants.T)
 
 
 SeenPart = SurfacePart | Spots

@@ -16,12 +16,7 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
     outstanding_boundary,
     seen_places,
 )
-from diffcal_ros.diagnosis.detection.sharp_limits import (
-    go_along,
-    is_sharp,
-    LEAST_OF_HEIGHT,
-    placed_by_pixels,
-)
+from diffcal_ros.diagnosis.detection.sharp_limits import are_parts, placed_by_pixels
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
@@ -85,7 +80,7 @@ def _is_seen(evaluator: PatchEvaluator, nominal: Refit, at: float) -> bool:
     """
     views = seen_places(evaluator, nominal.coordinates)
     beyond_it = placed_by_pixels(views, SurfacePart(at, 1.0, np.array([[-np.inf, np.inf]] * 2)))
-    return go_along(views, [beyond_it], LEAST_OF_HEIGHT) and is_sharp(views, beyond_it)
+    return are_parts(views, [beyond_it])
 
 
 @dataclass(frozen=True)

@@ -21,13 +21,7 @@ from diffcal_ros.diagnosis.detection.rectangles import (
     price,
     PRICES,
 )
-from diffcal_ros.diagnosis.detection.sharp_limits import (
-    go_along,
-    is_sharp,
-    LEAST_OF_HEIGHT,
-    placed_by_pixels,
-    Views,
-)
+from diffcal_ros.diagnosis.detection.sharp_limits import are_parts, placed_by_pixels
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
@@ -61,12 +55,7 @@ def find_parts(
     is_banded = not any(np.isfinite(part.limits).any() for part in parts)
     # What ends along the body alone are bands, too, each of its own height.
     most = otherwise - PRICES[0] if is_banded and len(parts) > 1 else LEFT * otherwise
-    return parts if left < most and _are_parts(views, parts) else ()
-
-
-def _are_parts(views: Views, parts: Sequence[SurfacePart]) -> bool:
-    """Tell whether all poses show parts, and sharp ones."""
-    return go_along(views, parts, LEAST_OF_HEIGHT) and all(is_sharp(views, own) for own in parts)
+    return parts if left < most and are_parts(views, parts) else ()
 
 
 def _one_after_the_other(jumps: Jumps) -> list[SurfacePart]:

@@ -88,6 +88,11 @@ def is_sharp(views: Views, part: SurfacePart) -> bool:
     return jumps <= slopes
 
 
+def are_parts(views: Views, parts: Sequence[SurfacePart]) -> bool:
+    """Tell whether all poses show parts, and sharp ones."""
+    return go_along(views, parts, LEAST_OF_HEIGHT) and all(is_sharp(views, own) for own in parts)
+
+
 def go_along(views: Views, parts: Sequence[SurfacePart], least: float) -> bool:
     """Tell whether each view in which a part and what is no part are seen shows it, of all parts.
 

@@ -15,15 +15,10 @@ from diffcal_ros.diagnosis.detection.material_boundary import (
     may_show_parts,
     seen_places,
 )
-from diffcal_ros.diagnosis.detection.sharp_limits import (
-    go_along,
-    is_sharp,
-    LEAST_OF_HEIGHT,
-    placed_by_pixels,
-)
+from diffcal_ros.diagnosis.detection.sharp_limits import are_parts, placed_by_pixels
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.effects.surface_parts import SurfacePart
+from diffcal_ros.effects.surface_parts import along_aslant, SurfacePart
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,8 +67,8 @@ def find_slanted_border(
         return (), otherwise
     views = seen_places(evaluator, nominal.coordinates)
     part = placed_by_pixels(views, _part(best))
-    is_part = 0.0 < part.begin < 1.0 and any(part.slants)
-    if is_part and go_along(views, [part], LEAST_OF_HEIGHT) and is_sharp(views, part):
+    is_aslant = 0.0 < part.begin < 1.0 and any(part.slants)
+    if is_aslant and are_parts(views, [part]):
         return (part,), left
     return (), otherwise
 
@@ -104,5 +99,5 @@ def _part(border: FloatArray) -> SurfacePart:
 def _beyond_each(borders: FloatArray, places: FloatArray) -> FloatArray:
     """Return which points are beyond each border, see `_best_of`, shape (M, s)."""
     ways, own = np.unique(borders[:, 1:], axis=0, return_inverse=True)
-    along = places[:, :1] - np.clip(places[:, 1:], -1.0, 1.0) @ ways.T
+    along = along_aslant(places, ways)
     return (along[:, own.ravel()] > borders[:, 0]).astype(np.float64)

@@ -36,8 +36,8 @@ def with_poses_in_doubt(fit: Refit) -> Refit:
         levels.append(products.level(sizes))
         steps.append(products.step(sizes))
         covariances.append(products.covariance(sizes))
-    chances = np.exp(np.array(levels) - max(levels)) * np.exp(log_belief(_FACTORS))
-    chances /= chances.sum()
+    believed = np.array(levels) + log_belief(_FACTORS)
+    chances = np.exp(believed - np.logaddexp.reduce(believed))
     # What is left to go as stated is the fit's own affair.
     moved = np.array(steps) - products.step(np.ones(len(fit.coordinates)))
     outer = np.einsum('fi,fj->fij', moved, moved)
