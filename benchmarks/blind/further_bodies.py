@@ -16,7 +16,7 @@ from benchmarks.blind.other_bodies import block_shape, Family, middle, OtherShap
 _shape = partial(block_shape, FurtherShape)
 
 
-def _of_size(make: Callable[[float], OtherShape], size: float) -> OtherShape:
+def of_size(make: Callable[[float], OtherShape], size: float) -> OtherShape:
     """Return a body of a size [m], by one that makes it by the length of its line."""
     return make(size / make(1.0).size)
 
@@ -33,7 +33,7 @@ def _horseshoe(size: float, random: np.random.Generator) -> OtherShape:
         sides = (x, middle(width * line), middle(height * line))
         return _shape('horseshoe', sides, (), cells, tets, **more)
 
-    return _of_size(make, size)
+    return of_size(make, size)
 
 
 def _ribbon(size: float, random: np.random.Generator) -> OtherShape:
@@ -52,7 +52,7 @@ def _ribbon(size: float, random: np.random.Generator) -> OtherShape:
         more = {'arcs': arcs, 'is_upright': True}
         return _shape('ribbon', (x, y, z), (), cells, tets, **more)
 
-    return _of_size(make, size)
+    return of_size(make, size)
 
 
 def _tentacle(size: float, random: np.random.Generator) -> OtherShape:
@@ -70,7 +70,7 @@ def _tentacle(size: float, random: np.random.Generator) -> OtherShape:
         }
         return _shape('tentacle', (x, side, list(side)), (), cells, tets, **more)
 
-    return _of_size(make, size)
+    return of_size(make, size)
 
 
 def _ring(size: float, random: np.random.Generator) -> OtherShape:
@@ -171,7 +171,7 @@ def _crescent(size: float, random: np.random.Generator) -> OtherShape:
         cells, tets = ((9, 1, 11), (3,), (3,)), ((11, 2, 12), (3,), (3,))
         return _shape('crescent', (x, y, z), (), cells, tets, **more)
 
-    return _of_size(make, size)
+    return of_size(make, size)
 
 
 def _twisted(size: float, random: np.random.Generator) -> OtherShape:

@@ -71,9 +71,9 @@ class FurtherShape(OtherShape):
         ahead, mirror = points[..., order], np.array([-1.0, 1.0, 1.0])
         behind = ahead * mirror + [self.clamp, 0.0, 0.0]
         for arc in self.arcs:
-            ahead = _curved(ahead, *arc)
+            ahead = curved(ahead, *arc)
         for arc in self.back_arcs:
-            behind = _curved(behind, *arc)
+            behind = curved(behind, *arc)
         behind = (behind - [self.clamp, 0.0, 0.0]) * mirror
         found = np.where(lattice[..., :1] < 0.0, behind, ahead)[..., order]
         return np.asarray(found)
@@ -86,7 +86,7 @@ class FurtherShape(OtherShape):
         return bool((apart > _NEAR_BEFORE * near).any())
 
 
-def _curved(points: FloatArray, begin: float, end: float, angle: float) -> FloatArray:
+def curved(points: FloatArray, begin: float, end: float, angle: float) -> FloatArray:
     """Bend a body to an arc, from x towards y or, below 0, away from that."""
     sides = np.array([1.0, np.sign(angle), 1.0])
     return bent_elbow(points * sides, begin, end, abs(angle)) * sides

@@ -30,8 +30,8 @@ class OtherShape(Shape):
         tet_counts: cells of six tetrahedra, likewise.
         free: free length that sizes are shares of [m].
         held: boxes that are held, lowest and highest x, y and z [m].
-        arms: where arc positions run to: `ahead` to the end, `both` ways from amid the body, or
-            `between` two clamps, 1 in the middle.
+        arms: where arc positions run to: `ahead` to the end, `both` ways from amid the body,
+            `between` two clamps, 1 in the middle, or ahead from two `feet`.
         elbow: begin and end of a bend along x [m], and its angle, from x towards y [rad].
     """
 

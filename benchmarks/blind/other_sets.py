@@ -35,6 +35,13 @@ from benchmarks.blind.thirtyfifth_forms import (
     wanted_change_35,
 )
 from benchmarks.blind.thirtyfourth_forms import FORMS_34, OtherForm, OUTSIDE_34, PAIRS_34
+from benchmarks.blind.thirtysixth_forms import (
+    FORMS_36,
+    OUTSIDE_36,
+    PAIRED_36,
+    PAIRS_36,
+    RANGES_36,
+)
 
 _ATTEMPTS = 200
 _LEAST_PIXELS = 40  # Of a body in each pose, in a sixteenth of all pixels.
@@ -53,6 +60,8 @@ class OtherContents:
         ranges: of rigs.
         wanted: by how much an effect of a size is to change what is seen [m].
         least_changes: least of that, of a single effect and of each of a pair [m].
+        paired: forms that pairs alone have.
+        is_shuffled: whether the salt tells as well which bodies, sensors and laws go together.
         by_key: its forms and causes outside by their keys.
     """
 
@@ -64,10 +73,12 @@ class OtherContents:
     ranges: Ranges
     wanted: Callable[[OtherSetup, int, np.random.Generator], float]
     least_changes: tuple[float, float]
+    paired: tuple[OtherForm, ...] = ()
+    is_shuffled: bool = False
     by_key: dict[str, OtherForm] = field(init=False)
 
     def __post_init__(self) -> None:
-        by_key = {form.key: form for form in (*self.forms, *self.outside)}
+        by_key = {form.key: form for form in (*self.forms, *self.paired, *self.outside)}
         object.__setattr__(self, 'by_key', by_key)
 
 
@@ -91,6 +102,18 @@ OTHER_SETS = {
         RANGES_35,
         wanted_change_35,
         LEAST_CHANGES_35,
+    ),
+    'thirtysixth': OtherContents(
+        FORMS_36,
+        OUTSIDE_36,
+        PAIRS_36,
+        12,
+        (2, 5),
+        RANGES_36,
+        wanted_change_35,
+        LEAST_CHANGES_35,
+        PAIRED_36,
+        is_shuffled=True,
     ),
 }
 
@@ -122,7 +145,12 @@ def list_other_cases(set_name: str, salt: str = '') -> list[Case]:
 def _in_turns(cases: list[Case]) -> list[Case]:
     """Return cases with bodies of all families as often, and two of each effect's forms."""
     contents, found = OTHER_SETS[cases[0].set_name], list[Case]()
-    counts = dict.fromkeys(contents.ranges.families, 0)
+    families, turns = list(contents.ranges.families), np.arange(len(cases))
+    if contents.is_shuffled:
+        random = cases[0].random('order of families')
+        families = [families[i] for i in random.permutation(len(families))]
+        turns = random.permutation(turns)
+    counts = dict.fromkeys(families, 0)
     taken: dict[str, set[str]] = {}
     # In the last rounds those come first that few bodies are fit for.
     order = sorted(range(len(cases)), key=lambda i: (bool(cases[i].effects), _fit(cases[i])))
@@ -142,7 +170,7 @@ def _in_turns(cases: list[Case]) -> list[Case]:
             taken.setdefault(truth, set()).add(family)
         drawn[i] = family
     for i, case in enumerate(cases):
-        found.append(_in_turn(replace(case, family=drawn[i]), i))
+        found.append(_in_turn(replace(case, family=drawn[i]), int(turns[i])))
     return found
 
 
@@ -204,7 +232,10 @@ def _drawn(
     for form, (_, size) in zip(forms, case.effects, strict=True):
         wanted = contents.wanted(setup, size, random)
         if form.truth == 'contact_plane':
-            setup, drawn, change = laid(setup, form.draw(setup, random), wanted, random)
+            drawn = form.draw(setup, random)
+            # Beside what else there is; of the sets before, a contact comes first.
+            setup, every, change = laid(setup, {**every, **drawn}, wanted, random)
+            drawn = {name: every[name] for name in drawn}
         else:
             drawn, change = sized(form, wanted, setup, random)
         effects.append(_told(form, drawn))

@@ -179,6 +179,7 @@ def _other_extra_text(setup: OtherSetup, without: str | None) -> str:
         'ahead': 'arc position 0 is at the clamp, 1 at the far end along x before any bend',
         'both': 'arc position 0 is at the clamp, 1 at the end of either arm; an arm is shorter',
         'between': 'arc position 0 is at either clamp, 1 amid the body',
+        'feet': 'arc position 0 is at the clamp of either leg, 1 at the far end before any bend',
         'all': 'arc position 0 is at the clamp, 1 at the end of each arm; arms are not as long',
     }
     ends = setup.body.breaks[0]
