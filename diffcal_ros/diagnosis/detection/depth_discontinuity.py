@@ -9,7 +9,6 @@ what they may have followed; they need a floor that was measured.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.residuals.robust_residual import Residuals
 from diffcal_ros.diagnosis.detection.material_boundary import (
     BORDERS,
     LEAST_STEP,
@@ -21,7 +20,7 @@ from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
-from diffcal_ros.diagnosis.patches.patches import averaged_by_cell, cells_of_depth
+from diffcal_ros.diagnosis.patches.patches import cells_of_depth, sums_by_cell
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
 from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
 from diffcal_ros.diagnosis.screening.projection import Projection
@@ -46,6 +45,8 @@ OF_SMOOTH = 0.7
 # From where pixels see a body at rest (`BodyAxes.on_surface`, shape (M, 3)) to by how much each is
 # beyond each jump, shape (M, s).
 JumpsOf = Callable[[FloatArray], FloatArray]
+# From there to a number of each that tells which jumps it is beyond, shape (M,).
+NumbersOf = Callable[[FloatArray], NDArray[np.int64]]
 
 
 def find_depth_discontinuity(evaluator: PatchEvaluator, nominal: Refit) -> float | None:
@@ -188,13 +189,20 @@ def beyond(borders: Sequence[float]) -> JumpsOf:
     return jumps_of
 
 
-def with_jumps(evaluator: PatchEvaluator, nominal: Refit, jumps_of: JumpsOf) -> list[PatchGroup]:
+def with_jumps(
+    evaluator: PatchEvaluator,
+    nominal: Refit,
+    jumps_of: JumpsOf,
+    numbers_of: NumbersOf | None = None,
+) -> list[PatchGroup]:
     """Return a fit's patches with more columns: of the whole body's bias, then of each jump's.
 
     Args:
         evaluator: of the nominal model.
         nominal: its fit.
         jumps_of: tells which jumps each pixel is beyond.
+        numbers_of: tells pixels that are not beyond the same ones apart: of very many jumps, those
+            of one patch that are alike are taken together.
 
     Raises:
         NotSimulatedError: where a view sees nothing of the body any more.
@@ -215,28 +223,45 @@ def with_jumps(evaluator: PatchEvaluator, nominal: Refit, jumps_of: JumpsOf) -> 
                 raise NotSimulatedError('the state that was fitted is not found again from rest')
             comparer = evaluator.comparers[group.view]
             places = comparer.places(views[group.view].trace, depth.indices)
-            fractions = _means_of(group, depth, on_part(places), evaluator.cell)
+            # Of a cell across a border its average has the side with more pixels.
+            pixels = _Pixels(places, *cells_of_depth(depth, evaluator.cell))
+            pixels = pixels if numbers_of is None else pixels.taken_together(numbers_of)
+            fractions = pixels.means(on_part, group.patches.cells)
         wide = np.hstack([group.patches.jacobian, fractions])
         groups.append(replace(group, patches=replace(group.patches, jacobian=wide)))
     return groups
 
 
-def _means_of(group: PatchGroup, depth: Residuals, of_pixels: FloatArray, cell: int) -> FloatArray:
-    """Return the means over patches of what is known of pixels, shape (m, s).
+@dataclass(frozen=True)
+class _Pixels:
+    """Pixels of one view.
 
-    A state that is found again may show a patch less at the outline: of that there is nothing.
-
-    Args:
-        group: patches.
-        depth: residuals of the pixels.
-        of_pixels: what is known, shape (M, s).
-        cell: side of patches [px].
+    Attributes:
+        places: that they see, shape (M, 3).
+        cells: that they are in, shape (M,).
+        weights: how much each counts there, shape (M,).
     """
-    # Of a cell across a border its average has the side with more pixels.
-    numbers, weights = cells_of_depth(depth, cell)
-    _, means, _, cells, _ = averaged_by_cell(depth, of_pixels, numbers, weights, 0.0)
-    own = group.patches.cells
-    is_seen = np.isin(own, cells)
-    found = np.zeros((len(own), of_pixels.shape[1]))
-    found[is_seen] = means[np.searchsorted(cells, own[is_seen])]
-    return found
+
+    places: FloatArray
+    cells: NDArray[np.int64]
+    weights: FloatArray
+
+    def taken_together(self, numbers_of: NumbersOf) -> '_Pixels':
+        """Return one in place of all that are in one cell and have one number."""
+        numbers = numbers_of(self.places)
+        keys = self.cells * (int(numbers.max(initial=0)) + 1) + numbers
+        _, firsts, own = np.unique(keys, return_index=True, return_inverse=True)
+        weights = np.bincount(own, self.weights).astype(np.float64)
+        return _Pixels(self.places[firsts], self.cells[firsts], weights)
+
+    def means(self, jumps_of: JumpsOf, cells: NDArray[np.int64]) -> FloatArray:
+        """Return which share of cells, shape (m,), is beyond each jump, shape (m, s).
+
+        A state that is found again may show a patch less at the outline: of that there is nothing.
+        """
+        own, sums, totals = sums_by_cell(jumps_of(self.places), self.cells, self.weights)
+        is_seen = np.isin(cells, own[totals > 0.0])
+        rows = np.searchsorted(own, cells[is_seen])
+        found = np.zeros((len(cells), sums.shape[1]))
+        found[is_seen] = sums[rows] / totals[rows, None]
+        return found

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The likeliest edge in the picture, straight or round, beside what is smooth in each pose.
 
-Steps at all places along a way are told at once, by sums over pixels in their order along it.
+Steps at all places along a way are told at once, by sums over the pixels between them.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -19,6 +19,7 @@ from diffcal_ros.diagnosis.detection.spot_map import left_by_smooth, regular, ro
 from diffcal_ros.effects.picture_edge import MOST_CURVED, PictureEdge
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 FloatArray = NDArray[np.float64]
 # Ways along which edges lie, each of one that is there at none of its places.
@@ -85,12 +86,15 @@ class _Smoothed:
         return way.along(self.view.directions)
 
     def steps(self, way: PictureEdge, places: FloatArray) -> _Steps:
-        """Return what steps at places along a way explain, shape (p,)."""
-        along = self.along(way)
-        order = np.argsort(along)
-        first = np.searchsorted(along[order], places)
-        from_each = np.cumsum(self.columns[order][::-1], axis=0)[::-1]
-        sums = np.vstack([from_each, np.zeros(from_each.shape[1])])[first]
+        """Return what steps at places along a way, in their order, explain, shape (p,)."""
+        # Between which of the places each pixel is: all of the last such are beyond all of them.
+        beyond = np.searchsorted(places, self.along(way), side='right')
+        count = len(beyond)
+        of_pixels = csc_array(
+            (np.ones(count), beyond, np.arange(count + 1)), shape=(len(places) + 1, count)
+        )
+        between = np.asarray(of_pixels @ self.columns)
+        sums = np.cumsum(between[::-1], axis=0)[::-1][1:]
         followed = np.linalg.solve(self.products, sums[:, 2:].T)
         sizes = sums[:, 0] - np.einsum('pk,kp->p', sums[:, 2:], followed)
         # What is left was fitted with these weights: it has nothing in common with what is smooth.
@@ -164,7 +168,8 @@ def _seen(views: Sequence[PicturedView], best: _Offer, is_fixed: bool) -> SeenEd
         replace(found, edges={k: replace(own, width=width) for k, own in found.edges.items()})
         for width in _WIDTHS
     ]
-    return offered[int(np.argmin([left_by(views, own) for own in offered]))]
+    some = [_some_of(view, _MORE_PIXELS) for view in views]
+    return offered[int(np.argmin([left_by(some, own) for own in offered]))]
 
 
 def _fixed_along(views: Sequence[_Smoothed], way: PictureEdge) -> _Offer:
@@ -182,10 +187,8 @@ def _moved_along(views: Sequence[_Smoothed], way: PictureEdge) -> _Offer:
     ways = [view.along(way) for view in views]
     offered = [np.linspace(own.min(), own.max(), _PLACES) for own in ways]
     steps = [view.steps(way, places) for view, places in zip(views, offered, strict=True)]
-    best: tuple[float, tuple[float, ...]] = (-1.0, ())
-    for height in np.concatenate([_HEIGHTS, -_HEIGHTS]).tolist():
-        gains = [2.0 * height * own.pulls - height**2 * own.sizes for own in steps]
-        places = [own[int(gain.argmax())] for own, gain in zip(offered, gains, strict=True)]
-        whole = float(sum(gain.max() for gain in gains))
-        best = max(best, (whole, tuple(map(float, places))))
-    return best[0], way, best[1]
+    heights = np.concatenate([_HEIGHTS, -_HEIGHTS])[:, None]
+    gains = [2.0 * heights * own.pulls - heights**2 * own.sizes for own in steps]
+    best = int(np.sum([own.max(axis=1) for own in gains], axis=0).argmax())
+    places = [float(own[gain[best].argmax()]) for own, gain in zip(offered, gains, strict=True)]
+    return float(sum(gain[best].max() for gain in gains)), way, tuple(places)

@@ -18,6 +18,7 @@ from diffcal_ros.diagnosis.detection.rectangles import (
     FROM,
     interval,
     jumps_of,
+    numbers_of,
     price,
     PRICES,
 )
@@ -44,7 +45,8 @@ def find_parts(
     """
     if not may_show_parts(evaluator, nominal):
         return ()
-    found = _one_after_the_other(jumps_seen(with_jumps(evaluator, nominal, jumps_of), nominal))
+    groups = with_jumps(evaluator, nominal, jumps_of, numbers_of)
+    found = _one_after_the_other(jumps_seen(groups, nominal))
     if not found:
         return ()
     views = seen_places(evaluator, nominal.coordinates)

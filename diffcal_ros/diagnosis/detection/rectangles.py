@@ -32,6 +32,14 @@ def jumps_of(places: FloatArray) -> FloatArray:
     return np.stack(both, axis=1).reshape(len(places), -1).astype(np.float64)
 
 
+def numbers_of(places: FloatArray) -> IntArray:
+    """Return numbers that are alike of what is beyond the same jumps, shape (M,)."""
+    along = np.searchsorted(ALONG, places[:, 0])
+    across = [np.searchsorted(FROM, places[:, way]) for way in (1, 2)]
+    shape = (len(ALONG) + 1, len(FROM) + 1, len(FROM) + 1)
+    return np.asarray(np.ravel_multi_index((along, *across), shape), dtype=np.int64)
+
+
 def best_rectangle(jumps: Jumps) -> tuple[SurfacePart, FloatArray, float]:
     """Return the part that explains most for what its limits cost.
 

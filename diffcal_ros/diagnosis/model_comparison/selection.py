@@ -183,10 +183,13 @@ class Begun:
 
 
 def begin(pool: RefitPool, scores: Screen, *, in_any_form: bool = True) -> Begun:
-    """Refit the best candidates; see `select`."""
+    """Refit the best candidates; see `select`.
+
+    Of a gap that does not matter nothing is named: what takes long is not looked at beside others.
+    """
     basis = nominal_basis(pool)
     judge = judge_by(basis)
-    singles = refitted_singles(pool, scores, judge)
+    singles = refitted_singles(pool, scores, judge, looks_long=in_any_form)
     if singles and all(h.has_idle_effect for h in singles):
         # What stood in for those without a tangent kept others out, and they do nothing.
         singles = refitted_singles(pool, with_tangents(scores), judge)

@@ -24,7 +24,7 @@ _NEAR = 10.0
 
 
 def refitted_singles(
-    pool: RefitPool, scores: Screen, judge: Judge | None = None
+    pool: RefitPool, scores: Screen, judge: Judge | None = None, *, looks_long: bool = True
 ) -> list[Hypothesis]:
     """Refit the effects that their scores speak for, one at a time; best first.
 
@@ -32,8 +32,11 @@ def refitted_singles(
         pool: who refit, and what the nominal model is.
         scores: of all candidates.
         judge: see `finished`.
+        looks_long: whether effects that take long are among them beside others that do not.
     """
     listed = shortlist(scores, is_measured=pool.nominal.is_measured)
+    if not looks_long:
+        listed = [s for s in listed if not s.candidate.effect.needs_long_look] or listed
     whole = [score for score in listed if _fuller(score, listed) is None]
     parts = [score.candidate for score in listed if _fuller(score, listed) is not None]
     quick = [score for score in whole if not score.candidate.effect.needs_long_look]

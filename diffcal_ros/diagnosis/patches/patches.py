@@ -270,12 +270,26 @@ def averaged_by_cell(
         nothing = np.zeros(0)
         empty = np.zeros((0, jacobian.shape[1]))
         return nothing, empty, np.zeros((0, 2)), np.zeros(0, dtype=np.int64), nothing
-    cells, indices, counts = np.unique(numbers, return_inverse=True, return_counts=True)
     columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian])
+    cells, sums, totals = sums_by_cell(columns, numbers, weights)
+    enough = totals >= least
+    means = sums[enough] / totals[enough, None]
+    return means[:, 0], means[:, 3:], means[:, 1:3], cells[enough], totals[enough]
+
+
+def sums_by_cell(
+    columns: FloatArray, numbers: IntArray, weights: FloatArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return all cells, ascending, shape (n,), weighted sums over each, (n, k), and weights, (n,).
+
+    Args:
+        columns: what is summed, shape (M, k).
+        numbers: cell of each row, shape (M,).
+        weights: of each row, shape (M,).
+    """
+    cells, indices, counts = np.unique(numbers, return_inverse=True, return_counts=True)
     totals: FloatArray = np.bincount(indices, weights).astype(np.float64)
     order = np.argsort(indices, kind='stable')
     ends = np.concatenate([[0], np.cumsum(counts)])
     sums = csr_array((weights[order], order, ends), shape=(len(cells), len(numbers))) @ columns
-    enough = totals >= least
-    means = sums[enough] / totals[enough, None]
-    return means[:, 0], means[:, 3:], means[:, 1:3], cells[enough], totals[enough]
+    return cells, np.asarray(sums), totals

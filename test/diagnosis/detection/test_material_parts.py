@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection import rectangles
-from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps
+from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps, with_jumps
 from diffcal_ros.diagnosis.detection.material_parts import _that_pay, as_stretches, find_parts
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
@@ -168,6 +168,29 @@ def test_what_is_seen_beside_a_jump_is_what_a_fit_with_both_leaves(random):
     found, left = pair.heights()
     np.testing.assert_allclose(found, heights, rtol=1e-9)
     assert left == pytest.approx(whole, rel=1e-9)
+
+
+def test_what_has_one_number_is_beyond_the_same_jumps(random):
+    places = random.uniform((-0.1, -1.1, -1.1), 1.1, size=(4000, 3))
+    # Some lie just where a limit does, which is not beyond it.
+    places[::3, 0] = random.choice(rectangles.ALONG, size=len(places[::3]))
+    places[1::3, 2] = random.choice(rectangles.FROM[1:], size=len(places[1::3]))
+    jumps, numbers = rectangles.jumps_of(places), rectangles.numbers_of(places)
+    _, firsts, own = np.unique(numbers, return_index=True, return_inverse=True)
+    np.testing.assert_array_equal(jumps, jumps[firsts][own])
+    assert len(firsts) < 0.9 * len(places)
+
+
+def test_pixels_that_are_alike_may_be_taken_together():
+    evaluator, nominal = fit_nominal(_scene(), _seen(), None)
+    plain = with_jumps(evaluator, nominal, rectangles.jumps_of)
+    quick = with_jumps(evaluator, nominal, rectangles.jumps_of, rectangles.numbers_of)
+    depths = [(one, other) for one, other in zip(plain, quick, strict=True) if one.kind == 'depth']
+    assert len(depths) == len(_seen())
+    for one, other in depths:
+        found = one.patches.jacobian[:, -rectangles.jumps_of(np.zeros((1, 3))).shape[1] :]
+        assert ((found > 0.0) & (found < 1.0)).any(axis=1).all()
+        np.testing.assert_allclose(other.patches.jacobian, one.patches.jacobian, atol=1e-12)
 
 
 @pytest.mark.parametrize('way', [0, 1])

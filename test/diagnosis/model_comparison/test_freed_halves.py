@@ -105,7 +105,7 @@ def test_of_what_cannot_matter_no_form_is_asked(screened, tilt, monkeypatch, in_
         asked.append('others')
         return []
 
-    monkeypatch.setattr(selection, 'refitted_singles', lambda *_: [tilt])
+    monkeypatch.setattr(selection, 'refitted_singles', lambda *_, **__: [tilt])
     monkeypatch.setattr(selection, 'with_those_freed', freed)
     monkeypatch.setattr(selection, 'others_in_any_form', others)
     pool = RefitPool(evaluator, nominal)

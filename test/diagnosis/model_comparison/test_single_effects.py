@@ -11,6 +11,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.shortlist import shortlist
+from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest
 
@@ -53,6 +54,28 @@ def test_a_variant_with_fewer_amplitudes_is_refitted_only_where_it_may_win(
     assert (off < 0.5 * errors).all()
     assert found[(part,)].fit.evaluations > 0
     assert told[(part,)].fit.evaluations == 0
+
+
+@pytest.mark.parametrize('looks_long', [True, False])
+def test_what_takes_long_is_looked_at_where_a_name_may_be_given(screened, monkeypatch, looks_long):
+    evaluator, nominal, scores = screened
+    listed = {s.candidate.identifier for s in shortlist(scores, is_measured=True)}
+    assert {'gravity_tilt', 'clamp_offset'} <= listed
+    monkeypatch.setattr(type(EFFECTS['clamp_offset']), 'needs_long_look', True)
+    pool = _Pool(evaluator, nominal)
+    refitted_singles(pool, scores, looks_long=looks_long)
+    asked = {candidate.identifier for added in pool.asked for candidate in added}
+    assert 'gravity_tilt' in asked
+    assert ('clamp_offset' in asked) is looks_long
+
+
+def test_what_takes_long_is_looked_at_where_nothing_else_is_left(too_far, scores, monkeypatch):
+    assert {s.candidate.identifier for s in shortlist(scores, is_measured=True)} == {
+        'depth_affine'
+    }
+    monkeypatch.setattr(type(EFFECTS['depth_affine']), 'needs_long_look', True)
+    found = refitted_singles(RefitPool(*too_far), scores, looks_long=False)
+    assert {h.added[0].identifier for h in found} == {'depth_affine'}
 
 
 def test_half_of_a_pair_is_tried_where_it_may_come_farther_than_alone(too_far, variants):
