@@ -24,7 +24,8 @@ from diffcal_ros.diagnosis.model_comparison.settled_parts import settled_parts
 from diffcal_ros.diagnosis.model_comparison.settled_spots import settled_spots
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
-from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
+from diffcal_ros.diagnosis.patches.make_evaluator import make_patch_evaluator
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.effects import bands
 from diffcal_ros.effects.registry import boundary_effects, edge_effect
 from diffcal_ros.effects.surface_parts import parts_of, SeenPart, SurfacePart

@@ -11,8 +11,9 @@ from diffcal_ros.diagnosis.borders_seen import with_borders_seen
 from diffcal_ros.diagnosis.detection.material_boundary import with_material_boundary
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
+from diffcal_ros.diagnosis.patches.make_evaluator import make_patch_evaluator
 from diffcal_ros.diagnosis.patches.noise_model import noise_of
-from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator, PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
 from diffcal_ros.diagnosis.patches.rigid_reference import with_fixture_offset
 from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
 from diffcal_ros.diagnosis.screening.candidates import candidates

@@ -12,7 +12,7 @@ overlap both do. Where a map of `spots` is stated, that is the part, and there i
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from diffcal_ros.effects import bands, spots
 from diffcal_ros.effects.spots import Spots
@@ -55,6 +55,11 @@ def setting_limits(name: str) -> tuple[float, float]:
     return (-_MOST_TIMES, _MOST_TIMES) if name in _TIMES else (0.0, 1.0)
 
 
+def no_limits() -> FloatArray:
+    """Return limits of what has all the width, see `SurfacePart`, shape (2, 2)."""
+    return np.array([[-np.inf, np.inf]] * 2)
+
+
 @dataclass(frozen=True)
 class SurfacePart:
     """A part of the surface.
@@ -71,7 +76,7 @@ class SurfacePart:
 
     begin: float
     end: float
-    limits: FloatArray
+    limits: FloatArray = field(default_factory=no_limits)
     times: float = 1.0
     slants: tuple[float, float] = (0.0, 0.0)
 

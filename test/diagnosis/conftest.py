@@ -7,7 +7,7 @@ from diffcal_ros.calibration.settings import CalibrationSettings
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import refit
-from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator
+from diffcal_ros.diagnosis.patches.make_evaluator import make_patch_evaluator
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 import pytest

@@ -80,7 +80,7 @@ def _is_seen(evaluator: PatchEvaluator, nominal: Refit, at: float) -> bool:
     They tell where what else is missing leaves more on the patches than a border does.
     """
     views = seen_places(evaluator, nominal.coordinates)
-    beyond_it = placed_by_pixels(views, SurfacePart(at, 1.0, np.array([[-np.inf, np.inf]] * 2)))
+    beyond_it = placed_by_pixels(views, SurfacePart(at, 1.0))
     return are_parts(views, [beyond_it])
 
 

@@ -7,7 +7,7 @@ across, with signs: what any such part explains is known from the inner products
 """
 
 from diffcal_ros.diagnosis.detection.depth_discontinuity import explained, Jumps
-from diffcal_ros.effects.surface_parts import SurfacePart
+from diffcal_ros.effects.surface_parts import no_limits, SurfacePart
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,7 +55,7 @@ def best_rectangle(jumps: Jumps) -> tuple[SurfacePart, FloatArray, float]:
     way = int(np.argmax([own.max() for own in worth]))
     best = int(worth[way].argmax())
     begin, end, low, high = tried[best]
-    limits = np.array([[-np.inf, np.inf]] * 2)
+    limits = no_limits()
     limits[way] = interval(low, high)
     signs = np.zeros(2 * _COUNT + 1)
     for sign, place in _corners(way, tried[best]):

@@ -90,10 +90,10 @@ def is_sharp(views: Views, part: SurfacePart) -> bool:
 
 def are_parts(views: Views, parts: Sequence[SurfacePart]) -> bool:
     """Tell whether all poses show parts, and sharp ones."""
-    return go_along(views, parts, LEAST_OF_HEIGHT) and all(is_sharp(views, own) for own in parts)
+    return _go_along(views, parts) and all(is_sharp(views, own) for own in parts)
 
 
-def go_along(views: Views, parts: Sequence[SurfacePart], least: float) -> bool:
+def _go_along(views: Views, parts: Sequence[SurfacePart]) -> bool:
     """Tell whether each view in which a part and what is no part are seen shows it, of all parts.
 
     What is before a body, or before the camera, is somewhere else on it in another pose.
@@ -101,7 +101,6 @@ def go_along(views: Views, parts: Sequence[SurfacePart], least: float) -> bool:
     Args:
         views: residuals and places of pixels.
         parts: of the surface.
-        least: share of its usual height that a view has to show of each.
     """
     heights = np.array([_heights_in(residuals, at, parts) for residuals, at in views])
     shown = np.isfinite(heights)
@@ -109,7 +108,7 @@ def go_along(views: Views, parts: Sequence[SurfacePart], least: float) -> bool:
     if (shown.sum(axis=0) < 2).any():
         return False
     usual = np.nanmedian(heights, axis=0)
-    return bool((heights / usual > least)[shown].all())
+    return bool((heights / usual > LEAST_OF_HEIGHT)[shown].all())
 
 
 def _heights_in(

@@ -35,7 +35,6 @@ _NEAR_PLACE, _NEAR_SLANT = 0.04, 0.1
 # What each of its two numbers has to explain of chi-square, see `material_bands`: it was chosen
 # among so many places and slants.
 _PRICE = 2.0 * np.log(len(BORDERS)) + 2.0 * np.log(2 * (4 * len(_STEEP) + 1))
-_WHOLE = np.array([[-np.inf, np.inf]] * 2)
 
 
 def find_slanted_border(
@@ -93,7 +92,7 @@ def _best_of(
 
 def _part(border: FloatArray) -> SurfacePart:
     at, *slants = border.tolist()
-    return SurfacePart(at, 1.0, _WHOLE, slants=(slants[0], slants[1]))
+    return SurfacePart(at, 1.0, slants=(slants[0], slants[1]))
 
 
 def _beyond_each(borders: FloatArray, places: FloatArray) -> FloatArray:

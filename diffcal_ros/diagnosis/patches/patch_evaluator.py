@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything that is measured about one set of parameters, patch by patch and view by view."""
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,19 +18,14 @@ from diffcal_ros.calibration.residuals.robust_residual import (
     Reach,
     ViewComparer,
 )
-from diffcal_ros.diagnosis.patches.boundary_strip import BoundaryStrip, knows_boundary
+from diffcal_ros.diagnosis.patches.boundary_strip import BoundaryStrip
 from diffcal_ros.diagnosis.patches.discretisation_error import (
     DiscretisationError,
     find_discretisation_error,
 )
 from diffcal_ros.diagnosis.patches.noise_model import noise_of, NoiseModel
-from diffcal_ros.diagnosis.patches.patch_group import (
-    PatchGroup,
-    PatchName,
-    report_part,
-    strange_patches,
-)
-from diffcal_ros.diagnosis.patches.patches import cell_size, depth_patches, edge_patches, Patches
+from diffcal_ros.diagnosis.patches.patch_group import PatchGroup, PatchName, report_part
+from diffcal_ros.diagnosis.patches.patches import depth_patches, edge_patches, Patches
 from diffcal_ros.diagnosis.patches.rigid_reference import make_references, RigidReference
 from diffcal_ros.diagnosis.patches.roughness import measured_noises
 from diffcal_ros.diagnosis.patches.smooth_error import with_smooth_error
@@ -379,23 +373,3 @@ def _put_together(
         noises,
         BoundaryStrip(model, comparers) if has_strip else None,
     )
-
-
-def make_patch_evaluator(model: ForwardModel, coordinates: FloatArray) -> PatchEvaluator:
-    """Prepare to evaluate patches around a nominal fit."""
-    comparers = make_comparers(model)
-    discretisation_error = find_discretisation_error(model, coordinates)
-    views = model.views(coordinates)
-    pixels = [int(np.isfinite(view.trace.depth).sum()) for view in views]
-    frames = max(Counter(pose_owners(model.observations)).values())
-    cell = cell_size(int(np.median(pixels)), frames)
-    evaluator = PatchEvaluator(
-        model,
-        comparers,
-        discretisation_error,
-        cell,
-        references=make_references(model),
-        strip=BoundaryStrip(model, comparers) if knows_boundary(model.scene) else None,
-    )
-    evaluator = evaluator.without(strange_patches(evaluator.groups(coordinates)))
-    return evaluator.with_measured_noise(coordinates)

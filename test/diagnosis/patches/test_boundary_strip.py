@@ -8,7 +8,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.robust_residual import make_comparers, Reach
 from diffcal_ros.diagnosis.patches.boundary_strip import BoundaryStrip, knows_boundary
-from diffcal_ros.diagnosis.patches.patch_evaluator import make_patch_evaluator
+from diffcal_ros.diagnosis.patches.make_evaluator import make_patch_evaluator
 from diffcal_ros.scene.model import Scene
 import numpy as np
 import pytest
