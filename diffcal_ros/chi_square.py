@@ -17,6 +17,6 @@ def chance_beyond(chi_square: ArrayLike, freedom: float) -> NDArray[np.float64]:
     return np.asarray(chdtrc(freedom, np.maximum(chi_square, 0.0)))
 
 
-def exceeded_with(chance: float, freedom: int) -> float:
+def exceeded_with(chance: float, freedom: float) -> float:
     """Return the sum of squares that is exceeded with such a chance."""
     return float(chdtri(freedom, chance))

@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from diffcal_ros.chi_square import exceeded_with
 from diffcal_ros.diagnosis.detection.disagreement import ALPHA
 from diffcal_ros.diagnosis.model_comparison.absence import differing_by_pose, has_doubtful_effect
 from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
@@ -42,7 +43,8 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
 )
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.model_comparison.swapped_pairs import with_swapped
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patch_fits.refit import AS_NOISE
+from diffcal_ros.diagnosis.patches.whitened import independent_count, Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
 import numpy as np
@@ -142,9 +144,8 @@ class Selection:
             if not has_others:
                 return told / self.noise_scale > _HELD_OUT_GAIN
             whole = two.level - one.level + told
-            # What is left below the floor is noise, and none of it is more than another.
-            floor = patch_gap(two.fit.groups, Part.REPORT).whole_floor
-            is_as_near = two.judged.left <= max(one.judged.left, floor)
+            # What may be noise is, and none of it is more than another.
+            is_as_near = two.judged.left <= max(one.judged.left, _most_noise(two))
             return is_as_near and whole / self.noise_scale > PAIR_GAIN
         # A form so far from the library's goes between the patches that were fitted.
         fits = (one.fit, two.fit)
@@ -167,6 +168,16 @@ class Selection:
             and not (h.is_at_bound or h.has_absent_amplitude)
         ]
         return max(variants, key=lambda h: h.amplitude_count, default=leader)
+
+
+def _most_noise(model: Hypothesis) -> float:
+    """Return what noise alone hardly leaves more of on held-out patches [m], root mean square.
+
+    Floors are what is to be expected: of noise as large half of all draws leave more.
+    """
+    count = independent_count(model.fit.groups, Part.REPORT)
+    floor = patch_gap(model.fit.groups, Part.REPORT).whole_floor
+    return floor * float(np.sqrt(exceeded_with(AS_NOISE, count) / count))
 
 
 @dataclass(frozen=True)

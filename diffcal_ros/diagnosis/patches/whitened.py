@@ -126,6 +126,17 @@ def whiten(
     )
 
 
+def independent_count(groups: Sequence[PatchGroup], part: Part) -> float:
+    """Return how many independent patches tell as much of how large noise is as the body's do.
+
+    Neighbours, and poses, have errors in common (Satterthwaite, *An approximate distribution of
+    estimates of variance components*, Biometrics Bulletin 2, 1946).
+    """
+    recordings = [_recording(own, part, 0.0) for own in _recordings(of_the_body(groups))]
+    covariance = _all_together(recordings).covariance
+    return float(np.trace(covariance) ** 2 / np.square(covariance).sum())
+
+
 def precision_of(groups: Sequence[PatchGroup]) -> FloatArray:
     """Return the inverse covariance of all patches, in the order of the groups [1/m^2], (n, n).
 

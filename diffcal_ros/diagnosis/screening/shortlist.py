@@ -33,13 +33,13 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
     for score in scores.scores:
         best.setdefault(score.candidate.identifier, []).append(score)
     gains = {name: max(score.gain for score in listed) for name, listed in best.items()}
+    by_pose = {name: max(score.gain_by_pose for score in own) for name, own in best.items()}
     least = _LEAST_GAIN * max(gains.values(), default=0.0)
+    # What is another one in each pose is not seen as one that is the same in all.
+    in_any = {name: max(gain, by_pose[name]) for name, gain in gains.items()}
     first = list(best)[:_FIRST]
-    wanted = list(first)
-    for identifier in first:
-        wanted.extend(twin for twin in EFFECTS[identifier].twins if gains.get(twin, 0.0) > least)
-    chosen = [name for name in dict.fromkeys(wanted) if name in best][:_LAST]
-    chosen = [name for name in chosen if gains[name] > least]
+    wanted = [*first, *(twin for name in first for twin in EFFECTS[name].twins)]
+    chosen = [name for name in dict.fromkeys(wanted) if in_any.get(name, 0.0) > least][:_LAST]
     # What stands in for an effect does so badly where that does much.
     chosen += [
         name
@@ -48,8 +48,7 @@ def shortlist(scores: Screen, *, is_measured: bool) -> list[Score]:
         and gain > _LEAST_WITHOUT_TANGENT * least
         and name not in chosen
     ]
-    # What is another one in each pose is not seen as one that is the same in all.
-    chosen += [name for name, listed in best.items() if _leads_by_pose(listed, least)]
+    chosen += [name for name, gain in by_pose.items() if gain > max(2.0 * least, 0.0)]
     chosen = list(dict.fromkeys(chosen))
     variants = {name: _variants(best[name]) for name in chosen}
     most = {name: max(map(_amplitude_count, listed)) for name, listed in variants.items()}
@@ -82,11 +81,6 @@ def other_kinds(
         if not score.candidate.effect.has_tangent and score.gain > least:
             first.setdefault(score.candidate.components, score)
     return [score for kind, score in first.items() if kind not in known]
-
-
-def _leads_by_pose(scores: Sequence[Score], least: float) -> bool:
-    """Tell whether an effect may explain enough with amplitudes of its own in each pose."""
-    return max(score.gain_by_pose for score in scores) > max(2.0 * least, 0.0)
 
 
 def _amplitude_count(score: Score) -> int:

@@ -13,7 +13,8 @@ from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import Explained
 from diffcal_ros.diagnosis.model_comparison.selection import _believable_first, Selection
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patch_fits.refit import AS_NOISE
+from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, precision_of
 import numpy as np
 import pytest
 from support.judged_models import refitted_with
@@ -312,12 +313,30 @@ def test_cells_need_not_ask_for_a_second_effect_that_other_poses_do(
 def test_a_second_effect_comes_no_less_near_where_nothing_was_fitted(
     selection, of_one, left, is_needed
 ):
-    """What is left below the floor is noise, and no less near than what is left of it."""
-    floor = patch_gap(selection.pairs[0].fit.groups, Part.REPORT).whole_floor
+    """What may be noise is no less near than what is left of it."""
+    most = selection_module._most_noise(selection.pairs[0])
     one = selection.singles[0]
-    one = replace(one, judged=replace(one.judged, left=of_one * floor))
-    told = _told(replace(selection, singles=(one,)), 10.0, -1.0, left * floor)
+    one = replace(one, judged=replace(one.judged, left=of_one * most))
+    told = _told(replace(selection, singles=(one,)), 10.0, -1.0, left * most)
     assert (told.best is told.pairs[0]) == is_needed
+
+
+def test_noise_hardly_leaves_more_than_the_most_of_it(selection, random):
+    """Floors are what is to be expected: noise of that size is above them in half of all draws."""
+    model = selection.pairs[0]
+    groups = [own for own in model.fit.groups if not own.is_rigid and own.patches.standing is None]
+    assert len(groups) == len(model.fit.groups) == 2
+    fit = replace(model.fit, groups=groups)
+    covariance = np.linalg.inv(precision_of(groups))
+    chosen = np.flatnonzero(np.concatenate([own.is_report for own in groups]))
+    noise = covariance[np.ix_(chosen, chosen)]
+    drawn = random.multivariate_normal(np.zeros(len(chosen)), noise, size=20_000)
+    left = np.sqrt(np.square(drawn).mean(axis=1))
+    floor = patch_gap(groups, Part.REPORT).whole_floor
+    assert np.sqrt(np.square(left).mean()) == pytest.approx(floor, rel=0.02)
+    most = selection_module._most_noise(replace(model, fit=fit))
+    assert (left > floor).mean() > 0.3
+    assert (left > most).mean() == pytest.approx(AS_NOISE, abs=0.03)
 
 
 def test_one_and_two_effects_are_compared_where_both_look(selection):

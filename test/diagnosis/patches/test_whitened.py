@@ -7,7 +7,7 @@ from dataclasses import replace
 from diffcal_ros.diagnosis.patches.noise_model import CommonError, kernel
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.patches.whitened import excess_over, Part, whiten
+from diffcal_ros.diagnosis.patches.whitened import excess_over, independent_count, Part, whiten
 import numpy as np
 import pytest
 
@@ -140,3 +140,26 @@ def test_being_far_off_adds_to_the_log_determinant():
     # By the squares alone the one that is farther off would be the likelier one.
     assert loose.chi_square < 0.7 * held.chi_square
     assert loose.chi_square + loose.tolerance > 1.1 * held.chi_square
+
+
+@pytest.mark.parametrize('standing', [0.0, 2.0])
+def test_the_size_of_noise_scatters_as_that_of_so_many_independent_patches(standing, random):
+    groups, _, _ = _uneven(standing)
+    covariance = np.zeros((14, 14))
+    for view, own in enumerate(groups):
+        rows = slice(7 * view, 7 * view + 7)
+        covariance[rows, rows] = own.patches.covariance
+    # What stands in all images is the same at the same place of each.
+    centers = np.concatenate([own.patches.centers for own in groups])
+    covariance += CommonError(np.full(14, standing), 80.0).covariance(centers)
+    count = independent_count(groups, Part.ALL)
+    assert 1.0 < count < 14.0
+    drawn = random.multivariate_normal(np.zeros(14), covariance, size=200_000)
+    squares = np.square(drawn).mean(axis=1)
+    assert 2.0 * squares.mean() ** 2 / squares.var() == pytest.approx(count, rel=0.03)
+
+
+def test_patches_that_share_nothing_count_one_each():
+    assert independent_count([group(np.zeros(9))], Part.REPORT) == pytest.approx(9.0)
+    rigid = replace(group(np.zeros(5)), is_rigid=True)
+    assert independent_count([group(np.zeros(9)), rigid], Part.REPORT) == pytest.approx(9.0)

@@ -77,3 +77,17 @@ def test_what_is_another_one_in_each_pose_is_looked_at_too():
     found = listed(stiffer, slips, still)
     assert ('clamp_offset', SHIFT + TURN) in found
     assert ('camera_offset', SHIFT + TURN) not in found
+
+
+def test_a_twin_is_looked_at_by_what_it_explains_pose_by_pose():
+    """A camera that is bumped before the last pose, of which a clamp's offset explains some."""
+    clamp = score('clamp_offset', SHIFT, 36.2, 93.7)
+    bumped = score('camera_offset', SHIFT, -4.9, 19.4, 75.5)
+    others = [
+        score(name, ('one',), -1.0 - number, 2.0)
+        for number, name in enumerate(('added_mass', 'stiffness_contrast', 'gravity_tilt'))
+    ]
+    # No twin of any of the first four, it would have to explain as much as the best twice over.
+    far = score('depth_bias_by_region', ('bias',), -6.0, 19.4, 75.5)
+    found = listed(clamp, bumped, far, *others)
+    assert found == {('clamp_offset', SHIFT), ('camera_offset', SHIFT)}
