@@ -26,7 +26,7 @@ _CLOSED = (
     *('fourteenth', 'fifteenth', 'sixteenth', 'seventeenth', 'eighteenth', 'nineteenth'),
     *('twentieth', 'twentyfirst', 'twentysecond', 'twentythird', 'twentyfourth', 'twentyfifth'),
     *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst'),
-    *('thirtysecond', 'thirtythird', 'thirtyfourth', 'thirtyfifth', 'swing_set'),
+    *('thirtysecond', 'thirtythird', 'thirtyfourth', 'thirtyfifth', 'thirtysixth', 'swing_set'),
     *(
         'swings_two',
         'swings_three',
