@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.blind_rigs import drawn_rig
+from support.blind_rigs import check_spread, drawn_rig
 import yaml
 
 from benchmarks.blind.amplitudes import LIBRARY, OUTSIDE_CLASS
@@ -29,7 +29,6 @@ from benchmarks.blind.other_sets import list_other_cases, rig_label
 from benchmarks.blind.other_sizes import laid, scaled, sized, smaller, wanted_change
 from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.rotations import applied
-from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.scene_file import extra_text, scene_text
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.simulation import make_specimen
@@ -68,11 +67,7 @@ def test_a_set_has_its_cases_and_their_names_tell_nothing() -> None:
 def test_bodies_sensors_laws_and_poses_are_spread() -> None:
     for kinds in (('clean',), ('form', 'pair', 'outside')):
         own = [case for case in CASES if case.kind in kinds]
-        for name, every in (('family', OTHER_FAMILIES), ('sensor', DRAWN), ('law', LAWS)):
-            counts = Counter(getattr(case, name) for case in own)
-            assert set(counts) == set(every)
-            assert max(counts.values()) <= 1.6 * len(own) / len(every) + 1.0
-        assert {case.poses for case in own} == {2, 3, 4, 5, 6}
+        check_spread(own, OTHER_FAMILIES, {2, 3, 4, 5, 6})
 
 
 def test_each_effect_is_there_twice_in_two_sizes_on_two_bodies() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.blind_rigs import drawn_rig
+from support.blind_rigs import check_spread, drawn_rig
 import yaml
 
 from benchmarks.blind.amplitudes import LIBRARY, OUTSIDE_CLASS
@@ -21,9 +21,7 @@ from benchmarks.blind.other_ranges import RANGES_34
 from benchmarks.blind.other_rigs import OtherSetup, rests_of, sees_all
 from benchmarks.blind.other_sets import list_other_cases, OTHER_SETS, rig_label
 from benchmarks.blind.other_sizes import laid
-from benchmarks.blind.rubber import LAWS
 from benchmarks.blind.scene_file import extra_text, scene_text
-from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.thirtyfifth_forms import RANGES_35, wanted_change_35
 from benchmarks.blind.thirtysixth_forms import RANGES_36
@@ -67,11 +65,7 @@ def test_a_salt_tells_where_effects_are_and_on_which_bodies() -> None:
 
 
 def test_bodies_sensors_laws_and_poses_are_spread() -> None:
-    for name, every in (('family', LATER_FAMILIES), ('sensor', DRAWN), ('law', LAWS)):
-        counts = Counter(getattr(case, name) for case in CASES)
-        assert set(counts) == set(every)
-        assert max(counts.values()) <= 1.6 * len(CASES) / len(every) + 1.0
-    assert {case.poses for case in CASES} == {2, 3, 4, 5}
+    check_spread(CASES, LATER_FAMILIES, {2, 3, 4, 5})
 
 
 def test_each_effect_is_there_on_bodies_it_makes_sense_on() -> None:

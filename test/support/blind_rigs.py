@@ -2,16 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rigs of bodies of other kinds than bars: drawn ones, and those in which they hang level."""
 
+from collections import Counter
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 
+from benchmarks.blind.cases import Case
 from benchmarks.blind.faults import Faults
 from benchmarks.blind.other_bodies import OtherShape
 from benchmarks.blind.other_rigs import draw_other_setup, OtherSetup, UnfitError
 from benchmarks.blind.rotations import rigid
-from benchmarks.blind.rubber import Rubber
-from benchmarks.blind.sensor import lidar
+from benchmarks.blind.rubber import LAWS, Rubber
+from benchmarks.blind.sensor import DRAWN, lidar
 from benchmarks.blind.setups import Camera, GRAVITY, Observation
 from benchmarks.blind.simulation import make_specimen, settle
 
@@ -67,3 +70,18 @@ def largest_move(shape: OtherShape, refinement: float) -> float:
     specimen = make_specimen(setup, Faults(), refinement)
     rest = settle(specimen, setup, setup.observations[0], Faults())
     return float(np.linalg.norm(rest - specimen.mesh.nodes, axis=1).max())
+
+
+def check_spread(cases: Sequence[Case], families: Collection[str], poses: set[int]) -> None:
+    """Check that cases are of all bodies, sensors and laws about as often, and of some poses.
+
+    Args:
+        cases: of a set.
+        families: of its bodies.
+        poses: how many of them cases have.
+    """
+    for name, every in (('family', families), ('sensor', DRAWN), ('law', LAWS)):
+        counts = Counter(getattr(case, name) for case in cases)
+        assert set(counts) == set(every)
+        assert max(counts.values()) <= 1.6 * len(cases) / len(every) + 1.0
+    assert {case.poses for case in cases} == poses

@@ -189,6 +189,7 @@ def _moved_along(views: Sequence[_Smoothed], way: PictureEdge) -> _Offer:
     steps = [view.steps(way, places) for view, places in zip(views, offered, strict=True)]
     heights = np.concatenate([_HEIGHTS, -_HEIGHTS])[:, None]
     gains = [2.0 * heights * own.pulls - heights**2 * own.sizes for own in steps]
-    best = int(np.sum([own.max(axis=1) for own in gains], axis=0).argmax())
+    wholes = np.sum([own.max(axis=1) for own in gains], axis=0)
+    best = int(wholes.argmax())
     places = [float(own[gain[best].argmax()]) for own, gain in zip(offered, gains, strict=True)]
-    return float(sum(gain[best].max() for gain in gains)), way, tuple(places)
+    return float(wholes[best]), way, tuple(places)
