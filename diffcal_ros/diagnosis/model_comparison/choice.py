@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.diagnosis.model_comparison.absence import differing_by_pose, has_needless_effect
+from diffcal_ros.diagnosis.model_comparison.as_good_alone import as_good_alone
 from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, FORM_DOUBT, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.owed_to_poses import owed_to_poses
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
@@ -85,7 +86,7 @@ def choose(selection: Selection, evaluator: PatchEvaluator, nominal: Refit) -> C
     alike = [best.identifiers, *(key for key in others if key in near), *sorted(short)]
     first, near_first = selection.singles[0].identifiers[0], set[str]()
     if len(best.added) > 1:
-        near_first = _as_good_alone(selection, as_well) - set(best.identifiers)
+        near_first = _as_good_in_its_place(selection, best, as_well)
         alike += [(name,) for name in near_first]
     if selection.rival is not None:
         # One effect or two others: no recording at hand tells.
@@ -134,13 +135,22 @@ def _confidence(
     return min(share / sum(weights.values()), least)
 
 
-def _as_good_alone(selection: Selection, as_well: float) -> set[str]:
-    """Return the single effects that explain the data about as well as the best one."""
-    best = selection.singles[0]
-    if selection.best is None or best.identifiers[0] not in selection.best.identifiers:
-        return set()  # Neither is a part of what explains more.
-    least = best.level - as_well * selection.noise_scale - FORM_DOUBT * best.leaning
-    return {h.identifiers[0] for h in selection.singles if h.level > least and not h.is_at_bound}
+def _as_good_in_its_place(selection: Selection, best: Hypothesis, as_well: float) -> set[str]:
+    """Return what may be there in place of the best single effect, which is a part of a pair.
+
+    Alone it explains about as much. Where it was refitted beside the other one, what that came to
+    tells, and not this.
+    """
+    first = selection.singles[0].identifiers[0]
+    if first not in best.identifiers:
+        return set()  # It is no part of what explains more.
+    others, known = set(best.identifiers) - {first}, {own.identifiers for own in selection.pairs}
+    found = as_good_alone(selection.singles, as_well * selection.noise_scale)
+    return {
+        name
+        for name in found - set(best.identifiers)
+        if tuple(sorted([name, *others])) not in known
+    }
 
 
 def _better_if_more(models: Sequence[Hypothesis], best: Hypothesis) -> set[tuple[str, ...]]:

@@ -6,11 +6,15 @@ Alone a camera that may be elsewhere, whatever its lens, follows what a wrong bi
 clamp that gives way do together, better than either of the two. A second effect beside it is the
 clamp then, and the camera stays, for pairs are looked for around the best single effects. With the
 clamp known, and all parameters where that leaves them, the bias explains as much.
+
+And alone two effects may explain about as much, of which beside a second one only one does: either
+is fitted beside it, for tangents far from where a pair ends promise what they do not keep.
 """
 
 from collections.abc import Sequence
 
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.as_good_alone import as_good_alone
+from diffcal_ros.diagnosis.model_comparison.hypothesis import AS_WELL, Hypothesis
 from diffcal_ros.diagnosis.model_comparison.kept_of_pairs import freed_of, scores_beside
 from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
@@ -50,7 +54,7 @@ def with_swapped(
         (dropped,) = (own for own in best.added if own is not kept)
         requests += [
             _request(best, kept, score, singles)
-            for score in _in_its_place(pool, best, kept, dropped, listed)
+            for score in _in_its_place(pool, best, kept, dropped, listed, singles)
             if _names(kept, score.candidate) not in known
         ]
     return with_more(pool, pairs, requests, singles, judge)
@@ -62,18 +66,31 @@ def _in_its_place(
     kept: Candidate,
     dropped: Candidate,
     listed: Sequence[Candidate],
+    singles: Sequence[Hypothesis],
 ) -> list[Score]:
-    """Return what explains about as much beside one effect of a pair as the other one does."""
+    """Return what explains about as much beside one effect of a pair as the other one does.
+
+    Or did so alone, where that other one was the best.
+    """
     others = [own for own in listed if own.identifier != kept.identifier]
     found = distinct(scores_beside(pool.nominal, pool.base, best, kept, others))
     least = next((s for s in found if s.candidate.identifier == dropped.identifier), None)
-    if least is None or least.log_evidence <= 0.0:
-        return []
-    return [
-        score
-        for score in found
-        if score is not least and score.log_evidence > _AS_MUCH * least.log_evidence
-    ][:_MOST]
+    found = [score for score in found if score is not least]
+    promising = list[Score]()
+    if least is not None and least.log_evidence > 0.0:
+        enough = _AS_MUCH * least.log_evidence
+        promising = [score for score in found if score.log_evidence > enough][:_MOST]
+    alone = _as_good_as(dropped, singles)
+    more = [score for score in found if score.candidate.identifier in alone]
+    return [*promising, *(score for score in more if score not in promising)]
+
+
+def _as_good_as(dropped: Candidate, singles: Sequence[Hypothesis]) -> set[str]:
+    """Return what explained about as much alone as an effect that explained most."""
+    if not singles or singles[0].identifiers != (dropped.identifier,):
+        return set()
+    scale = max(1.0, singles[0].chi_square_per_patch)
+    return as_good_alone(singles, AS_WELL * scale) - {dropped.identifier}
 
 
 def _request(

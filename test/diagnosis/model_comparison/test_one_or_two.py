@@ -173,6 +173,11 @@ def test_what_is_as_good_as_the_first_alone_is_told_beside_a_pair(screened, tilt
     assert choice.hypothesis is two
     assert choice.alike == ('depth_affine', 'gravity_tilt', 'rest_curvature')
     assert choice.confidence <= 0.5
+    # Where it was refitted beside the second one, too, that tells.
+    for level, alike in ((-200.0, two.identifiers), (-82.0, (*two.identifiers, 'rest_curvature'))):
+        other = _judged(refitted_with(screened, 'rest_curvature', 'depth_affine'), level, noise)
+        choice = choose(replace(selection, pairs=(two, other)), *screened[:2])
+        assert choice.alike == alike
 
 
 def test_of_two_effects_one_may_be_sure_and_the_other_one_not(screened, tilted):

@@ -6,12 +6,14 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison import pair_search
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
+from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.patches.patch_group import rows_of
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import numpy as np
 import pytest
+from support.judged_models import refitted_with, with_judgement
 
 
 class _Pool:
@@ -67,6 +69,70 @@ def test_beside_an_effect_that_leaves_noise_only_what_may_add_enough_is_tried(
     other = replace(one, fit=replace(one.fit, log_evidence=5e3 + 1e3))
     pair_search.best_pairs(pool, [best, other], scores, None)
     assert (len(pool.asked) == 0) == leaves_noise
+
+
+@pytest.mark.parametrize('leaves_noise', [True, False])
+def test_beside_one_that_leaves_more_in_any_form_promises_are_not_believed(screened, leaves_noise):
+    evaluator, nominal, scores = screened
+    score = next(s for s in scores.scores if s.candidate.identifier == 'depth_affine')
+    one = try_effects(evaluator, nominal, [score.candidate], starts_of(score))
+    count = one.fit.patch_count
+    judged = with_judgement(one, log_evidence=5e3, chi_square=count * (0.7 if leaves_noise else 3))
+    names = {
+        tuple(sorted(('depth_affine', c.identifier))) for c in candidates(evaluator.model.scene)
+    }
+    pool = _Pool(evaluator, nominal, dict.fromkeys(names, one))
+    # No promise of a second effect reaches so far.
+    other = replace(one, fit=replace(one.fit, log_evidence=5e3 + 1e3))
+    pair_search.best_pairs(pool, [judged, other], scores, None)
+    assert (len(pool.asked) == 0) == leaves_noise
+
+
+_PAIRS = (('contact_plane', 'depth_affine'), ('depth_affine', 'gravity_tilt'))
+
+
+@pytest.fixture
+def offered(screened, monkeypatch):
+    """A pair that leaves noise, and what else is offered: another kind of it, and another pair.
+
+    Both lead nowhere near.
+    """
+    evaluator, nominal, scores = screened
+    names = ('depth_affine', 'contact_plane', 'gravity_tilt')
+    first, *seconds = (
+        next(s for s in scores.scores if s.candidate.identifier == name) for name in names
+    )
+    one = try_effects(evaluator, nominal, [first.candidate], starts_of(first))
+    offers = [
+        pair_search._Offer(
+            RefitRequest((first.candidate, second.candidate), {}, 4), -100.0, gain, 1.25, True
+        )
+        for second, gain in ((seconds[0], 90.0), (seconds[0], 12.0), (seconds[1], 11.0))
+    ]
+    monkeypatch.setattr(pair_search, '_offers', lambda *_: offers)
+    single = replace(one, fit=replace(one.fit, log_evidence=-100.0))
+    pair = refitted_with(screened, *names[:2])
+    fit = replace(pair.fit, log_evidence=0.0, chi_square=0.7 * pair.fit.patch_count)
+    return single, replace(pair, fit=fit)
+
+
+def _asked_beside(offered, screened, best):
+    evaluator, nominal, scores = screened
+    pool = _Pool(evaluator, nominal, dict.fromkeys(_PAIRS, best))
+    pair_search.best_pairs(pool, [offered[0]], scores, None)
+    return pool.asked
+
+
+def test_where_a_plane_leaves_noise_a_bar_is_tried_all_the_same(offered, screened):
+    assert _asked_beside(offered, screened, offered[1]) == [_PAIRS[0]] * 2
+
+
+def test_a_pair_that_owes_much_to_other_forms_keeps_none_from_being_tried(offered, screened):
+    best = replace(
+        offered[1], judged=with_judgement(offered[1], chi_square=1.0, exact=-400.0).judged
+    )
+    assert best.leaning == 400.0
+    assert len(_asked_beside(offered, screened, best)) == 3
 
 
 def test_of_what_has_no_tangent_every_kind_is_offered(screened):

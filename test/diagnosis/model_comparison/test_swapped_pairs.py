@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What only stood in for an effect of a pair is held against what may be there in its place."""
 
+from dataclasses import replace
+
 from diffcal_ros.diagnosis.model_comparison import swapped_pairs
 from diffcal_ros.diagnosis.model_comparison.swapped_pairs import with_swapped
 from support.judged_models import refitted_with
@@ -20,6 +22,25 @@ def test_what_explains_far_less_is_not_tried(screened, pool, monkeypatch):
     right = refitted_with(screened, 'gravity_tilt', 'depth_affine')
     monkeypatch.setattr(swapped_pairs, '_AS_MUCH', 50.0)
     assert with_swapped(pool, [right], [], screened[2], None) == [right]
+
+
+def test_what_explains_as_much_alone_is_tried_whatever_tangents_promise(
+    screened, pool, monkeypatch
+):
+    right = refitted_with(screened, 'gravity_tilt', 'depth_affine')
+    alone, other = (refitted_with(screened, name) for name in ('gravity_tilt', 'clamp_offset'))
+    monkeypatch.setattr(swapped_pairs, '_AS_MUCH', 50.0)
+    as_good = replace(other, fit=replace(other.fit, log_evidence=alone.level - 2.0))
+    found = with_swapped(pool, [right], [alone, as_good], screened[2], None)
+    assert {pair.identifiers for pair in found} == {
+        ('depth_affine', 'gravity_tilt'),
+        ('clamp_offset', 'depth_affine'),
+    }
+    # Of what is far behind alone nothing is expected.
+    far = replace(other, fit=replace(other.fit, log_evidence=alone.level - 80.0))
+    assert with_swapped(pool, [right], [alone, far], screened[2], None) == [right]
+    # Nor is it asked of the one that was not the best alone.
+    assert with_swapped(pool, [right], [as_good, alone], screened[2], None) == [right]
 
 
 def test_no_pairs_have_none_beside_them(screened, pool):
