@@ -37,7 +37,7 @@ def _read_by(seen, size):
     random = np.random.default_rng(8)
 
     def drawn():
-        smooth = gaussian_filter(random.normal(size=seen[0].depth.shape), 40.0)
+        smooth = gaussian_filter(random.normal(size=seen[0].depth.shape), 20.0)
         return smooth / smooth.std()
 
     standing = drawn()
@@ -59,8 +59,8 @@ def _beside(judged, identifier):
 
 @pytest.fixture(scope='module')
 def poor(recorded):
-    """The nominal fit to what a sensor reads whose smooth error is 0.9 mm."""
-    return _examined(recorded, 0.0009)
+    """The nominal fit to what a sensor reads whose smooth error is 1.3 mm."""
+    return _examined(recorded, 0.0013)
 
 
 def test_beside_what_explains_a_large_gap_the_error_is_seen(poor):
@@ -69,7 +69,7 @@ def test_beside_what_explains_a_large_gap_the_error_is_seen(poor):
     model = _beside(poor, 'clamp_offset')
     again = examined_anew(poor, [model], _SETTINGS, told.append)
     assert again is not None
-    assert again.evaluator.smooth_error == pytest.approx(0.0009, rel=0.4)
+    assert again.evaluator.smooth_error == pytest.approx(0.0013, rel=0.4)
     assert 'smooth error of' in told[0]
     # Nothing else is new: what may be found once more is found from the same beginning.
     assert again.expected is poor.expected

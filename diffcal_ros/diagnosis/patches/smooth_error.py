@@ -7,6 +7,11 @@ its own: it stands in the image in every pose, where a small scale of depth besi
 would look just like it. Its size is found on the patches, with all that parameters, mesh and every
 effect of the library may have put there projected out (restricted maximum likelihood, Patterson
 and Thompson 1971), so that what the model lacks is not taken for the sensor's.
+
+Nor is all that is left smooth. Where tangents take most smooth ways, what edges leave beside them
+would be the weak tail of a smooth error of millimetres; so all other noise may be larger than it
+is known to be, too, and how much of either there is the data tell. A few patches that are far off
+say nothing of either.
 """
 
 from collections.abc import Collection, Sequence
@@ -35,6 +40,12 @@ _STANDING = (0.0, 0.5, 0.9)
 # Whether it changes over one length or over lengths of all sizes: by the second alone, an error of
 # one length is taken for a part of a larger one that changes over a longer length.
 _MIXED = (False, True)
+# By how much all other noise may be larger than is known; believed like the size.
+_ROUGHER = np.geomspace(1.0, 8.0, 7)
+# In standard deviations: beyond this a patch counts less, found by so many turns.
+_FAR, _TURNS = 5.0, 3
+# Standard deviation of a normal distribution over the median of its sizes.
+_NORMAL = 1.4826
 # Fewer directions beside all that is projected out say nothing.
 _FEWEST = 12
 
@@ -118,31 +129,90 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
     beside = _beside(depth)
     if beside.shape[1] < _FEWEST:
         return nothing
-    values = beside.T @ np.concatenate([group.patches.values for group in depth])
-    others = beside.T @ _without_smooth(depth, assumed) @ beside
-    factor = cholesky(others, lower=True)
-    scaled = solve_triangular(factor, np.column_stack([values, beside.T]), lower=True)
-    seen, ways = scaled[:, 0], scaled[:, 1:]
+    values = np.concatenate([group.patches.values for group in depth])
+    seen = _Seen(depth, beside, values, _without_smooth(depth, assumed))
+    told = _told_by(seen, assumed)
+    more = _of_far_off(seen, told)
+    if more.any():
+        told = _told_by(replace(seen, others=seen.others + np.diag(more)), assumed)
+    return replace(told.expected, size=max(told.expected.size, assumed.smooth))
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Patches of depth, n in all.
+
+    Attributes:
+        depth: groups of these.
+        beside: basis of what was not projected out, shape (n, d).
+        values: residuals [m], shape (n,).
+        others: covariance of all noise but the smooth error [m^2], shape (n, n).
+    """
+
+    depth: Sequence[PatchGroup]
+    beside: FloatArray
+    values: FloatArray
+    others: FloatArray
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What patches tell of a smooth error.
+
+    Attributes:
+        expected: its covariance to be expected, by size and share, and its likeliest length.
+        is_mixed: whether it is likeliest to change over lengths of all sizes.
+    """
+
+    expected: SmoothError
+    is_mixed: bool
+
+
+def _told_by(seen: _Seen, assumed: NoiseModel) -> _Told:
+    """Return what patches tell; `assumed` as by `measured_smooth_error`."""
+    factor = cholesky(seen.beside.T @ seen.others @ seen.beside, lower=True)
+    wide = np.column_stack([seen.beside.T @ seen.values, seen.beside.T])
+    scaled = solve_triangular(factor, wide, lower=True)
+    values, ways = scaled[:, 0], scaled[:, 1:]
     sizes = _STATED if assumed.is_stated else _SIZES
     kinds = list(product(_LENGTHS, _STANDING, _MIXED))
-    table = np.zeros((len(kinds), len(sizes)))
+    table = np.zeros((len(kinds), len(_ROUGHER), len(sizes)))
     for row, (length, standing, is_mixed) in enumerate(kinds):
-        shared = _kernel(depth, length * assumed.smooth_length, standing, is_mixed=is_mixed)
-        smooth = ways @ shared @ ways.T
-        table[row] = _levels(seen, smooth, assumed.smooth * sizes)
-    table += log_belief(sizes)
-    chances = np.exp(table - table.max())
+        changes_over = length * assumed.smooth_length
+        shared = _kernel(seen.depth, changes_over, standing, is_mixed=is_mixed)
+        table[row] = _levels(values, ways @ shared @ ways.T, assumed.smooth * sizes)
+    table += log_belief(sizes) + log_belief(_ROUGHER)[:, None]
+    chances = np.exp(table - table.max()).sum(axis=1)
     chances /= chances.sum()
     # The covariance to be expected: in the mean, squares are of this size and so much is shared.
     squares = chances @ sizes**2
+    share = squares @ np.array([standing for _, standing, _ in kinds]) / squares.sum()
+    length, _, is_mixed = kinds[int(chances.sum(axis=1).argmax())]
     size = assumed.smooth * float(np.sqrt(squares.sum()))
-    best = int(chances.sum(axis=1).argmax())
-    shared = squares @ np.array([standing for _, standing, _ in kinds]) / squares.sum()
-    return SmoothError(
-        size=max(size, assumed.smooth),
-        length=kinds[best][0] * assumed.smooth_length,
-        standing=float(shared),
-    )
+    return _Told(SmoothError(size, length * assumed.smooth_length, float(share)), is_mixed)
+
+
+def _of_far_off(seen: _Seen, told: _Told) -> FloatArray:
+    """Return by how much the variances are larger of patches that are far off [m^2], shape (n,).
+
+    Far from what all others tell of them: these count in proportion to that, and not to its
+    square, as in fits.
+    """
+    error, more = told.expected, np.zeros(len(seen.values))
+    # What is far off may have made it large; most patches are not.
+    size = min(error.size, _NORMAL * float(np.median(np.abs(seen.values))))
+    kernel_there = _kernel(seen.depth, error.length, error.standing, is_mixed=told.is_mixed)
+    for _ in range(_TURNS):
+        whole = seen.others + np.diag(more) + size**2 * kernel_there
+        beside = seen.beside
+        known = beside @ np.linalg.solve(beside.T @ whole @ beside, beside.T)
+        precision = np.maximum(np.diag(known), 1e-12 / np.diag(whole))
+        # Left out, a patch is off by residual over precision, whose variance is its inverse.
+        beyond = np.abs(known @ seen.values) / (_FAR * np.sqrt(precision))
+        if (beyond <= 1.0).all():
+            break
+        more += np.maximum(beyond - 1.0, 0.0) / precision
+    return more
 
 
 def log_belief(sizes: FloatArray) -> FloatArray:
@@ -154,11 +224,18 @@ def log_belief(sizes: FloatArray) -> FloatArray:
 
 
 def _levels(values: FloatArray, smooth: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Return the restricted log likelihood of each size, in units of all other noise."""
+    """Return the restricted log likelihood of each size, for each of other noise, (r, n).
+
+    Args:
+        values: in units of all other noise as it is known, shape (d,).
+        smooth: covariance of a smooth error of one, in these units, shape (d, d).
+        sizes: that are tried, shape (n,).
+    """
     known, directions = np.linalg.eigh(smooth)
     squares = (directions.T @ values) ** 2
-    variances = 1.0 + np.maximum(known, 0.0) * sizes[:, None] ** 2
-    return np.asarray(-0.5 * (np.log(variances) + squares / variances).sum(axis=1))
+    own = np.maximum(known, 0.0) * sizes[:, None] ** 2
+    variances = _ROUGHER[:, None, None] ** 2 + own
+    return np.asarray(-0.5 * (np.log(variances) + squares / variances).sum(axis=2))
 
 
 def _without_smooth(groups: Sequence[PatchGroup], assumed: NoiseModel) -> FloatArray:

@@ -204,6 +204,69 @@ def test_a_bad_sensor_is_told_by_a_small_gap_and_not_by_a_large_one():
     assert hidden[0].smooth == expected_smooth_error(_ASSUMED).size
 
 
+def _beside_all_that_is_smooth(rough, size):
+    """Return patches with rough errors of a size, beside tangents that take most smooth ways.
+
+    Args:
+        rough: independent error of each patch [m].
+        size: smooth one [m].
+    """
+    random = np.random.default_rng(4)
+    groups = poses_with(size, 0.0, 4, sides=(9, 6))
+    shared = [kernel(group.patches.centers, 80.0) for group in groups]
+    smoothest = [np.linalg.eigh(own)[1][:, -24:] for own in shared]
+    every = np.split(block_diag(*smoothest), len(groups))
+    return [
+        replace(
+            group,
+            patches=replace(
+                group.patches,
+                values=group.patches.values + rough * random.standard_normal(len(own)),
+                jacobian=own,
+            ),
+        )
+        for group, own in zip(groups, every, strict=True)
+    ]
+
+
+def test_what_edges_leave_is_not_taken_for_a_smooth_error():
+    """Where tangents take what is smooth, what is rough would be the tail of an error of mm."""
+    even, rough = (
+        measured_smooth_error(_beside_all_that_is_smooth(own, 2e-4), _ASSUMED)
+        for own in (0.0, 4e-4)
+    )
+    assert rough.size == pytest.approx(even.size, rel=0.1)
+
+
+def test_a_large_smooth_error_is_told_beside_rougher_noise():
+    groups = _beside_all_that_is_smooth(1e-4, 0.0)
+    rough = [group.patches.values for group in groups]
+    smooth = poses_with(0.0015, 0.5, 3, sides=(9, 6))
+    both = [
+        replace(own, patches=replace(own.patches, values=own.patches.values + more))
+        for own, more in zip(smooth, rough, strict=True)
+    ]
+    assert measured_smooth_error(both, _ASSUMED).size == pytest.approx(0.0015, rel=0.35)
+
+
+@pytest.mark.parametrize('off', [0.004, -0.009])
+def test_a_few_patches_that_are_far_off_say_nothing_of_it(off):
+    even = poses_with(0.0005, 0.5, 3)
+    few = [
+        replace(
+            group,
+            patches=replace(
+                group.patches,
+                values=group.patches.values + off * np.isin(group.patches.cells, [30, 31, 70]),
+            ),
+        )
+        for group in even
+    ]
+    one, other = (measured_smooth_error(groups, _ASSUMED) for groups in (even, few))
+    assert other.size == pytest.approx(one.size, rel=0.15)
+    assert other.length == one.length
+
+
 def test_views_of_a_motion_keep_their_noise():
     noises = with_smooth_error([_ASSUMED] * _POSES, poses_with(0.0004, 0.5, 1), still={0, 1})
     assert noises[0].smooth > 1.3 * _ASSUMED.smooth
