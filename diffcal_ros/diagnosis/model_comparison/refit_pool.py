@@ -88,6 +88,8 @@ class RefitPool:
         self._report = report
         self._jobs = _job_count(nominal, jobs)
         self._processes, self._spent = processes, 0.0
+        # What was freed and no better so may be asked for as a rival of the best, too.
+        self._done: list[tuple[Task, Refit | None]] = []
         if processes is not None:
             processes.teach(nominal, base)
 
@@ -185,6 +187,18 @@ class RefitPool:
         return Hypothesis(likely, scene, evaluator, fit)
 
     def _fits(self, tasks: Sequence[Task]) -> list[Refit | None]:
+        """Return fits of tasks, those that were done before as they ended; None of failed ones."""
+        done = [self._found_before(task) for task in tasks]
+        new = [task for task, before in zip(tasks, done, strict=True) if before is None]
+        fits = self._fits_anew(new)
+        self._done += zip(new, fits, strict=True)
+        found = iter(fits)
+        return [next(found) if before is None else before[1] for before in done]
+
+    def _found_before(self, task: Task) -> tuple[Task, Refit | None] | None:
+        return next((done for done in self._done if task.is_same(done[0])), None)
+
+    def _fits_anew(self, tasks: Sequence[Task]) -> list[Refit | None]:
         found: list[Refit | None] = []
         while len(found) < len(tasks):
             left = tasks[len(found) :]

@@ -35,6 +35,9 @@ class Task(Protocol):
     def fit(self, nominal: PatchEvaluator, base: Refit) -> Refit | None:
         """Refit; None where the model cannot be simulated."""
 
+    def is_same(self, other: 'Task') -> bool:
+        """Tell whether another task is the same one, so that it finds the same."""
+
 
 @dataclass(frozen=True)
 class RefitRequest:
@@ -78,6 +81,10 @@ class RefitRequest:
         )
         return None if found is None else found.fit
 
+    def is_same(self, other: Task) -> bool:
+        """Tell whether another task is the same refit from the nominal fit."""
+        return self == other
+
 
 @dataclass(frozen=True)
 class Continuation:
@@ -120,3 +127,16 @@ class Continuation:
                 pace=self.pace,
             )
         return None
+
+    def is_same(self, other: Task) -> bool:
+        """Tell whether another task goes on from the same fit in the same way."""
+        return (
+            isinstance(other, Continuation)
+            and self.groups is other.groups
+            and np.array_equal(self.coordinates, other.coordinates)
+            and self._way == other._way
+        )
+
+    @property
+    def _way(self) -> tuple[object, ...]:
+        return self.added, self.least_log_evidence, self.freed, self.max_iterations, self.pace

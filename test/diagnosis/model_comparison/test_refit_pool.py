@@ -54,10 +54,30 @@ class Death:
     words: str = 'dying'
     max_iterations: int = 1
 
+    def is_same(self, other):
+        return False
+
     def fit(self, nominal, base):
         if os.getpid() != self.survivor:
             os._exit(1)
         return base
+
+
+def test_nothing_is_refitted_twice(fitted, added):
+    requests, told = [RefitRequest(one, _FAR, 2) for one in added], []
+    pool = RefitPool(*fitted, told.append)
+    first = pool.finish(pool.refit_all(requests), [-np.inf] * len(requests))
+    count = len(told)
+    assert count == 2 * len(requests)
+    again = pool.finish(pool.refit_all(requests[::-1]), [-np.inf] * len(requests))
+    assert len(told) == count
+    assert all(h.fit is known.fit for h, known in zip(again, first[::-1], strict=True))
+    # From elsewhere, for longer, or from where another fit ended it is another one.
+    pool.refit_all([replace(requests[0], starts={}), replace(requests[0], max_iterations=3)])
+    others = [replace(own, fit=replace(own.fit, groups=list(own.fit.groups))) for own in first]
+    pool.finish(others[:1], [-np.inf])
+    pool.finish(first[:1], [0.0])
+    assert len(told) == count + 4
 
 
 def test_another_process_finds_the_same(fitted, added, monkeypatch):
