@@ -87,7 +87,8 @@ def with_smooth_error(
     if not quiet:
         return tuple(noises)
     assumed = noises[min(quiet)]
-    found = measured_smooth_error([own for own in groups if own.view in quiet], assumed)
+    own = [group for group in groups if group.view in quiet]
+    found = measured_smooth_error(own, assumed, is_hidden=is_hidden)
     if is_hidden:
         found = min(found, expected_smooth_error(assumed), key=lambda error: error.size)
     return tuple(
@@ -115,12 +116,16 @@ def expected_smooth_error(assumed: NoiseModel) -> SmoothError:
     return SmoothError(larger * assumed.smooth, assumed.smooth_length, float(np.mean(_STANDING)))
 
 
-def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> SmoothError:
+def measured_smooth_error(
+    groups: Sequence[PatchGroup], assumed: NoiseModel, *, is_hidden: bool = False
+) -> SmoothError:
     """Measure it on patches of depth whose covariance holds the error assumed.
 
     Args:
         groups: with tangents of all that may have put something there.
         assumed: noise with the median of the prior of its size.
+        is_hidden: whether the most is asked for that the error may be: all that is left is it,
+            but for other noise as it is known to be.
     """
     depth = [b for b in of_the_body(groups) if b.kind == 'depth' and len(b.patches.values)]
     nothing = SmoothError(assumed.smooth, assumed.smooth_length, assumed.standing)
@@ -131,10 +136,11 @@ def measured_smooth_error(groups: Sequence[PatchGroup], assumed: NoiseModel) -> 
         return nothing
     values = np.concatenate([group.patches.values for group in depth])
     seen = _Seen(depth, beside, values, _without_smooth(depth, assumed))
-    told = _told_by(seen, assumed)
-    more = _of_far_off(seen, told)
+    rougher = _ROUGHER[:1] if is_hidden else _ROUGHER
+    told = _told_by(seen, assumed, rougher)
+    more = np.zeros(1) if is_hidden else _of_far_off(seen, told)
     if more.any():
-        told = _told_by(replace(seen, others=seen.others + np.diag(more)), assumed)
+        told = _told_by(replace(seen, others=seen.others + np.diag(more)), assumed, rougher)
     return replace(told.expected, size=max(told.expected.size, assumed.smooth))
 
 
@@ -168,20 +174,26 @@ class _Told:
     is_mixed: bool
 
 
-def _told_by(seen: _Seen, assumed: NoiseModel) -> _Told:
-    """Return what patches tell; `assumed` as by `measured_smooth_error`."""
+def _told_by(seen: _Seen, assumed: NoiseModel, rougher: FloatArray) -> _Told:
+    """Return what patches tell.
+
+    Args:
+        seen: they.
+        assumed: see `measured_smooth_error`.
+        rougher: by how much all other noise may be larger than is known, shape (r,).
+    """
     factor = cholesky(seen.beside.T @ seen.others @ seen.beside, lower=True)
     wide = np.column_stack([seen.beside.T @ seen.values, seen.beside.T])
     scaled = solve_triangular(factor, wide, lower=True)
     values, ways = scaled[:, 0], scaled[:, 1:]
     sizes = _STATED if assumed.is_stated else _SIZES
     kinds = list(product(_LENGTHS, _STANDING, _MIXED))
-    table = np.zeros((len(kinds), len(_ROUGHER), len(sizes)))
+    table = np.zeros((len(kinds), len(rougher), len(sizes)))
     for row, (length, standing, is_mixed) in enumerate(kinds):
         changes_over = length * assumed.smooth_length
         shared = _kernel(seen.depth, changes_over, standing, is_mixed=is_mixed)
-        table[row] = _levels(values, ways @ shared @ ways.T, assumed.smooth * sizes)
-    table += log_belief(sizes) + log_belief(_ROUGHER)[:, None]
+        table[row] = _levels(values, ways @ shared @ ways.T, assumed.smooth * sizes, rougher)
+    table += log_belief(sizes) + log_belief(rougher)[:, None]
     chances = np.exp(table - table.max()).sum(axis=1)
     chances /= chances.sum()
     # The covariance to be expected: in the mean, squares are of this size and so much is shared.
@@ -223,18 +235,21 @@ def log_belief(sizes: FloatArray) -> FloatArray:
     return np.asarray(-0.5 * (np.log(sizes) / _SPREAD) ** 2)
 
 
-def _levels(values: FloatArray, smooth: FloatArray, sizes: FloatArray) -> FloatArray:
+def _levels(
+    values: FloatArray, smooth: FloatArray, sizes: FloatArray, rougher: FloatArray
+) -> FloatArray:
     """Return the restricted log likelihood of each size, for each of other noise, (r, n).
 
     Args:
         values: in units of all other noise as it is known, shape (d,).
         smooth: covariance of a smooth error of one, in these units, shape (d, d).
         sizes: that are tried, shape (n,).
+        rougher: likewise, by how much all other noise is larger, shape (r,).
     """
     known, directions = np.linalg.eigh(smooth)
     squares = (directions.T @ values) ** 2
     own = np.maximum(known, 0.0) * sizes[:, None] ** 2
-    variances = _ROUGHER[:, None, None] ** 2 + own
+    variances = rougher[:, None, None] ** 2 + own
     return np.asarray(-0.5 * (np.log(variances) + squares / variances).sum(axis=2))
 
 
