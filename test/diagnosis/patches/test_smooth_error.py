@@ -175,18 +175,19 @@ def test_a_whole_picture_has_more_in_common_than_by_one_length(length):
     assert shared[0, 2] == pytest.approx(drawn.mean(), rel=0.02)
 
 
+def _with_more(groups: list[PatchGroup], more: list[np.ndarray]) -> list[PatchGroup]:
+    """Return patches that are off by more [m], shape (n,) each."""
+    return [
+        replace(own, patches=replace(own.patches, values=own.patches.values + by))
+        for own, by in zip(groups, more, strict=True)
+    ]
+
+
 def test_what_effects_may_have_put_there_is_not_taken_for_the_sensor():
     groups = poses_with(0.0002, 0.5, 7)
-    lacking = [
-        replace(
-            group,
-            patches=replace(
-                group.patches,
-                values=group.patches.values + group.patches.jacobian @ [0.01, -0.02, 0.03],
-            ),
-        )
-        for group in groups
-    ]
+    lacking = _with_more(
+        groups, [group.patches.jacobian @ [0.01, -0.02, 0.03] for group in groups]
+    )
     plain, with_gap = (measured_smooth_error(own, _ASSUMED) for own in (groups, lacking))
     assert with_gap.size == pytest.approx(plain.size, rel=1e-6)
 
@@ -216,15 +217,9 @@ def _beside_all_that_is_smooth(rough, size):
     shared = [kernel(group.patches.centers, 80.0) for group in groups]
     smoothest = [np.linalg.eigh(own)[1][:, -24:] for own in shared]
     every = np.split(block_diag(*smoothest), len(groups))
+    groups = _with_more(groups, [rough * random.standard_normal(len(own)) for own in every])
     return [
-        replace(
-            group,
-            patches=replace(
-                group.patches,
-                values=group.patches.values + rough * random.standard_normal(len(own)),
-                jacobian=own,
-            ),
-        )
+        replace(group, patches=replace(group.patches, jacobian=own))
         for group, own in zip(groups, every, strict=True)
     ]
 
@@ -242,29 +237,15 @@ def test_what_edges_leave_is_not_taken_for_a_smooth_error():
 
 
 def test_a_large_smooth_error_is_told_beside_rougher_noise():
-    groups = _beside_all_that_is_smooth(1e-4, 0.0)
-    rough = [group.patches.values for group in groups]
-    smooth = poses_with(0.0015, 0.5, 3, sides=(9, 6))
-    both = [
-        replace(own, patches=replace(own.patches, values=own.patches.values + more))
-        for own, more in zip(smooth, rough, strict=True)
-    ]
+    rough = [group.patches.values for group in _beside_all_that_is_smooth(1e-4, 0.0)]
+    both = _with_more(poses_with(0.0015, 0.5, 3, sides=(9, 6)), rough)
     assert measured_smooth_error(both, _ASSUMED).size == pytest.approx(0.0015, rel=0.35)
 
 
 @pytest.mark.parametrize('off', [0.004, -0.009])
 def test_a_few_patches_that_are_far_off_say_nothing_of_it(off):
     even = poses_with(0.0005, 0.5, 3)
-    few = [
-        replace(
-            group,
-            patches=replace(
-                group.patches,
-                values=group.patches.values + off * np.isin(group.patches.cells, [30, 31, 70]),
-            ),
-        )
-        for group in even
-    ]
+    few = _with_more(even, [off * np.isin(own.patches.cells, [30, 31, 70]) for own in even])
     one, other = (measured_smooth_error(groups, _ASSUMED) for groups in (even, few))
     assert other.size == pytest.approx(one.size, rel=0.15)
     assert other.length == one.length
