@@ -73,8 +73,7 @@ def best_pairs(
     if found:
         (best,) = judged(found, basis, is_brief=True)
         scale = max(1.0, best.chi_square_per_patch)
-        enough = PAIR_GAIN * scale
-        if most_gain(best) <= enough and FORM_DOUBT * best.leaning <= enough:
+        if most_gain(best) <= PAIR_GAIN * scale and _owes_little(best):
             near = best.level - _NEAR * scale
             # Of a plane and a bar tangents do not tell which one it is.
             rest = [own for own in rest if own.at_most > near or own.names == best.identifiers]
@@ -123,13 +122,15 @@ def _offers(
     """Return the pairs of the best single effects with what scores best around each."""
     found: dict[tuple[str, ...], _Offer] = {}
     listed = [score.candidate for score in scores.scores]
+    best = singles[0]
+    is_enough = best.leaves_noise and _owes_little(best)
     for one in best_of_each(singles)[:_FIRSTS]:
         (first,) = one.added
         others = [c for c in listed if c.identifier != first.identifier]
         # Beside noise tangents tell what a second effect may add. Beside more they begin far from
         # where both put the body: of a bend that leaves millimetres a plane was to add 11 in log
-        # evidence, and adds 190.
-        is_known = pool.nominal.is_measured and one.leaves_noise
+        # evidence, and adds 190. Where another one leaves noise alone it is not looked for so.
+        is_known = pool.nominal.is_measured and (one.leaves_noise or is_enough)
         try:
             again = screen(one.evaluator, one.fit.coordinates, others, _forms(one, basis))
         except NotSimulatedError:
@@ -145,6 +146,11 @@ def _offers(
             offer = _Offer(request, one.level, score.log_evidence, misses, is_known)
             found.setdefault(key, offer)
     return list(found.values())
+
+
+def _owes_little(model: Hypothesis) -> bool:
+    """Tell whether what a model owes to other forms than the library's decides nothing."""
+    return FORM_DOUBT * model.leaning <= PAIR_GAIN * max(1.0, model.chi_square_per_patch)
 
 
 def _seconds(first: Candidate, scores: Sequence[Score], is_measured: bool) -> list[Score]:

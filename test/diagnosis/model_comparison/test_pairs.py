@@ -88,6 +88,25 @@ def test_beside_one_that_leaves_more_in_any_form_promises_are_not_believed(scree
     assert (len(pool.asked) == 0) == leaves_noise
 
 
+@pytest.mark.parametrize('leaning', [40.0, 400.0])
+def test_where_the_best_leaves_noise_in_its_form_others_are_not_looked_at_beside_far_ones(
+    screened, leaning
+):
+    evaluator, nominal, scores = screened
+    one, far = (refitted_with(screened, name) for name in ('depth_affine', 'gravity_tilt'))
+    count = one.fit.patch_count
+    best = with_judgement(one, log_evidence=5e3, chi_square=0.7 * count, exact=5e3 - leaning)
+    far = with_judgement(far, log_evidence=1e3, chi_square=3.0 * count)
+    # No promise of a second effect reaches so far.
+    other = replace(one, fit=replace(one.fit, log_evidence=5e3 + 1e3))
+    listed = [own.identifier for own in candidates(evaluator.model.scene)]
+    names = {tuple(sorted((a, b))) for a in listed for b in ('depth_affine', 'gravity_tilt')}
+    pool = _Pool(evaluator, nominal, dict.fromkeys(names, one))
+    pair_search.best_pairs(pool, [best, far, other], scores, None)
+    assert all('gravity_tilt' in names for names in pool.asked)
+    assert bool(pool.asked) == (leaning == 400.0)
+
+
 _PAIRS = (('contact_plane', 'depth_affine'), ('depth_affine', 'gravity_tilt'))
 
 
