@@ -67,6 +67,7 @@ def test_what_moves_itself_has_nothing_in_its_place(anew_pool, scores, judge):
     assert with_what_moves(anew_pool, [moving], [], scores, judge) == [moving]
 
 
+@pytest.mark.slow  # To give up takes a body that hangs from nothing more than a minute.
 def test_a_pair_that_finds_no_rest_without_one_of_its_effects_is_left(
     anew_pool, scores, judge, tilted_anew
 ):
