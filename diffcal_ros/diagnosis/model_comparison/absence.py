@@ -19,7 +19,7 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hyp
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_group import full_names, FullName, only
 from diffcal_ros.diagnosis.patches.whitened import Part, whiten
-from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
+from diffcal_ros.diagnosis.screening.candidates import Candidate, identifiers_of, parameters_of
 import numpy as np
 
 # Noise alone makes amplitudes as large with this chance; as far from zero, by their own errors.
@@ -119,7 +119,7 @@ def _without(
     hypothesis: Hypothesis, one: Candidate, nominal: Refit, singles: Sequence[Hypothesis]
 ) -> Refit | None:
     """Return the fit without one of the effects, None where there is none."""
-    others = tuple(sorted(c.identifier for c in hypothesis.added if c is not one))
+    others = identifiers_of(own for own in hypothesis.added if own is not one)
     if not others:
         return nominal
     return next((single.fit for single in singles if single.identifiers == others), None)

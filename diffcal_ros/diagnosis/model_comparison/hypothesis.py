@@ -13,7 +13,7 @@ from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.patch_fits.refit import AS_NOISE, Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.screening.candidates import Candidate, parameters_of
+from diffcal_ros.diagnosis.screening.candidates import Candidate, identifiers_of, parameters_of
 from diffcal_ros.scene.model import Scene
 import numpy as np
 from numpy.typing import NDArray
@@ -158,7 +158,7 @@ class Hypothesis:
     @property
     def identifiers(self) -> tuple[str, ...]:
         """Identifiers of the effects, in alphabetical order."""
-        return tuple(sorted(candidate.identifier for candidate in self.added))
+        return identifiers_of(self.added)
 
     @property
     def is_unlike_itself(self) -> bool:

@@ -24,7 +24,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_rounds import (
 )
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain, PAIR_GAIN
 from diffcal_ros.diagnosis.patches.patch_group import Rows, rows_of
-from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.candidates import Candidate, identifiers_of
 from diffcal_ros.diagnosis.screening.screening import Score, Screen, screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct, other_kinds
 from diffcal_ros.errors import NotSimulatedError
@@ -103,7 +103,7 @@ class _Offer:
     @property
     def names(self) -> tuple[str, ...]:
         """Identifiers of its effects, in their order."""
-        return tuple(sorted(own.identifier for own in self.request.added))
+        return identifiers_of(self.request.added)
 
     @property
     def expected(self) -> float:
@@ -136,7 +136,7 @@ def _offers(
         except NotSimulatedError:
             continue  # No steps lead there again, see `lead_to`.
         for score in _seconds(first, again.scores, pool.nominal.is_measured):
-            names = tuple(sorted((first.identifier, score.candidate.identifier)))
+            names = identifiers_of((first, score.candidate))
             # Of a plane and a bar tangents know nothing: both are tried.
             is_one = pool.nominal.is_measured and score.candidate.effect.has_tangent
             key = names if is_one else (*names, *score.candidate.components)

@@ -20,7 +20,7 @@ from diffcal_ros.diagnosis.model_comparison.refit_pool import RefitPool
 from diffcal_ros.diagnosis.model_comparison.refit_requests import RefitRequest
 from diffcal_ros.diagnosis.model_comparison.refit_rounds import Judge, request_beside, with_more
 from diffcal_ros.diagnosis.patch_fits.patch_fit import AT_FIRST
-from diffcal_ros.diagnosis.screening.candidates import Candidate
+from diffcal_ros.diagnosis.screening.candidates import Candidate, identifiers_of
 from diffcal_ros.diagnosis.screening.screening import Score, Screen
 from diffcal_ros.diagnosis.screening.shortlist import distinct
 
@@ -55,7 +55,7 @@ def with_swapped(
         requests += [
             _request(best, kept, score, singles)
             for score in _in_its_place(pool, best, kept, dropped, listed, singles)
-            if _names(kept, score.candidate) not in known
+            if identifiers_of((kept, score.candidate)) not in known
         ]
     return with_more(pool, pairs, requests, singles, judge)
 
@@ -100,7 +100,3 @@ def _request(
     stands, both = best.fit.values_by_name(), [kept, score.candidate]
     # Without what is taken out that is where no fit ended.
     return request_beside(stands, both, score, singles, freed_of(best, kept), AT_FIRST)
-
-
-def _names(*added: Candidate) -> tuple[str, ...]:
-    return tuple(sorted(own.identifier for own in added))

@@ -20,6 +20,7 @@ from itertools import product
 
 from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
 from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
+from diffcal_ros.diagnosis.patches.whitened import more_by_far_off
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -42,8 +43,8 @@ _STANDING = (0.0, 0.5, 0.9)
 _MIXED = (False, True)
 # By how much all other noise may be larger than is known; believed like the size.
 _ROUGHER = np.geomspace(1.0, 8.0, 7)
-# In standard deviations: beyond this a patch counts less, found by so many turns.
-_FAR, _TURNS = 5.0, 3
+# Which patches are far off is found by so many turns.
+_TURNS = 3
 # Standard deviation of a normal distribution over the median of its sizes.
 _NORMAL = 1.4826
 # Fewer directions beside all that is projected out say nothing.
@@ -213,17 +214,17 @@ def _of_far_off(seen: _Seen, told: _Told) -> FloatArray:
     error, more = told.expected, np.zeros(len(seen.values))
     # What is far off may have made it large; most patches are not.
     size = min(error.size, _NORMAL * float(np.median(np.abs(seen.values))))
-    kernel_there = _kernel(seen.depth, error.length, error.standing, is_mixed=told.is_mixed)
+    smooth = _kernel(seen.depth, error.length, error.standing, is_mixed=told.is_mixed)
+    believed, beside = seen.others + size**2 * smooth, seen.beside
     for _ in range(_TURNS):
-        whole = seen.others + np.diag(more) + size**2 * kernel_there
-        beside = seen.beside
+        whole = believed + np.diag(more)
         known = beside @ np.linalg.solve(beside.T @ whole @ beside, beside.T)
         precision = np.maximum(np.diag(known), 1e-12 / np.diag(whole))
         # Left out, a patch is off by residual over precision, whose variance is its inverse.
-        beyond = np.abs(known @ seen.values) / (_FAR * np.sqrt(precision))
-        if (beyond <= 1.0).all():
+        further = more_by_far_off(known @ seen.values / precision, 1.0 / precision)
+        if not further.any():
             break
-        more += np.maximum(beyond - 1.0, 0.0) / precision
+        more += further
     return more
 
 

@@ -275,9 +275,20 @@ def _standing(patches: Sequence[Patches]) -> CommonError:
 
 def _tolerant(covariance: FloatArray, values: FloatArray) -> FloatArray:
     """Let patches that are far off count in proportion to that, not to its square."""
-    own = np.diag(covariance)
-    beyond = np.abs(values) / (_FAR * np.sqrt(own))
-    return covariance + np.diag(own * np.maximum(beyond - 1.0, 0.0))
+    return covariance + np.diag(more_by_far_off(values, np.diag(covariance)))
+
+
+def more_by_far_off(values: FloatArray, variances: FloatArray) -> FloatArray:
+    """Return by how much variances are larger of what is far off, shape (n,).
+
+    It counts in proportion to that so, and not to its square.
+
+    Args:
+        values: how far off it is, shape (n,).
+        variances: as they are known, shape (n,).
+    """
+    beyond = np.abs(values) / (_FAR * np.sqrt(variances))
+    return variances * np.maximum(beyond - 1.0, 0.0)
 
 
 def residual_size(groups: Sequence[PatchGroup], part: Part) -> float:

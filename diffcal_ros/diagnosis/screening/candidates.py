@@ -112,6 +112,11 @@ def candidates(
     ]
 
 
+def identifiers_of(added: Iterable[Candidate]) -> tuple[str, ...]:
+    """Return the identifiers of some effects, in alphabetical order."""
+    return tuple(sorted(own.identifier for own in added))
+
+
 def parameters_of(parameters: ParameterSet, added: Iterable[Candidate]) -> list[str]:
     """Return the names of all that some effects brought into a fit, also what is freed."""
     wanted = {own.identifier: own.names for own in added}

@@ -156,6 +156,9 @@ def test_what_is_hidden_is_believed_no_larger_than_is_to_be_expected_of_a_sensor
         seen = with_smooth_error([_ASSUMED] * _POSES, groups, still)[0]
         hidden, moving, *_ = with_smooth_error([_ASSUMED] * _POSES, groups, still, is_hidden=True)
         assert (seen.smooth < expected.size) == is_less
+        own = [group for group in groups if group.view in still]
+        most = measured_smooth_error(own, _ASSUMED, is_hidden=True)
+        assert hidden.smooth == min(most.size, expected.size)
         assert hidden.smooth == pytest.approx(min(seen.smooth, expected.size), rel=1e-9)
         assert hidden.is_mixed
         assert moving == _ASSUMED
