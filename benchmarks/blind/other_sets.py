@@ -4,6 +4,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from benchmarks.blind.other_rigs import (
 from benchmarks.blind.other_sizes import laid, sized, smaller, wanted_change
 from benchmarks.blind.paint import FIXTURE
 from benchmarks.blind.rubber import LAWS
+from benchmarks.blind.salted_effects import draw_effects, FORMS_37, OUTSIDE_37, RANGES_37
 from benchmarks.blind.sensor import DRAWN
 from benchmarks.blind.simulation import make_specimen
 from benchmarks.blind.thirtyfifth_forms import (
@@ -44,6 +46,9 @@ from benchmarks.blind.thirtysixth_forms import (
 )
 
 _ATTEMPTS = 200
+_DrawnEffects = Callable[
+    [np.random.Generator], tuple[tuple[OtherForm, ...], tuple[tuple[str, str], ...]]
+]
 _LEAST_PIXELS = 40  # Of a body in each pose, in a sixteenth of all pixels.
 
 
@@ -62,6 +67,7 @@ class OtherContents:
         least_changes: least of that, of a single effect and of each of a pair [m].
         paired: forms that pairs alone have.
         is_shuffled: whether the salt tells as well which bodies, sensors and laws go together.
+        drawn: draws forms and pairs, where the salt tells these, too.
         by_key: its forms and causes outside by their keys.
     """
 
@@ -75,6 +81,7 @@ class OtherContents:
     least_changes: tuple[float, float]
     paired: tuple[OtherForm, ...] = ()
     is_shuffled: bool = False
+    drawn: _DrawnEffects | None = None
     by_key: dict[str, OtherForm] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -115,7 +122,32 @@ OTHER_SETS = {
         PAIRED_36,
         is_shuffled=True,
     ),
+    'thirtyseventh': OtherContents(
+        (),
+        OUTSIDE_37,
+        (),
+        12,
+        (2, 5),
+        RANGES_37,
+        wanted_change_35,
+        LEAST_CHANGES_35,
+        FORMS_37,
+        is_shuffled=True,
+        drawn=draw_effects,
+    ),
 }
+
+
+@cache
+def contents_of(set_name: str, salt: str = '') -> OtherContents:
+    """Return what a set has, with the effects that a salt draws where it does."""
+    contents = OTHER_SETS[set_name]
+    if contents.drawn is None:
+        return contents
+    forms, pairs = contents.drawn(
+        Case('', 'pair', '', 0, (), set_name, salt=salt).random('effects')
+    )
+    return replace(contents, forms=forms, pairs=pairs)
 
 
 def list_other_cases(set_name: str, salt: str = '') -> list[Case]:
@@ -124,7 +156,7 @@ def list_other_cases(set_name: str, salt: str = '') -> list[Case]:
     Of two forms of an effect one is of the second size, the other of the third, as pairs and
     causes outside the library are.
     """
-    contents = OTHER_SETS[set_name]
+    contents = contents_of(set_name, salt)
     # Of each two forms of an effect, in turn the first one and the second one are larger.
     sizes = [1 + (number + number // 2) % 2 for number in range(len(contents.forms))]
     kinds: list[tuple[str, tuple[tuple[str, int], ...]]] = [
@@ -142,9 +174,13 @@ def list_other_cases(set_name: str, salt: str = '') -> list[Case]:
     return found
 
 
+def _contents(case: Case) -> OtherContents:
+    return contents_of(case.set_name, case.salt)
+
+
 def _in_turns(cases: list[Case]) -> list[Case]:
     """Return cases with bodies of all families as often, and two of each effect's forms."""
-    contents, found = OTHER_SETS[cases[0].set_name], list[Case]()
+    contents, found = _contents(cases[0]), list[Case]()
     families, turns = list(contents.ranges.families), np.arange(len(cases))
     if contents.is_shuffled:
         random = cases[0].random('order of families')
@@ -177,13 +213,13 @@ def _in_turns(cases: list[Case]) -> list[Case]:
 def _fit(case: Case) -> int:
     """Return how many families a case's forms leave."""
     limits = [form.families for form in _forms(case) if form.families]
-    every = len(OTHER_SETS[case.set_name].ranges.families)
+    every = len(_contents(case).ranges.families)
     return min((len(families) for families in limits), default=every)
 
 
 def _forms(case: Case) -> list[OtherForm]:
     """Return the forms of a case's effects."""
-    by_key = OTHER_SETS[case.set_name].by_key
+    by_key = _contents(case).by_key
     return [by_key[key] for key, _ in case.effects]
 
 
@@ -191,7 +227,7 @@ def _in_turn(case: Case, turn: int) -> Case:
     """Return a case with the sensor, the law and the number of poses whose turn it is."""
     forms = _forms(case)
     sensors = tuple(DRAWN)
-    fewest, most = OTHER_SETS[case.set_name].poses
+    fewest, most = _contents(case).poses
     least = max((form.poses for form in forms), default=fewest)
     return replace(
         case,
@@ -215,7 +251,7 @@ def _drawn(
     case: Case, random: np.random.Generator
 ) -> tuple[OtherSetup, tuple[Effect, ...], Faults]:
     forms = _forms(case)
-    contents = OTHER_SETS[case.set_name]
+    contents = _contents(case)
     assert case.sensor is not None
     assert case.law is not None
     setup = draw_other_setup(
